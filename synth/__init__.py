@@ -6,13 +6,14 @@ The public names are loaded on first use, so that ``kwatra --help`` need not wai
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from synth.files import Kind, Picture, read_image, write_image
+    from synth.files import Picture, read_image, write_image
+    from synth.formats import Kind
     from synth.images import Synthesis, synthesize
 
 __all__ = ["Kind", "Picture", "Synthesis", "read_image", "synthesize", "write_image"]
 
 _HOMES = {
-    "Kind": "synth.files",
+    "Kind": "synth.formats",
     "Picture": "synth.files",
     "Synthesis": "synth.images",
     "read_image": "synth.files",

@@ -1,0 +1,95 @@
+"""Maps that belong to an exemplar (normals, height, masks), and the map of where each output pixel came from.
+
+A map is carried along by lookup: output pixel p gets the map's value at the exemplar pixel that p came from. Values,
+dtype and bit depth stay exact. Directions inside a map (normals, flow) are not turned when the exemplar is mirrored
+or rotated.
+"""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from kwatra.errors import InputError
+from synth.files import Writer, array_writer, check_output, read_array
+from synth.formats import Array, Kind
+
+SOURCE_SUFFIXES = (".npy", ".png")
+_SOURCE_PNG = Kind("uint16", ("R", "G", "B"))
+
+
+@dataclass(frozen=True)
+class Map:
+    """A map of the exemplars: its name, one array (H, W, C) per exemplar, their kind, and the file to write."""
+
+    name: str
+    arrays: list[Array]
+    kind: Kind
+    output: Path
+
+
+def read_map(request: str, sizes: list[tuple[int, int]], output: Path) -> Map:
+    """Read what `--also NAME=FILE[,FILE...]` asks for: one file per exemplar, of the same (height, width).
+
+    `output` is the file of the synthesized image; the map goes beside it as STEM_NAME with the map's own ending.
+    """
+    name, files = _split(request, len(sizes))
+    arrays, kinds = zip(*(read_array(file) for file in files), strict=True)
+    for file, array, size in zip(files, arrays, sizes, strict=True):
+        if array.shape[:2] != size:
+            raise InputError(
+                f"{file} is {_size(array.shape[:2])} but its exemplar is {_size(size)}; a map has its exemplar's size"
+            )
+    for file, kind in zip(files, kinds, strict=True):
+        if (kind.dtype, kind.channels) != (kinds[0].dtype, kinds[0].channels):
+            raise InputError(f"{file} holds {kind} but {files[0]} holds {kinds[0]}; save both maps in the same way")
+    return Map(name, list(arrays), kinds[0], output.with_name(f"{output.stem}_{name}{files[0].suffix}"))
+
+
+def map_writer(carried: Map, source: Array) -> Writer:
+    """What writes a map rearranged by `source` (3, H, W) = (exemplar, y, x)."""
+    values = np.empty((*source.shape[1:], carried.arrays[0].shape[2]), carried.arrays[0].dtype)
+    for index, array in enumerate(carried.arrays):
+        here = source[0] == index
+        values[here] = array[source[1][here], source[2][here]]
+    return array_writer(carried.output, values, carried.kind)
+
+
+def check_source_output(path: Path, sizes: list[tuple[int, int]], overwrite: bool) -> None:
+    """Refuse, before any work, a `--map` file that could not be written."""
+    check_output(path, None, overwrite, SOURCE_SUFFIXES)
+    if path.suffix.lower() == ".png" and max(max(size) for size in sizes) > 2**16:
+        raise InputError(f"{path} cannot hold coordinates above 65535; end it with .npy")
+
+
+def source_writer(path: Path, source: Array) -> Writer:
+    """What writes the source coordinates (3, H, W) = (exemplar, y, x).
+
+    .npy: int32, as given. .png: 16-bit color, R = x, G = y, B = exemplar.
+    """
+    if path.suffix.lower() == ".png":
+        colors = np.ascontiguousarray(source[::-1].transpose(1, 2, 0)).astype(np.uint16)
+        return array_writer(path, colors, _SOURCE_PNG)
+
+    def write(target: Path) -> None:
+        with target.open("wb") as file:
+            np.save(file, source.astype(np.int32))
+
+    return write
+
+
+def _split(request: str, count: int) -> tuple[str, list[Path]]:
+    name, equals, rest = request.partition("=")
+    if not (equals and rest and re.fullmatch(r"[\w-]+", name)):
+        raise InputError(f"--also is {request!r}; write NAME=FILE, for example normal=brick_n.png")
+    files = [Path(part) for part in (rest.split(",") if count > 1 else [rest])]
+    if len(files) != count:
+        raise InputError(
+            f"--also {name} names {len(files)} files for {count} exemplars; give one for each, with commas"
+        )
+    return name, files
+
+
+def _size(shape: tuple[int, ...]) -> str:
+    return f"{shape[1]}x{shape[0]}"
