@@ -1,0 +1,33 @@
+"""Texture optimization: example-based synthesis as the minimization of one energy (Kwatra 2005)."""
+
+from kwatra.errors import InputError
+from kwatra.exemplar import Exemplar
+from kwatra.levels import THESIS, Level, texture_element
+from kwatra.metric import Feature, gradient
+from kwatra.optimize import optimize
+from kwatra.result import Progress, Result, Stage
+from kwatra.settings import Settings
+from kwatra.terms import Quadratic, Scaled, SoftPixels, Sum, Term, TermLike
+from kwatra.windows import Grid
+
+__all__ = [
+    "THESIS",
+    "Exemplar",
+    "Feature",
+    "Grid",
+    "InputError",
+    "Level",
+    "Progress",
+    "Quadratic",
+    "Result",
+    "Scaled",
+    "Settings",
+    "SoftPixels",
+    "Stage",
+    "Sum",
+    "Term",
+    "TermLike",
+    "gradient",
+    "optimize",
+    "texture_element",
+]

@@ -1,0 +1,205 @@
+"""All windows of some images as one set, and the nearest of them to any window.
+
+The windows of a coarse scale are not cut from a shrunk image: shrinking keeps one phase of the
+sampling grid, and an exemplar moved by one pixel then looks foreign to itself. Here a window of
+scale s has its pixels s apart, each the mean of s x s pixels, and one stands at every position of
+the full-size image, so all phases are in the set.
+
+`Nearest` searches in the leading principal components. The length of what they miss of a window is
+one more coordinate, which makes the searched distance a lower bound of the true one; the best few
+candidates are then measured in full. So a distance returned is always that of a real window, never
+too small; it was too large by 0.6% on average against exhaustive search on photographs, and an
+exact copy is always found.
+"""
+
+import functools
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any, ParamSpec, TypeVar
+
+import faiss
+import torch
+import torch.nn.functional as F
+from torch import Tensor
+
+COMPONENTS = 32
+
+PART = 2**16
+"""Windows held at a time, as rows and in the index: the bound on memory."""
+
+SAMPLE = 2**13
+"""Windows that the principal components and the index's lists are learned from."""
+
+LISTS, PROBED = 128, 8
+"""Lists that a large set is divided into, and those nearest to a query that are searched."""
+
+Arguments = ParamSpec("Arguments")
+Value = TypeVar("Value")
+
+
+def one_thread(function: Callable[Arguments, Value]) -> Callable[Arguments, Value]:
+    """Run `function` on one thread: sums shared by threads change in their last bits with their number."""
+
+    @functools.wraps(function)
+    def alone(*args: Arguments.args, **kwargs: Arguments.kwargs) -> Value:
+        threads = torch.get_num_threads(), faiss.omp_get_max_threads()
+        torch.set_num_threads(1)
+        faiss.omp_set_num_threads(1)
+        try:
+            return function(*args, **kwargs)
+        finally:
+            torch.set_num_threads(threads[0])
+            faiss.omp_set_num_threads(threads[1])
+
+    return alone
+
+
+@dataclass(frozen=True)
+class Windows:
+    """The size x size windows of some images, numbered image by image and row by row.
+
+    images: (C, H, W) float32 each, already averaged over scale x scale pixels. scale: how many
+    pixels the neighbors within a window are apart.
+    """
+
+    images: tuple[Tensor, ...]
+    size: int
+    scale: int = 1
+
+    @classmethod
+    def of(cls, images: list[Tensor], size: int, scale: int = 1) -> "Windows":
+        """The windows of (C, H, W) images with at least size * scale pixels to a side."""
+        return cls(tuple(F.avg_pool2d(image, scale, stride=1) for image in images), size, scale)
+
+    @property
+    def span(self) -> int:
+        """Pixels from a window's first to its last, both included."""
+        return (self.size - 1) * self.scale + 1
+
+    @property
+    def grids(self) -> list[tuple[int, int]]:
+        """Rows and columns of windows in each image."""
+        margin = self.span - 1
+        return [(image.shape[1] - margin, image.shape[2] - margin) for image in self.images]
+
+    def __len__(self) -> int:
+        return sum(height * width for height, width in self.grids)
+
+    def places(self, numbers: Tensor) -> Tensor:
+        """Image, row and column (3, n) of the top left pixels of the windows numbered (n,)."""
+        places = torch.empty(3, len(numbers), dtype=torch.long)
+        first = 0
+        for image, (height, width) in enumerate(self.grids):
+            mine = (numbers >= first) & (numbers < first + height * width)
+            local = numbers[mine] - first
+            places[0, mine] = image
+            places[1, mine] = local // width
+            places[2, mine] = local % width
+            first += height * width
+        return places
+
+    def rows(self, numbers: Tensor) -> Tensor:
+        """The windows numbered (n,), one a row (n, C * size * size)."""
+        image_of, top, left = self.places(numbers)
+        channels = self.images[0].shape[0]
+        rows = torch.empty(len(numbers), channels * self.size**2)
+        for number, image in enumerate(self.images):
+            pixels = slice(None, None, self.scale)
+            view = image.unfold(1, self.span, 1).unfold(2, self.span, 1)[..., pixels, pixels]
+            mine = image_of == number
+            rows[mine] = view[:, top[mine], left[mine]].transpose(0, 1).flatten(1)
+        return rows
+
+    def sample(self, about: int) -> Tensor:
+        """Numbers of about `about` windows, always the same: a random one from each cell of a grid."""
+        side = math.sqrt(len(self) / about)
+        if side <= 1:
+            return torch.arange(len(self))
+        generator = torch.Generator().manual_seed(0)
+        numbers, first = [], 0
+        for height, width in self.grids:
+            rows, columns = math.ceil(height / side), math.ceil(width / side)
+            down, right = torch.rand(2, rows, columns, generator=generator, dtype=torch.float64)
+            row = ((torch.arange(rows)[:, None] + down) * height / rows).long()
+            column = ((torch.arange(columns) + right) * width / columns).long()
+            numbers.append((first + row * width + column).flatten())
+            first += height * width
+        return torch.cat(numbers)
+
+    def parts(self) -> Iterator[Tensor]:
+        """Numbers of all windows, at most PART at a time."""
+        for first in range(0, len(self), PART):
+            yield torch.arange(first, min(first + PART, len(self)))
+
+
+@dataclass(frozen=True)
+class Projection:
+    """Principal components of windows: the mean (d,), the leading directions (d, components)."""
+
+    mean: Tensor
+    directions: Tensor
+
+    @classmethod
+    def learned_from(cls, rows: Tensor) -> "Projection":
+        """The components of rows (n, d), in double precision."""
+        mean = rows.mean(0, dtype=torch.float64)
+        centered = rows.double() - mean
+        _, vectors = torch.linalg.eigh(centered.T @ centered)
+        return cls(mean.float(), vectors[:, -COMPONENTS:].float())
+
+    def __call__(self, rows: Tensor) -> Tensor:
+        """Coordinates (n, components + 1) of rows (n, d), the last the length of what is missed."""
+        centered = rows - self.mean
+        leading = centered @ self.directions
+        missed = centered.square().sum(1) - leading.square().sum(1)
+        return torch.cat((leading, missed.clamp(min=0).sqrt()[:, None]), 1)
+
+
+class Nearest:
+    """Finds the nearest of `windows`; holds PART of them at a time, whatever their number."""
+
+    def __init__(self, windows: Windows) -> None:
+        self.windows = windows
+        rows = windows.rows(windows.sample(SAMPLE))
+        self._project = Projection.learned_from(rows)
+        self._index = self._empty_index(self._project(rows))
+        self._held = -1
+
+    def search(self, rows: Tensor, candidates: int = 8) -> tuple[Tensor, Tensor]:
+        """Rms distance (n,) from rows (n, d) to their nearest windows, and the numbers (n,) of these.
+
+        candidates: how many to measure in full for each row; one is enough to find exact copies.
+        """
+        points = self._project(rows).numpy()
+        distance = torch.full((len(rows),), torch.inf)
+        number = torch.zeros(len(rows), dtype=torch.long)
+        for part in self.windows.parts():
+            self._hold(part)
+            for found in torch.from_numpy(self._index.search(points, candidates)[1]).T:
+                candidate = found.clamp(min=0) + part[0]
+                measured = (self.windows.rows(candidate) - rows).square().mean(1).sqrt()
+                better = (found >= 0) & (measured < distance)
+                distance = torch.where(better, measured, distance)
+                number = torch.where(better, candidate, number)
+        return distance, number
+
+    def _empty_index(self, points: Tensor) -> Any:
+        flat = faiss.IndexFlatL2(points.shape[1])
+        if len(self.windows) <= SAMPLE:
+            return flat
+        self._lists = flat  # the lists' centers; the index does not keep them alive by itself
+        index = faiss.IndexIVFFlat(flat, points.shape[1], LISTS)
+        index.nprobe = PROBED
+        index.cp.niter = 6
+        index.cp.min_points_per_centroid = 1  # or faiss prints a warning
+        index.train(points.numpy())
+        return index
+
+    def _hold(self, part: Tensor) -> None:
+        """Fill the index with one part of the windows, unless it holds that already."""
+        first = int(part[0])
+        if first != self._held:
+            self._index.reset()
+            self._index.add(self._project(self.windows.rows(part)).numpy())
+            self._held = first

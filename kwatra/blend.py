@@ -1,0 +1,127 @@
+"""The image that agrees best with its matched windows and its terms (the E-step of thesis algorithms 1 and 2).
+
+Minimizes sum_p w_p (W_p x - z_p)^T G (W_p x - z_p) + terms over x. Without features and with diagonal terms the
+normal equations (thesis 19, with G and w_p of 5.2) are diagonal and solved in closed form. Otherwise (equation 22,
+or an F that is not diagonal) by preconditioned conjugate gradients with the diagonal as preconditioner.
+"""
+
+from collections.abc import Callable, Sequence
+
+import torch
+from torch import Tensor
+
+from kwatra.metric import Metric
+from kwatra.search import CHUNK, SourceWindows
+from kwatra.terms import Quadratic
+from kwatra.windows import Grid
+
+
+def blend(
+    grid: Grid,
+    source: SourceWindows,
+    matches: Tensor,
+    weights: Tensor,
+    quadratics: Sequence[Quadratic] = (),
+    start: Tensor | None = None,
+) -> Tensor:
+    """The image (C, *S) that minimizes the energy for given matches (N,) and window weights (N,) > 0.
+
+    start: first guess for the iterative solution. Memory: windows are summed in bands of bounded size.
+    """
+    metric = source.metric
+    channels = source.pixels.shape[-1]
+    total = torch.zeros(channels, *grid.shape, device=grid.device)
+    mass = torch.zeros(1, *grid.shape, device=grid.device)
+    for part, band in bands(grid, metric):
+        weight = weights[part].view(-1, *[1] * (len(grid.shape) + 1)) * metric.falloff
+        total += band.scatter(weight * source.windows(matches[part]))
+        mass += band.scatter(weight)
+    unit = mass.mean()
+    total, mass = total / unit, mass / unit
+    for q in quadratics:
+        if q.apply is None:
+            total, mass = total + q.diagonal * q.target, mass + q.diagonal
+    operators = [q for q in quadratics if q.apply is not None]
+    if metric.plain and not operators:
+        return total / mass
+    right, diagonal = total, mass.expand_as(total).clone()
+    for q in operators:
+        right = right + q.times(q.target.expand_as(total))
+        diagonal += q.diagonal
+    feature = _FeatureEnergy(grid, metric, weights / unit)
+    if not metric.plain:
+        right = right + feature.pull(source, matches)
+        diagonal += feature.diagonal()
+
+    def system(x: Tensor) -> Tensor:
+        y = mass * x
+        for q in operators:
+            y = y + q.times(x)
+        return y if metric.plain else y + feature.times(x)
+
+    return conjugate_gradients(system, right, diagonal, total / mass if start is None else start)
+
+
+def bands(grid: Grid, metric: Metric) -> list[tuple[slice, Grid]]:
+    """The grid in bands that hold at most about CHUNK values each, with the slice of window indices of each."""
+    result, first = [], 0
+    for band in grid.bands(max(CHUNK // metric.weight.numel(), 1)):
+        result.append((slice(first, first + len(band)), band))
+        first += len(band)
+    return result
+
+
+class _FeatureEnergy:
+    """sum_p w_p W_p^T psi^T psi W_p, the features' part of the normal equations (thesis equation 22)."""
+
+    def __init__(self, grid: Grid, metric: Metric, weights: Tensor) -> None:
+        self.grid, self.metric = grid, metric
+        self.weights = weights[:, None]
+
+    def _sum(self, windows_of: Callable[[slice, Grid], Tensor]) -> Tensor:
+        parts = []
+        for part, band in bands(self.grid, self.metric):
+            values = self.weights[part] * self.metric.features(windows_of(part, band))
+            parts.append(band.scatter(self.metric.features_transposed(values)))
+        return torch.stack(parts).sum(0)
+
+    def times(self, x: Tensor) -> Tensor:
+        return self._sum(lambda _, band: band.gather(x))
+
+    def pull(self, source: SourceWindows, matches: Tensor) -> Tensor:
+        return self._sum(lambda part, _: source.windows(matches[part]))
+
+    def diagonal(self) -> Tensor:
+        shape = [1] * self.metric.weight.ndim
+        windows = self.weights.view(-1, *shape) * self.metric.features_diagonal
+        return self.grid.scatter(windows)
+
+
+def conjugate_gradients(
+    system: Callable[[Tensor], Tensor],
+    right: Tensor,
+    diagonal: Tensor,
+    start: Tensor,
+    tolerance: float = 1e-4,
+    most: int = 60,
+) -> Tensor:
+    """Solve system(x) = right for a symmetric positive definite linear map, preconditioned by its diagonal.
+
+    Stops when the residual's norm is `tolerance` of the right side's, or after `most` steps (Hestenes-Stiefel).
+    """
+    x = start.clone()
+    residual = right - system(x)
+    goal = tolerance * float(right.norm())
+    direction = step = residual / diagonal
+    energy = (residual * step).sum()
+    for _ in range(most):
+        if float(residual.norm()) <= goal:
+            break
+        image = system(direction)
+        length = energy / (direction * image).sum()
+        x = x + length * direction
+        residual = residual - length * image
+        step = residual / diagonal
+        previous, energy = energy, (residual * step).sum()
+        direction = step + energy / previous * direction
+    return x

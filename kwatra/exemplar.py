@@ -1,0 +1,206 @@
+"""What is copied from: images or videos of one texture, with their holes, transformed copies and pyramid.
+
+All images lie on one canvas, kept apart by gaps. A pixel of the canvas belongs to an image or to nobody; a window
+may be copied when all its pixels belong to the same image. Holes, gaps, and the corners that a rotation leaves
+empty are then one thing, and the search needs to know of none of them.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import torch
+import torch.nn.functional as F
+from torch import Tensor
+
+from kwatra.errors import InputError
+
+ALIGNMENT = 8
+"""Images start at multiples of this on the canvas, so that their pyramids sample them in phase."""
+
+_POOLS = {2: (F.avg_pool2d, F.max_pool2d), 3: (F.avg_pool3d, F.max_pool3d)}
+
+
+@dataclass(frozen=True)
+class Exemplar:
+    """A canvas of source images at one resolution; make one with `Exemplar.of`.
+
+    canvas (C, *S) float32. owner (*S) float32: index of the image a pixel belongs to, -1 for nobody. origin
+    (1 + n, *S) int64: where the pixel comes from in the images given to `of`, as (image, first axis, ..., last axis)
+    in their full-resolution pixels. weights (C,): how much each channel counts in matching.
+    """
+
+    canvas: Tensor
+    owner: Tensor
+    origin: Tensor
+    weights: Tensor
+
+    @classmethod
+    def of(
+        cls,
+        images: Tensor | Sequence[Tensor],
+        *,
+        weights: Sequence[float] | None = None,
+        masks: Sequence[Tensor | None] | None = None,
+        mirror: bool = False,
+        rotate: Sequence[float] = (),
+        scale: Sequence[float] = (),
+        device: torch.device | str = "cpu",
+    ) -> "Exemplar":
+        """An exemplar of one or more images (C, H, W) or videos (C, T, H, W) with the same number of channels.
+
+        masks: per image a boolean (*S), True where texture may be copied from. mirror adds each image flipped along
+        its last axis; rotate adds copies turned by so many degrees (counterclockwise); scale adds copies resized by
+        these factors. Raises InputError for empty, non-finite or mismatching input.
+        """
+        images = [images] if isinstance(images, Tensor) else list(images)
+        masks = [None] * len(images) if masks is None else list(masks)
+        _check(images, masks)
+        pieces = []
+        for index, (image, mask) in enumerate(zip(images, masks, strict=True)):
+            piece = _original(image.to(device, torch.float32), mask, index)
+            pieces += _copies(piece, mirror, rotate, scale)
+        channels = images[0].shape[0]
+        weight = torch.ones(channels) if weights is None else torch.tensor(weights, dtype=torch.float32)
+        if weight.shape != (channels,) or bool((weight < 0).any()) or not bool(weight.isfinite().all()):
+            raise InputError(f"weights are {weights}; give one finite number >= 0 for each of the {channels} channels")
+        return _packed(pieces, weight.to(device))
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Spatial shape of the canvas."""
+        return tuple(self.owner.shape)
+
+    @property
+    def extent(self) -> tuple[int, ...]:
+        """Largest size along each axis of the images it holds (in this resolution's pixels)."""
+        sizes = []
+        for image in range(int(self.owner.max()) + 1):
+            place = (self.owner == image).nonzero()
+            if len(place):
+                sizes.append(place.amax(0) - place.amin(0) + 1)
+        return tuple(torch.stack(sizes).amax(0).tolist())
+
+    def coarser(self, factor: Sequence[int]) -> "Exemplar":
+        """The exemplar averaged over blocks of `factor` pixels per axis; a block is kept when it is whole."""
+        factor = tuple(factor)
+        if all(f == 1 for f in factor):
+            return self
+        average, largest = _POOLS[len(self.shape)]
+        high = largest(self.owner[None], factor)[0]
+        low = -largest(-self.owner[None], factor)[0]
+        every = (slice(None), *(slice(f // 2, f * s, f) for f, s in zip(factor, high.shape, strict=True)))
+        owner = torch.where(high == low, high, -1.0)
+        return replace(self, canvas=average(self.canvas[None], factor)[0], owner=owner, origin=self.origin[every])
+
+    def corners(self, width: Sequence[int]) -> Tensor:
+        """Where windows of `width` may start: boolean, shape S - width + 1."""
+        _, largest = _POOLS[len(self.shape)]
+        width = tuple(width)
+        if any(w > s for w, s in zip(width, self.shape, strict=True)):
+            return torch.zeros([0] * len(width), dtype=torch.bool)
+        high = largest(self.owner[None], width, 1)[0]
+        low = -largest(-self.owner[None], width, 1)[0]
+        return (high == low) & (low >= 0)
+
+
+@dataclass(frozen=True)
+class _Piece:
+    image: Tensor
+    mask: Tensor
+    origin: Tensor
+
+
+def _check(images: Sequence[Tensor], masks: Sequence[Tensor | None]) -> None:
+    if not images:
+        raise InputError("no exemplar was given; give at least one image")
+    if len(masks) != len(images):
+        raise InputError(f"{len(masks)} masks were given for {len(images)} images; give one, or None, per image")
+    for image, mask in zip(images, masks, strict=True):
+        if image.ndim not in (3, 4) or image.ndim != images[0].ndim or 0 in image.shape:
+            raise InputError(
+                f"an exemplar has shape {tuple(image.shape)}; images are (C, H, W) and videos (C, T, H, W), not empty"
+            )
+        if image.shape[0] != images[0].shape[0]:
+            raise InputError(
+                f"exemplars have {images[0].shape[0]} and {image.shape[0]} channels; convert them to the same number"
+            )
+        if image.dtype.is_floating_point and not bool(image.isfinite().all()):
+            raise InputError("an exemplar holds NaN or infinite pixels; replace them or mask them out")
+        if mask is not None and mask.shape != image.shape[1:]:
+            raise InputError(
+                f"a mask has shape {tuple(mask.shape)} but its image {tuple(image.shape[1:])}; they must be the same"
+            )
+
+
+def _original(image: Tensor, mask: Tensor | None, index: int) -> _Piece:
+    axes = [torch.arange(s, device=image.device) for s in image.shape[1:]]
+    place = torch.stack(torch.meshgrid(*axes, indexing="ij"))
+    number = torch.full_like(place[:1], index)
+    whole = torch.ones(image.shape[1:], dtype=torch.bool, device=image.device)
+    return _Piece(image, whole if mask is None else mask.to(image.device), torch.cat([number, place]))
+
+
+def _copies(piece: _Piece, mirror: bool, rotate: Sequence[float], scale: Sequence[float]) -> list[_Piece]:
+    """The piece itself and its transformed copies."""
+    pieces = [piece]
+    if mirror:
+        pieces.append(_Piece(*(t.flip(-1) for t in (piece.image, piece.mask, piece.origin))))
+    turned = [_resampled(p, angle, 1.0) for angle in rotate for p in pieces]
+    sized = [_resampled(p, 0.0, factor) for factor in scale for p in pieces]
+    return pieces + turned + sized
+
+
+def _resampled(piece: _Piece, degrees: float, factor: float) -> _Piece:
+    """The piece turned by `degrees` counterclockwise and enlarged by `factor`, on a canvas that holds all of it."""
+    if not (math.isfinite(degrees) and math.isfinite(factor) and 0.1 <= factor <= 10):
+        raise InputError(f"a copy is turned by {degrees} and scaled by {factor}; scales are 0.1 to 10")
+    if degrees % 90 == 0 and factor == 1:
+        turns = int(degrees // 90)
+        return _Piece(*(torch.rot90(t, turns, (-2, -1)) for t in (piece.image, piece.mask, piece.origin)))
+    height, width = piece.mask.shape[-2:]
+    angle = math.radians(degrees)
+    cos, sin = math.cos(angle), math.sin(angle)
+    out_h = max(round(factor * (height * abs(cos) + width * abs(sin))), 1)
+    out_w = max(round(factor * (width * abs(cos) + height * abs(sin))), 1)
+    y, x = torch.meshgrid(
+        torch.arange(out_h, dtype=torch.float32) - (out_h - 1) / 2,
+        torch.arange(out_w, dtype=torch.float32) - (out_w - 1) / 2,
+        indexing="ij",
+    )
+    from_x, from_y = (cos * x - sin * y) / factor, (sin * x + cos * y) / factor
+    where = torch.stack([from_x * 2 / width, from_y * 2 / height], -1)[None].to(piece.image.device)
+
+    def sample(stack: Tensor, mode: str) -> Tensor:
+        flat = stack.reshape(1, -1, height, width)
+        if factor < 1 and mode == "bicubic":
+            flat = F.interpolate(flat, scale_factor=factor, mode="area")
+        return F.grid_sample(flat, where, mode, "zeros", align_corners=False).view(*stack.shape[:-2], out_h, out_w)
+
+    inside = sample(piece.mask.float(), "bilinear") > 1 - 1e-3
+    # nearest sampling of coordinates stays exact in float32 up to 2^24
+    origin = sample(piece.origin.float(), "nearest").round().long()
+    low, high = piece.image.amin(), piece.image.amax()
+    return _Piece(sample(piece.image, "bicubic").clamp(low, high), inside, origin)
+
+
+def _packed(pieces: Sequence[_Piece], weights: Tensor) -> Exemplar:
+    """Lay the pieces out under each other along the next-to-last axis, an alignment's gap or more between them."""
+    shape = torch.tensor([p.mask.shape for p in pieces]).amax(0).tolist()
+    starts, rows = [], 0
+    for piece in pieces:
+        starts.append(rows)
+        rows += -(-(piece.mask.shape[-2] + ALIGNMENT) // ALIGNMENT) * ALIGNMENT
+    shape[-2] = starts[-1] + pieces[-1].mask.shape[-2]
+    first = pieces[0]
+    canvas = first.image.new_zeros(first.image.shape[0], *shape)
+    owner = first.image.new_full(shape, -1.0)
+    origin = first.origin.new_zeros(first.origin.shape[0], *shape)
+    for index, (piece, start) in enumerate(zip(pieces, starts, strict=True)):
+        place = (..., *(slice(0, s) for s in piece.mask.shape))
+        spot = list(place)
+        spot[-2] = slice(start, start + piece.mask.shape[-2])
+        canvas[tuple(spot)] = piece.image
+        owner[tuple(spot)] = torch.where(piece.mask, float(index), -1.0)
+        origin[tuple(spot)] = piece.origin
+    return Exemplar(canvas, owner, origin, weights)

@@ -1,0 +1,111 @@
+"""Resolutions and window sizes, coarse to fine and large to small (thesis section 5.4), and the rule that picks them.
+
+A level pairs a resolution (pixels `factor` times coarser than the output's) with a window width. A coarse level pays
+only while the texture's detail survives there; which ones do follows from an estimate of the texture element.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from kwatra.errors import InputError
+from kwatra.exemplar import ALIGNMENT, Exemplar
+from kwatra.search import ROUTES
+
+
+@dataclass(frozen=True)
+class Level:
+    """One stage of the optimization.
+
+    factor: 1, 2, 4 or 8, how much coarser than the output. width: window width in this level's pixels, >= 2.
+    iterations: at most so many EM iterations. depth: window width in time, for videos (time is never subsampled:
+    thesis 5.5). route: how matches are searched, one of search.ROUTES; None leaves it to the sizes.
+    """
+
+    factor: int
+    width: int
+    iterations: int = 4
+    depth: int = 4
+    route: str | None = None
+
+    def __post_init__(self) -> None:
+        if self.factor not in (1, 2, 4, 8) or self.factor > ALIGNMENT:
+            raise InputError(f"a level's factor is {self.factor}; allowed are 1, 2, 4 and 8")
+        if self.width < 2 or self.depth < 1 or self.iterations < 1:
+            raise InputError(
+                f"a level has width {self.width}, depth {self.depth}, {self.iterations} iterations; give a width of "
+                "at least 2 and at least 1 of the others"
+            )
+        if self.route not in (None, *ROUTES):
+            raise InputError(f"a level's route is {self.route!r}; allowed are {', '.join(ROUTES)} or None")
+
+    def factors(self, axes: int) -> tuple[int, ...]:
+        """The factor per axis: time, the first of three axes, keeps its resolution."""
+        return (1,) * (axes - 2) + (self.factor,) * 2
+
+    def window(self, axes: int) -> tuple[int, ...]:
+        """The window's width per axis."""
+        return (self.depth,) * (axes - 2) + (self.width,) * 2
+
+
+THESIS = (Level(4, 8), Level(2, 16), Level(2, 8), Level(1, 32), Level(1, 16), Level(1, 8))
+"""The levels of thesis figure 23: resolutions 1/4, 1/2, 1 with windows of 32, 16, 8 where they fit."""
+
+
+def texture_element(image: Tensor) -> float:
+    """Estimated size in pixels of what repeats in a texture (C, H, W) or (C, T, H, W), at least 2.
+
+    From the autocorrelation of the luminance along rows and along columns, the larger of the two: the lag of the
+    first clear peak (a period), or, where nothing repeats, four times the lag at which it has halved (a blob and
+    the space around it).
+    """
+    light = image.mean(0)
+    light = light - light.mean((-2, -1), keepdim=True)
+    if float(light.abs().max()) < 1e-6:
+        return 2.0
+    return max(2.0, *(_repeat(light.movedim(axis, -1)) for axis in (-2, -1)))
+
+
+def _repeat(light: Tensor) -> float:
+    """The lag along the last axis at which a texture repeats, as `texture_element` says."""
+    size = light.shape[-1]
+    power = torch.fft.rfft(light, 2 * size).abs().square().reshape(-1, size + 1).sum(0)
+    overlap = torch.arange(size, 0, -1, device=light.device)
+    curve = (torch.fft.irfft(power)[:size] / overlap)[: max(size // 2, 2)]
+    curve = curve / curve[0].clamp(min=1e-12)
+    peak = (curve[1:-1] > curve[:-2]) & (curve[1:-1] >= curve[2:]) & (curve[1:-1] > 0.25)
+    peaks = peak.nonzero()
+    if len(peaks):
+        return float(peaks[0, 0] + 1)
+    halved = (curve < 0.5).nonzero()
+    return 4 * float(halved[0, 0]) if len(halved) else size / 2
+
+
+def planned_levels(exemplar: Exemplar, shape: Sequence[int], iterations: int) -> tuple[Level, ...]:
+    """Levels that suit an exemplar and an output of spatial `shape`.
+
+    The coarsest resolution is the one at which the exemplar still has 24 pixels, at most 1/4 (1/8 where the element
+    spans 64 pixels or more). Its window spans the texture element, within 8 to 16 pixels; the finer resolutions
+    mend what is left with 16 and 8.
+    """
+    least = min(*exemplar.extent[-2:], *shape[-2:])
+    element = texture_element(exemplar.canvas)
+    coarsest = 8 if element >= 64 else 4
+    factors = [f for f in (8, 4, 2, 1) if f <= coarsest and (f == 1 or least >= 24 * f)]
+    levels = []
+    for factor in factors:
+        if factor == max(factors) and factor > 1:
+            widths = [min(max(round(element / factor / 4) * 4, 8), 16)]
+        else:
+            widths = [16, 8]
+        fit = [w for w in widths if w <= least // factor] or [_largest_window(least // factor)]
+        levels += [Level(factor, w, iterations) for w in fit]
+    return tuple(levels)
+
+
+def _largest_window(size: int) -> int:
+    if size < 4:
+        raise InputError(f"the exemplar or the output is only {size} pixels wide; at least 4 are needed")
+    return size if size < 8 else 8

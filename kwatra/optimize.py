@@ -1,0 +1,137 @@
+"""The EM loop: texture synthesis as the minimization of one energy (thesis algorithms 1 and 2).
+
+    U(x) = sum_p w_p |x_p - z_p|^2_G + sum_k lambda_k (x - c_k)^T F_k (x - c_k)
+
+Each iteration searches for every window x_p of the image the exemplar window z_p that explains it best, weighs the
+windows robustly, and blends: solves for the x that minimizes U with the z_p fixed. Levels run coarse to fine.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+
+import torch
+from torch import Tensor
+
+from kwatra import sourcemap
+from kwatra.errors import InputError
+from kwatra.exemplar import Exemplar
+from kwatra.levels import Level, planned_levels
+from kwatra.result import Progress, Result, Row, Stage
+from kwatra.scene import Scene, State, coarse_shape
+from kwatra.settings import Settings
+from kwatra.start import BlockStart, block_size
+from kwatra.terms import Sum, TermLike, parts_of
+
+
+def optimize(
+    exemplar: Exemplar,
+    shape: Sequence[int],
+    *,
+    settings: Settings | None = None,
+    terms: TermLike | Sum | Sequence[TermLike | Sum] = (),
+    start: Tensor | None = None,
+    seed: int = 0,
+    callback: Callable[[Progress], None] | None = None,
+) -> Result:
+    """Synthesize an image or video of spatial `shape` that looks like the exemplar and satisfies the terms.
+
+    shape: (H, W) or (T, H, W). start: an image (C, *shape) to improve instead of beginning anew. Runs on the
+    exemplar's device. Memory grows with the output and with the exemplar, never with their product.
+    Raises InputError for what cannot be done, FloatingPointError should the energy cease to be finite.
+    """
+    settings, shape = settings or Settings(), tuple(shape)
+    _check(exemplar, shape, start)
+    single_terms = parts_of(terms)
+    generator = torch.Generator().manual_seed(seed)
+    levels = settings.levels or planned_levels(exemplar, shape, settings.iterations)
+    report = _Report(levels, callback)
+    image, where, factors = start, None, (1,) * len(shape)
+    if start is None and settings.start != "windows":
+        where, factors = block_start(exemplar, shape, levels, settings, generator)
+    for number, level in enumerate(levels):
+        scene = Scene(exemplar, shape, single_terms, level, settings, generator)
+        state = scene.enter(image, where, factors)
+        state, stopped = _iterate(scene, state, report, number)
+        assert state.matches is not None
+        image, factors = state.image, scene.factors
+        where = sourcemap.winners(scene.grid, scene.source, state.matches, state.weights)
+        report.stages.append(Stage(number, level.factor, level.width, image))
+    if max(factors) > 1:  # the levels asked for end below full resolution: show their matches at it
+        where = sourcemap.finer(where, factors, shape)
+        image = sourcemap.look_up(exemplar.canvas, where)
+    return Result(image, sourcemap.look_up(exemplar.origin, where), report.rows, report.stages, stopped)
+
+
+def _iterate(scene: Scene, state: State, report: "_Report", number: int) -> tuple[State, str]:
+    """EM iterations on one level until the matches settle or their number is spent; and why it stopped."""
+    level, tolerance = scene.level, scene.settings.tolerance
+    while state.iteration < level.iterations:
+        state, row = scene.step(state)
+        if not math.isfinite(state.energy):
+            raise FloatingPointError(f"the energy became {state.energy} in iteration {state.iteration}")
+        report.add(number, state, row)
+        if state.changed < tolerance:
+            return state, f"the matches settled: fewer than {tolerance:.1%} changed in iteration {state.iteration}"
+    return state, f"all {level.iterations} iterations were done"
+
+
+def block_start(
+    exemplar: Exemplar,
+    shape: tuple[int, ...],
+    levels: Sequence[Level],
+    settings: Settings,
+    generator: torch.Generator,
+) -> tuple[Tensor, tuple[int, ...]]:
+    """A source map of copied blocks and its resolution: the finest at which laying them costs little."""
+    axes = len(shape)
+    coarsest = max(level.factor for level in levels)
+    factor = 1
+    while factor < coarsest and min(exemplar.extent[-2:]) / factor > 160:
+        factor *= 2
+    factors, grain = _factors(factor, axes), _factors(coarsest // factor, axes)
+    here = exemplar.coarser(factors)
+    there = coarse_shape(shape, factors)
+    block = block_size(here, there, settings.block, grain)
+    aligned = settings.start == "aligned"
+    blocks = BlockStart(
+        here, there, block, grain, generator, wrap=settings.wrap, usage=settings.usage, aligned=aligned
+    )
+    return blocks.run(), factors
+
+
+def _factors(factor: int, axes: int) -> tuple[int, ...]:
+    return (1,) * (axes - 2) + (factor,) * 2
+
+
+class _Report:
+    """Collects what the result tells, and tells the callback."""
+
+    def __init__(self, levels: Sequence[Level], callback: Callable[[Progress], None] | None) -> None:
+        self.levels, self.callback = levels, callback
+        self.rows: list[Row] = []
+        self.stages: list[Stage] = []
+        work = [level.iterations / level.factor**2 for level in levels]
+        self._done = [sum(work[:i]) / sum(work) for i in range(len(work) + 1)]
+
+    def add(self, number: int, state: State, row: Row) -> None:
+        level = self.levels[number]
+        place: Row = {"level": number, "factor": level.factor, "width": level.width, "iteration": state.iteration}
+        self.rows.append(place | row)
+        if self.callback is not None:
+            share = state.iteration / level.iterations
+            fraction = self._done[number] + share * (self._done[number + 1] - self._done[number])
+            self.callback(Progress(fraction, number, state.iteration, state.energy, state.image))
+
+
+def _check(exemplar: Exemplar, shape: tuple[int, ...], start: Tensor | None) -> None:
+    axes = len(exemplar.shape)
+    if len(shape) != axes or any(int(s) != s or s < 1 for s in shape):
+        raise InputError(f"the output's shape is {shape}; give {axes} whole numbers of pixels, each at least 1")
+    if start is None:
+        return
+    if tuple(start.shape) != (len(exemplar.weights), *shape):
+        raise InputError(
+            f"the start image has shape {tuple(start.shape)}; the output needs {(len(exemplar.weights), *shape)}"
+        )
+    if not bool(start.isfinite().all()):
+        raise InputError("the start image holds NaN or infinite pixels; replace them first")

@@ -1,0 +1,44 @@
+"""What an optimization returns, and what it tells on the way."""
+
+from dataclasses import dataclass
+
+from torch import Tensor
+
+Row = dict[str, float | int | str]
+
+
+@dataclass(frozen=True)
+class Stage:
+    """What a level left: its number, factor and width, and the image (C, *S) at its own resolution."""
+
+    level: int
+    factor: int
+    width: int
+    image: Tensor
+
+
+@dataclass(frozen=True)
+class Progress:
+    """Given to the callback after every iteration: share of all work done (0 to 1), where, energy, image so far."""
+
+    fraction: float
+    level: int
+    iteration: int
+    energy: float
+    image: Tensor
+
+
+@dataclass(frozen=True)
+class Result:
+    """What an optimization returns.
+
+    image (C, *S). source (1 + n, *S) int64: for each pixel the exemplar image it comes from and the pixel there.
+    energies: one row per iteration with level, factor, width, iteration, route, changed (share of matches), texture,
+    each term by name, and total. stages: the image after each level. stopped: why the last level ended.
+    """
+
+    image: Tensor
+    source: Tensor
+    energies: list[Row]
+    stages: list[Stage]
+    stopped: str

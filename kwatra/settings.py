@@ -1,0 +1,52 @@
+"""How to optimize: the settings, validated in one place before any work starts."""
+
+import math
+from dataclasses import dataclass
+
+from kwatra.errors import InputError
+from kwatra.levels import Level
+from kwatra.metric import Feature
+
+STARTS = ("aligned", "blocks", "windows")
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How to optimize; the defaults suit most textures.
+
+    levels: coarse to fine; None plans them from the exemplar. r: exponent of the robust energy, in (0, 2].
+    wrap: windows run over the border, so that the output tiles. features: linear features psi compared beside color.
+    start: "aligned" (blocks that continue each other), "blocks" (blocks at random) or "windows" (the average of
+    random windows, as in the thesis). block: size of start blocks as a share of the exemplar's. usage: how strongly
+    much-used parts of the exemplar are avoided, in the start and in the search. iterations: per planned level.
+    candidates: how many matches are compared exactly. tolerance: a level ends when fewer than this share of the
+    matches change.
+    """
+
+    levels: tuple[Level, ...] | None = None
+    r: float = 0.8
+    wrap: bool = False
+    features: tuple[Feature, ...] = ()
+    start: str = "aligned"
+    block: float = 0.5
+    usage: float = 0.3
+    search_usage: float = 0.0
+    iterations: int = 4
+    candidates: int = 3
+    tolerance: float = 0.005
+
+    def __post_init__(self) -> None:
+        if not 0 < self.r <= 2:
+            raise InputError(f"r is {self.r}; the robust exponent lies in (0, 2]")
+        if self.start not in STARTS:
+            raise InputError(f"start is {self.start!r}; allowed are {', '.join(STARTS)}")
+        if not 0 < self.block <= 1:
+            raise InputError(f"block is {self.block}; it is a share of the exemplar in (0, 1]")
+        if not (0 <= self.usage < math.inf):
+            raise InputError(f"usage is {self.usage}; it is finite and >= 0")
+        if self.levels is not None and not self.levels:
+            raise InputError("levels is empty; give at least one level, or None to have them planned")
+        if self.iterations < 1 or self.candidates < 1:
+            raise InputError(
+                f"iterations is {self.iterations} and candidates {self.candidates}; both are at least 1"
+            )

@@ -1,0 +1,156 @@
+"""What the optimization starts from: blocks of the exemplar, laid so that they continue each other.
+
+EM only mends what lies within a window's reach, so rows, courses and lattices have to be right before it begins.
+Blocks are laid one after the other; each is chosen among the exemplar's blocks for how well it agrees with what
+already lies under it, and for how little its content has been used so far (coverage). Both are correlations of the
+exemplar with the block's known pixels. Offsets between output and exemplar are multiples of `grain`, the coarsest
+level's pixel, so that every level of the pyramid can represent the start exactly.
+"""
+
+import math
+from collections.abc import Sequence
+from itertools import product
+
+import torch
+import torch.nn.functional as F
+from torch import Tensor
+
+from kwatra.errors import InputError
+from kwatra.exemplar import Exemplar
+
+_CONVOLUTIONS = {2: F.conv2d, 3: F.conv3d}
+_AVERAGES = {2: F.avg_pool2d, 3: F.avg_pool3d}
+
+TOLERANCE = 0.05
+"""A block is drawn at random from those whose cost is within this fraction of the best agreement's."""
+
+
+def block_size(exemplar: Exemplar, shape: Sequence[int], share: float, grain: Sequence[int]) -> tuple[int, ...]:
+    """Size of the blocks: `share` of the exemplar's extent, at most half of the output, a multiple of grain."""
+    size = []
+    for there, here, g in zip(exemplar.extent, shape, grain, strict=True):
+        wanted = min(share * there, here / 2)
+        size.append(min(max(round(wanted / g) * g, g), there // g * g or there))
+    return tuple(size)
+
+
+class BlockStart:
+    """Lays blocks of an exemplar on an output of spatial `shape`; `run` returns the source map (n, *shape)."""
+
+    def __init__(
+        self,
+        exemplar: Exemplar,
+        shape: Sequence[int],
+        block: Sequence[int],
+        grain: Sequence[int],
+        generator: torch.Generator,
+        *,
+        wrap: bool = False,
+        usage: float = 0.3,
+        aligned: bool = True,
+    ) -> None:
+        self.exemplar, self.shape, self.wrap = exemplar, tuple(shape), wrap
+        self.grain, self.generator, self.usage, self.aligned = tuple(grain), generator, usage, aligned
+        self.block, self.valid = self._that_fits(tuple(block))
+        self.overlap = tuple(max(b // 4, 1) for b in self.block)
+        device = exemplar.canvas.device
+        self.x = torch.zeros(len(exemplar.weights), *self.shape, device=device)
+        self.known = torch.zeros(self.shape, device=device)
+        self.where = torch.zeros(len(self.shape), *self.shape, dtype=torch.long, device=device)
+        self.used = torch.zeros(exemplar.shape, device=device)
+        self.share = (exemplar.weights / exemplar.weights.sum().clamp(min=1e-9)).view(-1, *[1] * len(self.shape))
+        self.weighted = exemplar.canvas * self.share
+        self.square = (self.weighted * exemplar.canvas).sum(0)
+        inside = exemplar.canvas[:, exemplar.owner >= 0]
+        self.variance = float((inside.var(1, correction=0) * self.share.flatten()).sum().clamp(min=1e-8))
+
+    def _that_fits(self, block: tuple[int, ...]) -> tuple[tuple[int, ...], Tensor]:
+        """The block, halved until it fits between the exemplar's holes, and where it may start (on the grain)."""
+        every = tuple(slice(None, None, g) for g in self.grain)
+        while True:
+            valid = self.exemplar.corners(block)[every]
+            if bool(valid.any()):
+                return block, valid
+            if all(b <= 2 for b in block):
+                raise InputError("the exemplar has no free 2x2 block; its mask leaves too little to copy from")
+            block = tuple(max(b // 2, 2) for b in block)
+
+    def run(self) -> Tensor:
+        """Lay all blocks, row by row."""
+        for corner in product(*(self._starts(axis) for axis in range(len(self.shape)))):
+            self._lay(corner)
+        return self.where
+
+    def _starts(self, axis: int) -> list[int]:
+        """Where blocks start along an axis: evenly spread on the grain, overlapping by `overlap` or more."""
+        size, block, g = self.shape[axis], self.block[axis], self.grain[axis]
+        stride = max(block - self.overlap[axis], 1)
+        if self.wrap:
+            count = -(-size // stride)
+            return sorted({round(i * size / count / g) * g for i in range(count)})
+        count = max(-(-(size - block) // stride), 0) + 1
+        spread = (size - block) / max(count - 1, 1)
+        starts = {math.ceil(i * spread / g) * g for i in range(count)}
+        return sorted(s for s in starts if s < size)
+
+    def _lay(self, corner: tuple[int, ...]) -> None:
+        """Choose a block for the place at `corner` and copy it."""
+        axes = []
+        for start, size, block in zip(corner, self.shape, self.block, strict=True):
+            stop = start + block if self.wrap else min(start + block, size)
+            axes.append(torch.arange(start, stop, device=self.x.device) % size)
+        here = tuple(a.view(-1, *[1] * (len(axes) - 1 - i)) for i, a in enumerate(axes))
+        known = F.pad(self.known[here], self._missing(axes))
+        content = F.pad(self.x[(slice(None), *here)], self._missing(axes))
+        there = self._choose(known, content)
+        size = [len(a) for a in axes]
+        fresh = self._fresh(known)[tuple(slice(0, s) for s in size)]
+        source = tuple(slice(t, t + s) for t, s in zip(there, size, strict=True))
+        old = self.x[(slice(None), *here)]
+        self.x[(slice(None), *here)] = torch.where(fresh, self.exemplar.canvas[(slice(None), *source)], old)
+        places = torch.meshgrid(
+            *(torch.arange(s.start, s.stop, device=self.x.device) for s in source), indexing="ij"
+        )
+        self.where[(slice(None), *here)] = torch.where(
+            fresh, torch.stack(places), self.where[(slice(None), *here)]
+        )
+        self.known[here] = 1.0
+        self.used[source] += fresh
+
+    def _missing(self, axes: Sequence[Tensor]) -> list[int]:
+        """Padding that brings a block cut by the border to full size."""
+        padding: list[int] = []
+        for block, axis in zip(reversed(self.block), reversed(axes), strict=True):
+            padding += [0, block - len(axis)]
+        return padding
+
+    def _choose(self, known: Tensor, content: Tensor) -> list[int]:
+        """Corner of the block to copy: good agreement with what is known, little used so far."""
+        mismatch = torch.zeros(self.valid.shape, device=known.device)
+        if self.aligned and bool(known.any()):
+            cross = self._correlated(self.weighted, content * known)
+            square = self._correlated(self.square[None], known[None])
+            constant = (content.square() * known * self.share).sum()
+            mismatch = (square - 2 * cross + constant).clamp(min=0) / (known.sum() * self.variance)
+        used = _AVERAGES[known.ndim](self.used[None], self.block, self.grain)[0]
+        cost = mismatch + self.usage * (used - self.used.mean())
+        cost = torch.where(self.valid, cost, math.inf)
+        allowed = cost.min() + TOLERANCE * max(float(mismatch.flatten()[cost.argmin()]), 0.01)
+        good = (cost <= allowed).flatten().nonzero()[:, 0]
+        pick = good[int(torch.randint(len(good), (1,), generator=self.generator))]
+        place = torch.unravel_index(pick, cost.shape)
+        return [int(p) * g for p, g in zip(place, self.grain, strict=True)]
+
+    def _correlated(self, image: Tensor, block: Tensor) -> Tensor:
+        """Inner products of a block (C, *block) with the image (C, *canvas) at every position on the grain."""
+        return _CONVOLUTIONS[block.ndim - 1](image[None], block[None], stride=self.grain)[0, 0]
+
+    def _fresh(self, known: Tensor) -> Tensor:
+        """Which pixels the new block takes: the unknown ones, and the inner half of its overlaps with known ones."""
+        inner = torch.ones_like(known, dtype=torch.bool)
+        for axis, overlap in enumerate(self.overlap):
+            for first in (0, known.shape[axis] - overlap):
+                if float(known.narrow(axis, first, overlap).mean()) > 0.5:
+                    outer = first if first == 0 else first + overlap - overlap // 2
+                    inner.narrow(axis, outer, overlap // 2).fill_(False)
+        return inner | (known == 0)
