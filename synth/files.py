@@ -154,9 +154,7 @@ def _told(path: Path) -> Iterator[None]:
         yield
     except OSError as error:
         if error.errno in (errno.ENOSPC, errno.EDQUOT):
-            raise InputError(
-                f"{path} was not written because the disk is full; free space or choose another"
-            ) from error
+            raise InputError(f"{path} was not written because the disk is full; free some space") from error
         raise InputError(f"{path} was not written ({error.strerror or error}); choose another place") from error
 
 

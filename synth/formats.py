@@ -14,7 +14,7 @@ import struct
 import warnings
 import zlib
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -266,7 +266,7 @@ def _read_exr(path: Path) -> tuple[Array, Kind]:
 
 def _exr_order(name: str) -> tuple[str, int, str]:
     layer, _, channel = name.rpartition(".")
-    return layer, "YRGBAXYZUVW".find(channel) % 16, channel
+    return layer, {"R": 0, "G": 1, "B": 2, "A": 4}.get(channel, 3), channel
 
 
 def _write_exr(path: Path, pixels: Array, kind: Kind) -> None:
@@ -285,18 +285,16 @@ def _write_exr(path: Path, pixels: Array, kind: Kind) -> None:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Send what native code prints to nowhere: OpenEXR prints on both outputs what it also raises."""
-    kept = [(number, os.dup(number)) for number in (1, 2)]
-    nowhere = os.open(os.devnull, os.O_WRONLY)
+    """Silence OpenEXR, which prints on both outputs, on stderr from native code, what it also raises."""
+    kept, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
     try:
-        for number, _ in kept:
-            os.dup2(nowhere, number)
-        yield
+        os.dup2(nowhere, 2)
+        with redirect_stdout(io.StringIO()):
+            yield
     finally:
+        os.dup2(kept, 2)
+        os.close(kept)
         os.close(nowhere)
-        for number, copy in kept:
-            os.dup2(copy, number)
-            os.close(copy)
 
 
 _READERS = {

@@ -59,7 +59,7 @@ def _plot(energies: Sequence[Row]) -> bytes:
         if index == 0 or row["level"] != energies[index - 1]["level"]:
             x = place(index, 10.0**low)[0]
             draw.line([(x, _MARGIN), (x, _HEIGHT - _MARGIN)], _LEVELS)
-            draw.text((x + 4, _MARGIN), f"scale {row['scale']}, width {row['width']}", _AXES, font, "ld")
+            draw.text((x + 4, _MARGIN), f"scale 1/{row['factor']}, width {row['width']}", _AXES, font, "ld")
     for number, (name, curve) in enumerate(curves.items()):
         color = _CURVES[number % len(_CURVES)]
         points = [place(index, value) for index, value in enumerate(curve) if value > 0]
@@ -74,7 +74,7 @@ def _plot(energies: Sequence[Row]) -> bytes:
 def _curves(energies: Sequence[Row]) -> dict[str, list[float]]:
     """The columns that are energies: numbers that do not say where in the run a row is."""
     names = dict.fromkeys(key for row in energies for key in row)
-    rest = [name for name in names if name not in ("level", "scale", "width", "iteration", "route")]
+    rest = [name for name in names if name not in ("level", "factor", "width", "iteration", "route", "changed")]
     return {name: [_number(row.get(name)) for row in energies] for name in rest}
 
 

@@ -1,0 +1,172 @@
+"""The command line: `kwatra synth` and `kwatra score`.
+
+Bad input ends with one sentence on stderr and exit code 2, Ctrl-C with 130. What takes long to import is imported
+when a command runs, so that `--help` answers at once.
+"""
+
+import argparse
+import os
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import NoReturn, TypeVar
+
+T = TypeVar("T")
+
+_SYNTH_EPILOG = """examples:
+  kwatra synth brick.png                               twice the size, as brick_synth.png
+  kwatra synth brick.png -o wall.png --size 1024x768 --tile
+  kwatra synth brick.png --also normal=brick_n.png     also writes brick_synth_normal.png
+"""
+
+
+class _Parser(argparse.ArgumentParser):
+    """Says what is wrong in one line, without the usage."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"kwatra: error: {message} (see {self.prog} --help)\n")
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command line; returns the exit code."""
+    try:
+        return _run(argv)
+    except KeyboardInterrupt:
+        return _fail("interrupted, nothing was written", 130)
+    except BrokenPipeError:
+        # whoever read the output has gone; python must not find that out again when it ends
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+
+
+def _run(argv: Sequence[str] | None) -> int:
+    try:
+        arguments = _parser().parse_args(argv)
+        print(_command(arguments.command)(arguments))
+        return 0
+    except (ValueError, MemoryError, RuntimeError) as error:
+        from kwatra.errors import InputError
+
+        if isinstance(error, InputError):
+            return _fail(str(error), 2)
+        if _is_out_of_memory(error):
+            return _fail("there is not enough memory; ask for a smaller --size", 2)
+        raise
+    finally:
+        sys.stdout.flush()
+
+
+def _command(name: str) -> Callable[[argparse.Namespace], str]:
+    from synth import commands
+
+    return {"synth": commands.run_synth, "score": commands.run_score}[name]
+
+
+def _is_out_of_memory(error: Exception) -> bool:
+    return isinstance(error, MemoryError) or "allocate memory" in str(error) or "out of memory" in str(error)
+
+
+def _fail(sentence: str, code: int) -> int:
+    print("kwatra: error:" if code == 2 else "kwatra:", " ".join(sentence.split()), file=sys.stderr)
+    return code
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = _Parser(prog="kwatra", description="Texture synthesis from examples.", allow_abbrev=False)
+    parser.add_argument("--version", action=_Version, nargs=0, help="print the version and exit")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    _add_synth(commands)
+    _add_score(commands)
+    return parser
+
+
+class _Version(argparse.Action):
+    """Looks the version up only when asked: that takes longer than all of --help."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> NoReturn:
+        from importlib.metadata import version
+
+        parser.exit(0, f"kwatra {version('kwatra')}\n")
+
+
+def _add_synth(commands: "argparse._SubParsersAction[_Parser]") -> None:
+    parser = commands.add_parser(
+        "synth",
+        help="a new image from one or more exemplars of a texture",
+        description="Make a new image that looks like the exemplars. PNG, JPEG, TIFF and EXR come out\n"
+        "as they went in: gray or color, alpha, 8 or 16 bits or float.",
+        epilog=_SYNTH_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    add = parser.add_argument
+    add("exemplars", nargs="+", type=Path, metavar="EXEMPLAR", help="image of the texture, or several of it")
+    add("-o", "--output", type=Path, metavar="OUT", help="the file to write (default: EXEMPLAR_synth in this folder)")
+    add("--size", type=_size, metavar="WIDTHxHEIGHT", help="size in pixels, as 512x384 (default: twice the exemplar)")
+    add("--seed", type=_whole(0), default=0, metavar="N", help="another seed, another image (default: 0)")
+    add("--preset", choices=("fast", "default", "best"), default="default", help="how much work to spend")
+    add("--tile", action="store_true", help="make an image that repeats without a seam in both directions")
+    add("--start", type=Path, metavar="IMAGE", help="image to start from, of the size to make")
+    add("--levels", type=_levels, metavar="SCALE:WIDTH,...", help='"4:32,2:16,1:8": windows 32 wide at 1/4 size, and '
+        'so on; "thesis" is just that (default: planned from the exemplar)')  # fmt: skip
+    add("--mirror", action="store_true", help="use mirrored copies of the exemplars too")
+    add("--rotate", type=_numbers, default=(), metavar="DEG,...", help="use rotated copies too (--rotate=-90,90)")
+    add("--scale", type=_numbers, default=(), metavar="FACTOR,...", help="use scaled copies too")
+    add("--progress-images", type=Path, metavar="DIR", help="write the image after each level into this folder")
+    add("--energy", type=Path, metavar="FILE", help="write the energy per iteration as .csv or drawn as .png")
+    add("--map", type=Path, metavar="FILE", help="write where each pixel comes from: .npy int32 (exemplar, y, x) by "
+        "(3, H, W), or 16-bit .png with R = x, G = y, B = exemplar")  # fmt: skip
+    add("--also", action="append", default=[], metavar="NAME=FILE", help="carry a map of the exemplar along, exactly, "
+        "to OUT_NAME; with several exemplars NAME=FILE1,FILE2; may be given again")  # fmt: skip
+    add("--device", choices=("cpu", "cuda"), default="cpu", help="where to compute (default: cpu)")
+    add("--threads", type=_whole(1), metavar="N", help="threads to use (default: as many as cores)")
+    add("--overwrite", action="store_true", help="replace files that exist")
+
+
+def _add_score(commands: "argparse._SubParsersAction[_Parser]") -> None:
+    parser = commands.add_parser(
+        "score",
+        help="how well outputs match their exemplar",
+        description="Measure synthesized images against their exemplar.",
+        allow_abbrev=False,
+    )
+    parser.add_argument("exemplar", type=Path, metavar="EXEMPLAR", help="image of the texture")
+    parser.add_argument("outputs", nargs="+", type=Path, metavar="OUTPUT", help="image to measure")
+    parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
+
+
+def _size(text: str) -> tuple[int, int]:
+    """WIDTHxHEIGHT as (height, width)."""
+    width, _, height = text.lower().partition("x")
+    if not (width.isdecimal() and height.isdecimal()):
+        raise argparse.ArgumentTypeError(f"{text!r} is no size; write WIDTHxHEIGHT in pixels, for example 512x384")
+    return int(height), int(width)
+
+
+def _levels(text: str) -> str | tuple[tuple[int, int], ...]:
+    if text == "thesis":
+        return text
+    pairs = [part.split(":") for part in text.split(",")]
+    if not all(len(pair) == 2 and all(number.isdecimal() for number in pair) for pair in pairs):
+        raise argparse.ArgumentTypeError(f'{text!r} are no levels; write SCALE:WIDTH,... as "4:32,2:16,1:8", or thesis')
+    return tuple((int(scale), int(width)) for scale, width in pairs)
+
+
+def _numbers(text: str) -> tuple[float, ...]:
+    try:
+        return tuple(float(part) for part in text.split(","))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} are no numbers; write them with commas, as 90,180") from None
+
+
+def _whole(least: int) -> Callable[[str], int]:
+    def parse(text: str) -> int:
+        if not text.isdecimal() or int(text) < least:
+            raise argparse.ArgumentTypeError(f"{text!r} is no whole number from {least} on")
+        return int(text)
+
+    return parse
+
+
+if __name__ == "__main__":
+    sys.exit(main())

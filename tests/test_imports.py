@@ -1,0 +1,55 @@
+"""The house's law: imports point synth -> flow -> kwatra, never back, and the engine knows no files, plots or CLI."""
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+ALLOWED = {"kwatra": {"kwatra"}, "flow": {"flow", "kwatra"}, "synth": {"synth", "flow", "kwatra"}}
+NOT_IN_THE_ENGINE = {
+    "argparse", "av", "click", "csv", "cv2", "glob", "imagecodecs", "imageio", "io", "json", "matplotlib", "OpenEXR",
+    "pathlib", "PIL", "plotly", "rich", "seaborn", "shutil", "tempfile", "tifffile", "typer", "tyro",
+}  # fmt: skip
+
+
+def imported(source: str) -> Iterator[tuple[int, str]]:
+    """(line, full module name) of every import in a module, wherever it stands."""
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Import):
+            yield from ((node.lineno, alias.name) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            yield node.lineno, node.module if node.level == 0 and node.module else "." * node.level
+            yield from ((node.lineno, f"{node.module}.{alias.name}") for alias in node.names)
+
+
+def modules(package: str) -> list[Path]:
+    return sorted((ROOT / package).rglob("*.py"))
+
+
+@pytest.mark.parametrize("package", ALLOWED)
+def test_imports_point_one_way(package: str) -> None:
+    assert modules(package)
+    for path in modules(package):
+        for line, name in imported(path.read_text()):
+            top = name.split(".")[0]
+            assert top not in ALLOWED.keys() - ALLOWED[package], f"{path}:{line} imports {name}"
+
+
+def test_the_engine_knows_no_files_plots_or_command_line() -> None:
+    for path in modules("kwatra"):
+        for line, name in imported(path.read_text()):
+            assert name.split(".")[0] not in NOT_IN_THE_ENGINE, f"{path}:{line} imports {name}"
+            assert not name.startswith("skimage.io"), f"{path}:{line} imports {name}"
+
+
+def test_nothing_imports_relatively() -> None:
+    for package in ALLOWED:
+        for path in modules(package):
+            assert not [line for line, name in imported(path.read_text()) if name.startswith(".")], path
+
+
+def test_imports_are_found_wherever_they_stand() -> None:
+    source = "import a.b\nif True:\n    from c import d\ndef f():\n    import e as g\n"
+    assert [name for _, name in imported(source)] == ["a.b", "c", "c.d", "e"]
