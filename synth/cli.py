@@ -108,7 +108,7 @@ def _add_synth(commands: "argparse._SubParsersAction[_Parser]") -> None:
     add("--tile", action="store_true", help="make an image that repeats without a seam in both directions")
     add("--start", type=Path, metavar="IMAGE", help="image to start from, of the size to make")
     add("--levels", type=_levels, metavar="SCALE:WIDTH,...", help='"4:32,2:16,1:8": windows 32 wide at 1/4 size, and '
-        'so on; "thesis" is just that (default: planned from the exemplar)')  # fmt: skip
+        'so on; or "thesis", the levels of Kwatra\'s thesis (default: planned from the exemplar)')  # fmt: skip
     add("--mirror", action="store_true", help="use mirrored copies of the exemplars too")
     add("--rotate", type=_numbers, default=(), metavar="DEG,...", help="use rotated copies too (--rotate=-90,90)")
     add("--scale", type=_numbers, default=(), metavar="FACTOR,...", help="use scaled copies too")

@@ -55,7 +55,7 @@ def run_synth(arguments: argparse.Namespace) -> str:
     if arguments.energy is not None:
         writers[arguments.energy] = energy_writer(arguments.energy, synthesis.result.energies)
     if arguments.progress_images is not None:
-        writers |= _stage_writers(arguments.progress_images, synthesis.result, exemplars[0], output.suffix)
+        writers |= _stage_writers(arguments.progress_images, synthesis.result, exemplars, output.suffix)
     write_files(writers)
     return f"wrote {_names(writers)}: {width}x{height} in {took:.1f} s ({synthesis.result.stopped})"
 
@@ -148,15 +148,18 @@ def _check_folder(folder: Path, overwrite: bool) -> None:
         raise InputError(f"{folder} already holds progress images; name another folder or allow it with --overwrite")
 
 
-def _stage_writers(folder: Path, result: Result, exemplar: Picture, suffix: str) -> dict[Path, Writer]:
+def _stage_writers(folder: Path, result: Result, exemplars: Sequence[Picture], suffix: str) -> dict[Path, Writer]:
     try:
         folder.mkdir(exist_ok=True)
     except OSError as error:
         raise InputError(f"{folder} cannot be made ({error.strerror}); choose another") from error
+    # the engine works on [0, 1] whatever the exemplars' range
+    low = min(float(exemplar.pixels.min()) for exemplar in exemplars)
+    high = max(float(exemplar.pixels.max()) for exemplar in exemplars)
     writers = {}
     for number, stage in enumerate(result.stages, 1):
         path = folder / f"level_{number}_scale{stage.factor}_width{stage.width}{suffix}"
-        writers[path] = image_writer(path, stage.image, exemplar.kind)
+        writers[path] = image_writer(path, stage.image.cpu() * (high - low) + low, exemplars[0].kind)
     return writers
 
 

@@ -43,7 +43,7 @@ def read_map(request: str, sizes: list[tuple[int, int]], output: Path) -> Map:
             )
     for file, kind in zip(files, kinds, strict=True):
         if (kind.dtype, kind.channels) != (kinds[0].dtype, kinds[0].channels):
-            raise InputError(f"{file} holds {kind} but {files[0]} holds {kinds[0]}; save both maps in the same way")
+            raise InputError(f"{file} holds {kind} but {files[0]} holds {kinds[0]}; save both maps alike")
     return Map(name, list(arrays), kinds[0], output.with_name(f"{output.stem}_{name}{files[0].suffix}"))
 
 
@@ -85,9 +85,7 @@ def _split(request: str, count: int) -> tuple[str, list[Path]]:
         raise InputError(f"--also is {request!r}; write NAME=FILE, for example normal=brick_n.png")
     files = [Path(part) for part in (rest.split(",") if count > 1 else [rest])]
     if len(files) != count:
-        raise InputError(
-            f"--also {name} names {len(files)} files for {count} exemplars; give one for each, with commas"
-        )
+        raise InputError(f"--also {name} names {len(files)} files for {count} exemplars; give one each, with commas")
     return name, files
 
 

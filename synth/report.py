@@ -37,7 +37,7 @@ def _table(energies: Sequence[Row]) -> bytes:
 
 
 def _plot(energies: Sequence[Row]) -> bytes:
-    """Every energy over the iterations of all levels, on a logarithmic axis; a line where a level begins."""
+    """Every energy over the iterations, level by level, on a logarithmic axis."""
     from PIL import Image, ImageDraw, ImageFont
 
     image = Image.new("RGB", (_WIDTH, _HEIGHT), "white")
@@ -55,15 +55,17 @@ def _plot(energies: Sequence[Row]) -> bytes:
         y = place(0, 10.0**power)[1]
         draw.line([(_MARGIN, y), (_WIDTH - _MARGIN, y)], _LEVELS)
         draw.text((_MARGIN - 8, y), f"1e{power}", _AXES, font, "rm")
-    for index, row in enumerate(energies):
-        if index == 0 or row["level"] != energies[index - 1]["level"]:
-            x = place(index, 10.0**low)[0]
-            draw.line([(x, _MARGIN), (x, _HEIGHT - _MARGIN)], _LEVELS)
-            draw.text((x + 4, _MARGIN), f"scale 1/{row['factor']}, width {row['width']}", _AXES, font, "ld")
+    for level in _levels(energies):
+        row, x = energies[level[0]], place(level[0], 10.0**low)[0]
+        draw.line([(x, _MARGIN), (x, _HEIGHT - _MARGIN)], _LEVELS)
+        draw.text((x + 4, _MARGIN), f"scale 1/{row['factor']}, width {row['width']}", _AXES, font, "ld")
     for number, (name, curve) in enumerate(curves.items()):
         color = _CURVES[number % len(_CURVES)]
-        points = [place(index, value) for index, value in enumerate(curve) if value > 0]
-        draw.line(points, color, 2)
+        for level in _levels(energies):
+            points = [place(index, curve[index]) for index in level if curve[index] > 0]
+            draw.line(points, color, 2)
+            for point in points:
+                draw.circle(point, 3, color)
         draw.text((_MARGIN + 130 * number, 20), name, color, font, "lm")
     draw.text((_WIDTH / 2, _HEIGHT - 20), "iteration", _AXES, font, "mm")
     stream = io.BytesIO()
@@ -75,7 +77,15 @@ def _curves(energies: Sequence[Row]) -> dict[str, list[float]]:
     """The columns that are energies: numbers that do not say where in the run a row is."""
     names = dict.fromkeys(key for row in energies for key in row)
     rest = [name for name in names if name not in ("level", "factor", "width", "iteration", "route", "changed")]
+    if len(rest) == 2:  # the texture alone is the total
+        rest = rest[:1]
     return {name: [_number(row.get(name)) for row in energies] for name in rest}
+
+
+def _levels(energies: Sequence[Row]) -> list[range]:
+    """The rows of each level: energies of different levels are no one curve."""
+    starts = [i for i, row in enumerate(energies) if i == 0 or row["level"] != energies[i - 1]["level"]]
+    return [range(start, end) for start, end in zip(starts, [*starts[1:], len(energies)], strict=True)]
 
 
 def _number(value: object) -> float:
