@@ -3,6 +3,7 @@
 from kwatra.errors import InputError
 from kwatra.exemplar import Exemplar
 from kwatra.levels import THESIS, Level, texture_element
+from kwatra.measure import measure
 from kwatra.metric import Feature, gradient
 from kwatra.optimize import optimize
 from kwatra.result import Progress, Result, Stage
@@ -28,6 +29,7 @@ __all__ = [
     "Term",
     "TermLike",
     "gradient",
+    "measure",
     "optimize",
     "texture_element",
 ]

@@ -8,6 +8,7 @@ such exemplars the regions come out too small and the use too uneven.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -74,13 +75,19 @@ def trace(output: Tensor, exemplar: list[Tensor], window: int, tolerance: float)
     return CopyMap(region, torch.stack((right, down)), image, size, use)
 
 
+def nothing_copied(shape: Sequence[int]) -> CopyMap:
+    """The copy map (H, W) of an output whose places of origin cannot be told apart."""
+    nothing = torch.zeros(*shape, dtype=torch.long)
+    return CopyMap(nothing, torch.stack((nothing, nothing)), nothing - 1, size=0.0, use=1.0)
+
+
 def _area(exemplar: list[Tensor]) -> int:
     return sum(image.shape[1] * image.shape[2] for image in exemplar)
 
 
 def _sources(windows: Windows, nearest: Nearest) -> _Sources:
     height, width = windows.grids[0]
-    step = 2 if height * width <= 4 * PART else windows.size // 2
+    step = _step(height * width, windows.size)
     rows, columns = _every(step, height), _every(step, width)
     numbers = (rows[:, None] * width + columns).flatten()
     found = [nearest.search(windows.rows(part), candidates=2) for part in numbers.split(PART)]
@@ -90,14 +97,19 @@ def _sources(windows: Windows, nearest: Nearest) -> _Sources:
     return _Sources(rows, columns, distance.reshape(shape), place)
 
 
+def _step(count: int, window: int) -> int:
+    """Pixels between the windows looked up; a region's edge is known to step - 1 pixels."""
+    if count <= PART // 4:
+        return 1
+    return 2 if count <= 4 * PART else window // 2
+
+
 def _every(step: int, count: int) -> Tensor:
     """0, step, 2 step... and always the last, so that windows reach the border."""
     return torch.unique(torch.cat((torch.arange(0, count, step), torch.tensor([count - 1]))))
 
 
-def _regions(
-    sources: _Sources, window: int, tolerance: float, shape: torch.Size
-) -> tuple[Tensor, Tensor]:
+def _regions(sources: _Sources, window: int, tolerance: float, shape: Sequence[int]) -> tuple[Tensor, Tensor]:
     """Regions per pixel (H, W), numbered by size from 1, and one grid window of each region (n,)."""
     verbatim = sources.distance <= tolerance
     part = _connected(sources.offset, verbatim)
@@ -123,7 +135,7 @@ def _connected(offset: Tensor, verbatim: Tensor) -> np.ndarray:
     return sparse.csgraph.connected_components(graph, directed=False)[1]
 
 
-def _cover(numbered: Tensor, sources: _Sources, window: int, shape: torch.Size) -> Tensor:
+def _cover(numbered: Tensor, sources: _Sources, window: int, shape: Sequence[int]) -> Tensor:
     """Spread region numbers (h, w) from the grid over the windows' pixels (H, W), largest first."""
     corners = torch.zeros(shape[0] - window + 1, shape[1] - window + 1)
     corners[sources.rows[:, None], sources.columns] = numbered.float()

@@ -7,9 +7,9 @@ the full-size image, so all phases are in the set.
 
 `Nearest` searches in the leading principal components. The length of what they miss of a window is
 one more coordinate, which makes the searched distance a lower bound of the true one; the best few
-candidates are then measured in full. So a distance returned is always that of a real window, never
-too small; it was too large by 0.6% on average against exhaustive search on photographs, and an
-exact copy is always found.
+candidates are then measured in full. So a distance returned is that of a real window, never too
+small; on photographs the mean was too large by less than 1% against exhaustive search, and exact
+copies were found.
 """
 
 import functools
@@ -32,7 +32,7 @@ SAMPLE = 2**13
 """Windows that the principal components and the index's lists are learned from."""
 
 LISTS, PROBED = 128, 8
-"""Lists that a large set is divided into, and those nearest to a query that are searched."""
+"""Lists that a large set is divided into, a very large one into four times as many; lists searched."""
 
 Arguments = ParamSpec("Arguments")
 Value = TypeVar("Value")
@@ -125,12 +125,16 @@ class Windows:
             column = ((torch.arange(columns) + right) * width / columns).long()
             numbers.append((first + row * width + column).flatten())
             first += height * width
-        return torch.cat(numbers)
+        return torch.cat(numbers).unique()
 
-    def parts(self) -> Iterator[Tensor]:
-        """Numbers of all windows, at most PART at a time."""
-        for first in range(0, len(self), PART):
-            yield torch.arange(first, min(first + PART, len(self)))
+    def strips(self) -> Iterator[tuple[int, Tensor]]:
+        """Strips (C, h, W) of the images that hold about PART windows each, and their first windows' numbers."""
+        first = 0
+        for image, (height, width) in zip(self.images, self.grids, strict=True):
+            step = max(1, PART // width)
+            for top in range(0, height, step):
+                yield first + top * width, image[:, top : top + step + self.span - 1]
+            first += height * width
 
 
 @dataclass(frozen=True)
@@ -155,6 +159,18 @@ class Projection:
         missed = centered.square().sum(1) - leading.square().sum(1)
         return torch.cat((leading, missed.clamp(min=0).sqrt()[:, None]), 1)
 
+    def all_windows(self, image: Tensor, size: int, scale: int) -> Tensor:
+        """The same coordinates of all windows of an image (C, H, W), row by row, by convolution."""
+        mean = self.mean.reshape(image.shape[0], -1)
+        color = mean.mean(1, keepdim=True)  # without it the squares lose half their digits
+        image, mean = image - color[..., None], (mean - color).flatten()
+        filters = torch.cat((self.directions, mean[:, None]), 1).T
+        along = F.conv2d(image[None], filters.reshape(-1, *image.shape[:1], size, size), dilation=scale)[0]
+        squares = F.conv2d(image.square().sum(0)[None, None], torch.ones(1, 1, size, size), dilation=scale)[0]
+        leading = along[:-1] - (mean @ self.directions)[:, None, None]
+        missed = squares - 2 * along[-1:] + mean.square().sum() - leading.square().sum(0)
+        return torch.cat((leading, missed.clamp(min=0).sqrt())).flatten(1).T.contiguous()
+
 
 class Nearest:
     """Finds the nearest of `windows`; holds PART of them at a time, whatever their number."""
@@ -169,37 +185,41 @@ class Nearest:
     def search(self, rows: Tensor, candidates: int = 8) -> tuple[Tensor, Tensor]:
         """Rms distance (n,) from rows (n, d) to their nearest windows, and the numbers (n,) of these.
 
-        candidates: how many to measure in full for each row; one is enough to find exact copies.
+        candidates: how many to measure in full for each row; few are enough to find exact copies.
         """
         points = self._project(rows).numpy()
-        distance = torch.full((len(rows),), torch.inf)
-        number = torch.zeros(len(rows), dtype=torch.long)
-        for part in self.windows.parts():
-            self._hold(part)
-            for found in torch.from_numpy(self._index.search(points, candidates)[1]).T:
-                candidate = found.clamp(min=0) + part[0]
-                measured = (self.windows.rows(candidate) - rows).square().mean(1).sqrt()
-                better = (found >= 0) & (measured < distance)
-                distance = torch.where(better, measured, distance)
-                number = torch.where(better, candidate, number)
-        return distance, number
+        bound = torch.full((len(rows), candidates), torch.inf)
+        number = torch.zeros(len(rows), candidates, dtype=torch.long)
+        for first, strip in self.windows.strips():
+            self._hold(first, strip)
+            lower, found = map(torch.from_numpy, self._index.search(points, candidates))
+            number = torch.cat((number, found.clamp(min=0) + first), 1)
+            bound, best = torch.cat((bound, lower), 1).topk(candidates, largest=False)
+            number = number.gather(1, best)
+        measured = [self._distance(rows, column) for column in number.T]
+        distance, best = torch.stack(measured).min(0)
+        return distance, number.gather(1, best[:, None])[:, 0]
+
+    def _distance(self, rows: Tensor, numbers: Tensor) -> Tensor:
+        return (self.windows.rows(numbers) - rows).square().mean(1).sqrt()
 
     def _empty_index(self, points: Tensor) -> Any:
         flat = faiss.IndexFlatL2(points.shape[1])
         if len(self.windows) <= SAMPLE:
             return flat
-        self._lists = flat  # the lists' centers; the index does not keep them alive by itself
-        index = faiss.IndexIVFFlat(flat, points.shape[1], LISTS)
+        self._centers = flat  # the index does not keep it alive by itself
+        lists = LISTS if len(self.windows) <= 4 * PART else 4 * LISTS
+        index = faiss.IndexIVFFlat(flat, points.shape[1], lists)
         index.nprobe = PROBED
         index.cp.niter = 6
         index.cp.min_points_per_centroid = 1  # or faiss prints a warning
         index.train(points.numpy())
         return index
 
-    def _hold(self, part: Tensor) -> None:
-        """Fill the index with one part of the windows, unless it holds that already."""
-        first = int(part[0])
+    def _hold(self, first: int, strip: Tensor) -> None:
+        """Fill the index with the windows of a strip, unless it holds them already."""
         if first != self._held:
             self._index.reset()
-            self._index.add(self._project(self.windows.rows(part)).numpy())
+            points = self._project.all_windows(strip, self.windows.size, self.windows.scale)
+            self._index.add(points.numpy())
             self._held = first

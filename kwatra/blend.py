@@ -11,6 +11,8 @@ import torch
 from torch import Tensor
 
 from kwatra.metric import Metric
+from kwatra.reductions import mean
+from kwatra.reductions import total as sum_of
 from kwatra.search import CHUNK, SourceWindows
 from kwatra.terms import Quadratic
 from kwatra.windows import Grid
@@ -36,7 +38,7 @@ def blend(
         weight = weights[part].view(-1, *[1] * (len(grid.shape) + 1)) * metric.falloff
         total += band.scatter(weight * source.windows(matches[part]))
         mass += band.scatter(weight)
-    unit = mass.mean()
+    unit = mean(mass)
     total, mass = total / unit, mass / unit
     for q in quadratics:
         if q.apply is None:
@@ -111,17 +113,17 @@ def conjugate_gradients(
     """
     x = start.clone()
     residual = right - system(x)
-    goal = tolerance * float(right.norm())
+    goal = tolerance * float(sum_of(right.square()).sqrt())
     direction = step = residual / diagonal
-    energy = (residual * step).sum()
+    energy = sum_of(residual * step)
     for _ in range(most):
-        if float(residual.norm()) <= goal:
+        if float(sum_of(residual.square()).sqrt()) <= goal:
             break
         image = system(direction)
-        length = energy / (direction * image).sum()
+        length = energy / sum_of(direction * image)
         x = x + length * direction
         residual = residual - length * image
         step = residual / diagonal
-        previous, energy = energy, (residual * step).sum()
+        previous, energy = energy, sum_of(residual * step)
         direction = step + energy / previous * direction
     return x

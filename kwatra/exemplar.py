@@ -81,6 +81,19 @@ class Exemplar:
                 sizes.append(place.amax(0) - place.amin(0) + 1)
         return tuple(torch.stack(sizes).amax(0).tolist())
 
+    def pictures(self) -> list[Tensor]:
+        """The images on the canvas that are not copies, cut out to their bounding boxes."""
+        pictures, seen = [], set()
+        for image in range(int(self.owner.max()) + 1):
+            place = (self.owner == image).nonzero()
+            number = int(self.origin[0][tuple(place[0])]) if len(place) else -1
+            if number in seen or number < 0:
+                continue
+            seen.add(number)
+            low, high = place.amin(0), place.amax(0) + 1
+            pictures.append(self.canvas[(slice(None), *(slice(int(a), int(b)) for a, b in zip(low, high, strict=True)))])
+        return pictures
+
     def coarser(self, factor: Sequence[int]) -> "Exemplar":
         """The exemplar averaged over blocks of `factor` pixels per axis; a block is kept when it is whole."""
         factor = tuple(factor)

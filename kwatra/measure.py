@@ -2,7 +2,8 @@
 
 Two images are alike as textures when their windows are alike. Windows are 7 x 7 pixels at the
 scales 1, 2 and 4, and all distances are rms over a window's values, divided by the exemplar's
-standard deviation (of its pixels about their mean color): 0 is perfect, 1 is hopeless.
+standard deviation (of its pixels about their mean color; by nothing if it is of one color): 0 is
+perfect, 1 is hopeless.
 
     forward       mean distance from the output's windows to the nearest of the exemplar's: is what
                   is seen plausible? (Kwatra et al. 2005, section 3, as an error.)
@@ -25,7 +26,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from kwatra._copies import CopyMap, trace
+from kwatra._copies import CopyMap, nothing_copied, trace
 from kwatra._nearest import Nearest, Windows, one_thread
 from kwatra.errors import InputError
 
@@ -65,15 +66,16 @@ def _measure_image(output: Tensor, exemplar: list[Tensor]) -> dict[str, float]:
     def mean(energy: Callable[..., float]) -> float:
         return sum(energy(output, exemplar, scale=scale) for scale in scales) / len(scales)
 
-    figures = {
+    distances = {
         "forward": mean(forward_energy),
         "coverage": mean(coverage_energy),
         "wasserstein": mean(sliced_wasserstein),
-        "sharpness": sharpness(output, exemplar),
     }
-    errors = [*list(figures.values())[:3], abs(1 - figures["sharpness"])]
+    ratio = sharpness(output, exemplar)
     copies = copy_map(output, exemplar)
-    return {**figures, "copy": copies.size, "use": copies.use, "overall": sum(errors) / len(errors)}
+    overall = (sum(distances.values()) + abs(1 - ratio)) / 4
+    others = {"sharpness": ratio, "copy": copies.size, "use": copies.use, "overall": overall}
+    return distances | others
 
 
 def carried_scales(output: Tensor, exemplar: Images) -> tuple[int, ...]:
@@ -158,33 +160,45 @@ def copy_map(output: Tensor, exemplar: Images, *, tolerance: float = 0.1) -> Cop
 
     tolerance: how far, in standard deviations of the exemplar and rms over an 11 x 11 window, a
     copy may be from its original. exemplar and errors as in `measure`. In images with sides under
-    11 pixels the window is as large as fits.
+    11 pixels the window is as large as fits. An exemplar of one color has no places to tell apart:
+    nothing counts as copied, and the use as even.
     """
     frames, images = _read(output, exemplar)
     if len(frames) > 1:
         raise InputError(f"output has {len(frames)} frames; a copy map is of one image, (C, H, W)")
+    deviation = _deviation(images)
+    if deviation == 0:
+        return nothing_copied(frames[0].shape[1:])
     window = min(COPY_WINDOW, *(side for image in frames + images for side in image.shape[1:]))
-    return trace(frames[0], images, window, tolerance * _unit(images))
+    return trace(frames[0], images, window, tolerance * deviation)
+
+
+def _deviation(images: list[Tensor]) -> float:
+    """Standard deviation of the pixels about their mean color, 0 when it is only rounding."""
+    pixels = torch.cat([image.flatten(1) for image in images], 1).double()
+    deviation = float(pixels.var(1, correction=0).mean().sqrt())
+    return deviation if deviation > 1e-6 * float(pixels.abs().max()) else 0.0
 
 
 def _unit(images: list[Tensor]) -> float:
-    """Standard deviation of the pixels about their mean color; 1 for images of one color."""
-    pixels = torch.cat([image.flatten(1) for image in images], 1).double()
-    deviation = float(pixels.var(1, correction=0).mean().sqrt())
-    return deviation if deviation > 1e-6 * float(pixels.abs().max()) else 1.0
+    """What distances are divided by; 1, so that they stay as they are, for images of one color."""
+    return _deviation(images) or 1.0
 
 
 def _read(output: Tensor, exemplar: Images, scale: int = 1) -> tuple[list[Tensor], list[Tensor]]:
     """Both sides as lists of images (C, H, W) float32 on the CPU, checked."""
+    if scale < 1:
+        raise InputError(f"scale is {scale}; give a whole number from 1")
     several = [exemplar] if isinstance(exemplar, Tensor) else list(exemplar)
+    if not several:
+        raise InputError("exemplar is an empty list; give at least one image")
     frames = _frames(output, "output", scale)
     images = [frame for each in several for frame in _frames(each, "exemplar", scale)]
-    channels = sorted({image.shape[0] for image in frames + images})
-    if not images or len(channels) > 1:
-        raise InputError(
-            f"exemplar has {len(images)} images, and all have {channels} channels with the output's; "
-            "give at least one, with as many channels as the output"
-        )
+    for image in images:
+        if image.shape[0] != frames[0].shape[0]:
+            raise InputError(
+                f"exemplar has {image.shape[0]} channels and output has {frames[0].shape[0]}; give both as many"
+            )
     return frames, images
 
 

@@ -14,6 +14,7 @@ from kwatra import sourcemap
 from kwatra.blend import bands, blend
 from kwatra.exemplar import Exemplar
 from kwatra.levels import Level
+from kwatra.reductions import mean
 from kwatra.robust import rho, weight
 from kwatra.search import SourceWindows, cheapest
 from kwatra.settings import Settings
@@ -104,7 +105,7 @@ class Scene:
         matches, squared = self._search(state, route, wish_of(quadratics, state.image))
         weights = weight(squared, self.settings.r)
         image = blend(self.grid, self.source, matches, weights, quadratics, state.image)
-        energies: dict[str, float] = {"texture": float(rho(squared, self.settings.r).mean())}
+        energies: dict[str, float] = {"texture": float(mean(rho(squared, self.settings.r)))}
         for term in self.terms:
             energies[term.name] = energies.get(term.name, 0.0) + term.energy(image)
         total = sum(energies.values())

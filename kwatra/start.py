@@ -17,6 +17,7 @@ from torch import Tensor
 
 from kwatra.errors import InputError
 from kwatra.exemplar import Exemplar
+from kwatra.reductions import mean, total
 
 _CONVOLUTIONS = {2: F.conv2d, 3: F.conv3d}
 _AVERAGES = {2: F.avg_pool2d, 3: F.avg_pool3d}
@@ -62,7 +63,8 @@ class BlockStart:
         self.weighted = exemplar.canvas * self.share
         self.square = (self.weighted * exemplar.canvas).sum(0)
         inside = exemplar.canvas[:, exemplar.owner >= 0]
-        self.variance = float((inside.var(1, correction=0) * self.share.flatten()).sum().clamp(min=1e-8))
+        variance = torch.stack([mean((c - mean(c)).square()) for c in inside])
+        self.variance = max(float(total(variance * self.share.flatten())), 1e-8)
 
     def _that_fits(self, block: tuple[int, ...]) -> tuple[tuple[int, ...], Tensor]:
         """The block, halved until it fits between the exemplar's holes, and where it may start (on the grain)."""
@@ -130,10 +132,10 @@ class BlockStart:
         if self.aligned and bool(known.any()):
             cross = self._correlated(self.weighted, content * known)
             square = self._correlated(self.square[None], known[None])
-            constant = (content.square() * known * self.share).sum()
-            mismatch = (square - 2 * cross + constant).clamp(min=0) / (known.sum() * self.variance)
+            constant = total(content.square() * known * self.share)
+            mismatch = (square - 2 * cross + constant).clamp(min=0) / (total(known) * self.variance)
         used = _AVERAGES[known.ndim](self.used[None], self.block, self.grain)[0]
-        cost = mismatch + self.usage * (used - self.used.mean())
+        cost = mismatch + self.usage * (used - mean(self.used))
         cost = torch.where(self.valid, cost, math.inf)
         allowed = cost.min() + TOLERANCE * max(float(mismatch.flatten()[cost.argmin()]), 0.01)
         good = (cost <= allowed).flatten().nonzero()[:, 0]

@@ -18,6 +18,7 @@ import torch.nn.functional as F
 from torch import Tensor
 
 from kwatra.errors import InputError
+from kwatra.reductions import mean
 
 
 @dataclass(frozen=True)
@@ -39,7 +40,7 @@ class Quadratic:
     def value(self, x: Tensor) -> float:
         """lambda (x - c)^T F (x - c), divided by the number of values in x."""
         error = x - self.target
-        return float((error * self.times(error)).sum() / x.numel())
+        return float(mean(error * self.times(error)))
 
 
 @runtime_checkable

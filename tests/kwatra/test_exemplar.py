@@ -1,0 +1,84 @@
+import pytest
+import torch
+from kwatra import Exemplar, InputError
+
+
+def image(*shape, seed=0):
+    return torch.rand(*shape, generator=torch.Generator().manual_seed(seed))
+
+
+def test_windows_never_mix_images():
+    exemplar = Exemplar.of([image(1, 20, 30), image(1, 12, 9)])
+    valid = exemplar.corners((8, 8))
+    assert int(valid.sum()) == 13 * 23 + 5 * 2
+
+
+def test_masked_pixels_are_in_no_window():
+    mask = torch.ones(20, 20, dtype=torch.bool)
+    mask[10, 10] = False
+    valid = Exemplar.of([image(1, 20, 20)], masks=[mask]).corners((8, 8))
+    assert not bool(valid[3:11, 3:11].any())
+    assert int(valid.sum()) == 13 * 13 - 8 * 8
+
+
+@pytest.mark.parametrize("options", [{"mirror": True}, {"rotate": (90, 180)}, {"mirror": True, "rotate": (270,)}])
+def test_origin_leads_back_to_the_pixel_for_exact_copies(options):
+    pictures = [image(3, 16, 20), image(3, 11, 30, seed=1)]
+    exemplar = Exemplar.of(pictures, **options)
+    owned = exemplar.owner >= 0
+    number, row, column = exemplar.origin[:, owned]
+    colors = exemplar.canvas[:, owned]
+    for k, picture in enumerate(pictures):
+        assert torch.equal(colors[:, number == k], picture[:, row[number == k], column[number == k]])
+
+
+def test_rotation_is_counterclockwise():
+    arrow = torch.zeros(1, 41, 41)
+    arrow[:, 20, 30] = 1.0  # to the right of the middle
+    exemplar = Exemplar.of(arrow, rotate=(45,))
+    place = (exemplar.owner == 1).nonzero()
+    center = (place.amin(0) + place.amax(0)) / 2
+    turned = torch.where(exemplar.owner == 1, exemplar.canvas[0], -1.0)
+    spot = (turned == turned.max()).nonzero()[0]
+    assert (spot - center).tolist() == pytest.approx([-7, 7], abs=1.6)  # up and to the right
+
+
+def test_scaled_copy_has_the_scaled_size_and_the_same_mean():
+    smooth = torch.linspace(0, 1, 40).expand(1, 40, 40).contiguous()
+    exemplar = Exemplar.of(smooth, scale=(0.5,))
+    copy = exemplar.canvas[0][exemplar.owner == 1]
+    assert len(copy) == pytest.approx(20 * 20, rel=0.25)
+    assert float(copy.mean()) == pytest.approx(0.5, abs=0.02)
+
+
+def test_coarser_averages_blocks_and_drops_broken_ones():
+    picture = image(2, 17, 12)
+    coarse = Exemplar.of(picture).coarser((4, 4))
+    assert torch.allclose(coarse.canvas, torch.nn.functional.avg_pool2d(picture, 4))
+    mask = torch.ones(17, 12, dtype=torch.bool)
+    mask[5, 5] = False
+    owner = Exemplar.of([picture], masks=[mask]).coarser((4, 4)).owner
+    assert owner[1, 1] == -1
+    assert int((owner == 0).sum()) == 4 * 3 - 1
+
+
+def test_extent_is_the_largest_image_not_the_canvas():
+    assert Exemplar.of([image(1, 20, 30), image(1, 25, 9)]).extent == (25, 30)
+
+
+@pytest.mark.parametrize(
+    ("images", "options", "message"),
+    [
+        ([], {}, "no exemplar was given"),
+        ([torch.zeros(3, 0, 5)], {}, "not empty"),
+        ([torch.zeros(8, 8)], {}, r"images are \(C, H, W\)"),
+        ([torch.zeros(1, 8, 8), torch.zeros(3, 8, 8)], {}, "1 and 3 channels"),
+        ([torch.full((1, 8, 8), torch.nan)], {}, "NaN or infinite"),
+        ([torch.zeros(1, 8, 8)], {"masks": [torch.ones(7, 8, dtype=torch.bool)]}, "must be the same"),
+        ([torch.zeros(1, 8, 8)], {"weights": [-1.0]}, "finite number >= 0"),
+        ([torch.zeros(1, 8, 8)], {"scale": [0.0]}, "scales are 0.1 to 10"),
+    ],
+)
+def test_unusable_input_is_said_in_a_sentence(images, options, message):
+    with pytest.raises(InputError, match=message):
+        Exemplar.of(images, **options)
