@@ -168,7 +168,7 @@ def test_start_image_gives_the_size(folder: Path) -> None:
 
 def test_constant_color_gives_that_color(folder: Path) -> None:
     write_image("flat.png", torch.full((3, 32, 32), 0.4), RGB)
-    assert main(["synth", "flat.png", *QUICK]) == 0
+    assert main(["synth", "flat.png", *QUICK, "--energy", "e.png"]) == 0
     np.testing.assert_array_equal(read_array("flat_synth.png")[0], np.full((48, 64, 3), 102))
 
 
