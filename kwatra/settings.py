@@ -30,7 +30,7 @@ class Settings:
     start: str = "aligned"
     block: float = 0.5
     usage: float = 0.3
-    search_usage: float = 0.0
+    starts: int = 1
     iterations: int = 4
     candidates: int = 3
     tolerance: float = 0.005

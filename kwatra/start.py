@@ -59,6 +59,7 @@ class BlockStart:
         self.known = torch.zeros(self.shape, device=device)
         self.where = torch.zeros(len(self.shape), *self.shape, dtype=torch.long, device=device)
         self.used = torch.zeros(exemplar.shape, device=device)
+        self.cost = 0.0
         self.share = (exemplar.weights / exemplar.weights.sum().clamp(min=1e-9)).view(-1, *[1] * len(self.shape))
         self.weighted = exemplar.canvas * self.share
         self.square = (self.weighted * exemplar.canvas).sum(0)
@@ -140,6 +141,7 @@ class BlockStart:
         allowed = cost.min() + TOLERANCE * max(float(mismatch.flatten()[cost.argmin()]), 0.01)
         good = (cost <= allowed).flatten().nonzero()[:, 0]
         pick = good[int(torch.randint(len(good), (1,), generator=self.generator))]
+        self.cost += float(cost.flatten()[pick])
         place = torch.unravel_index(pick, cost.shape)
         return [int(p) * g for p, g in zip(place, self.grain, strict=True)]
 
