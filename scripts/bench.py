@@ -1,0 +1,317 @@
+"""Quality and cost of synthesis, exemplar by exemplar, beside the other programs found on PATH.
+
+    python scripts/bench.py                               textures that come with scikit-image
+    python scripts/bench.py list.txt --images textures    the images named in a file, one a line
+    python scripts/bench.py --scaling --preset fast       cost and memory from 256x256 to 2048x2048
+
+Every method gets the exemplar as the same 8-bit PNG file, and is measured on the 8-bit PNG file that it made. cpu is in
+seconds of all threads: for this project inside the process, once it has been imported; for another program all that
+it takes. The columns after it are those of kwatra.measure, the last the one to rank by: lower is better, but read
+it with `copy`.
+"""
+
+import argparse
+import json
+import multiprocessing
+import resource
+import shutil
+import statistics
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+import torch
+from skimage import data
+from torch import Tensor
+
+from kwatra import InputError, measure
+from synth import Kind, read_image, synthesize, write_image
+
+FIGURES = ("cpu", "wall", "forward", "coverage", "wasserstein", "sharpness", "copy", "use", "overall")
+SCALING_SIDES = (256, 512, 1024, 2048)
+PATIENCE = 600
+"""Seconds that another program may take."""
+
+
+@dataclass(frozen=True)
+class Rival:
+    """Another program: its name, the executable to look for, and its command line.
+
+    command: from the executable, the exemplar's file, the file to make, its height and width, and the seed.
+    """
+
+    name: str
+    executable: str
+    command: Callable[[str, Path, Path, tuple[int, int], int], list[str]]
+
+
+def gmic(executable: str, exemplar: Path, output: Path, size: tuple[int, int], seed: int) -> list[str]:
+    synthesis = ["syntexturize_matchpatch", f"{size[1]},{size[0]}"]
+    return [executable, "-v", "-", str(exemplar), "srand", str(seed), *synthesis, "-o", str(output)]
+
+
+RIVALS = (Rival("G'MIC", "gmic", gmic),)
+
+
+@dataclass(frozen=True)
+class Row:
+    """What one method did with one exemplar; figures has the keys of FIGURES."""
+
+    exemplar: str
+    method: str
+    file: str
+    figures: dict[str, float]
+
+
+Method = Callable[[Path, Path], tuple[float, float]]
+"""Makes the second file from the first; returns cpu and wall seconds."""
+
+
+def own_method(size: tuple[int, int], preset: str, seed: int) -> Method:
+    def make(exemplar: Path, output: Path) -> tuple[float, float]:
+        picture = read_image(exemplar)
+        cpu, wall = time.process_time(), time.perf_counter()
+        image = synthesize(picture.pixels, size, preset=preset, seed=seed).image
+        took = time.process_time() - cpu, time.perf_counter() - wall
+        write_image(output, image, picture.kind, overwrite=True)
+        return took
+
+    return make
+
+
+def rival_method(rival: Rival, executable: str, size: tuple[int, int], seed: int) -> Method:
+    def make(exemplar: Path, output: Path) -> tuple[float, float]:
+        output.unlink(missing_ok=True)
+        cpu, wall = child_seconds(), time.perf_counter()
+        command = rival.command(executable, exemplar, output, size, seed)
+        subprocess.run(command, check=True, capture_output=True, timeout=PATIENCE)
+        return child_seconds() - cpu, time.perf_counter() - wall
+
+    return make
+
+
+def child_seconds() -> float:
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
+
+
+def methods(arguments: argparse.Namespace) -> dict[str, Method]:
+    """This project first, then the rivals that are there."""
+    found: dict[str, Method] = {"kwatra": own_method(arguments.size, arguments.preset, arguments.seed)}
+    for rival in RIVALS if arguments.rivals else ():
+        executable = shutil.which(rival.executable)
+        if executable is None:
+            print(f"{rival.name} is left out: there is no {rival.executable} on PATH", flush=True)
+        else:
+            found[rival.name] = rival_method(rival, executable, arguments.size, arguments.seed)
+    return found
+
+
+def carried_exemplars() -> dict[str, Tensor]:
+    """Textures (C, 128, 128) from the images that come with scikit-image, none of them downloaded."""
+    crops = {
+        "brick": halved(data.brick())[:128, :128],
+        "grass": halved(data.grass())[:128, :128],
+        "gravel": halved(data.gravel())[:128, :128],
+        "text": data.page()[60:188, 110:238],
+        "tissue": data.immunohistochemistry()[32:160, :128],
+        "wood": data.coffee()[:128, 472:600],
+    }
+    pixels = {name: np.atleast_3d(crop).transpose(2, 0, 1) for name, crop in crops.items()}
+    return {name: torch.from_numpy(crop.astype(np.float32)) / 255 for name, crop in pixels.items()}
+
+
+def halved(image: np.ndarray) -> np.ndarray:
+    height, width = image.shape
+    return image.reshape(height // 2, 2, width // 2, 2).mean((1, 3))
+
+
+def given_exemplars(names: list[str], folder: Path) -> dict[str, Tensor]:
+    """Images by name, from files, names in `folder`, and text files that list such, one a line."""
+    listed = [name for given in names for name in expanded(given)]
+    paths = [Path(name) if Path(name).is_file() else folder / f"{name}.png" for name in listed]
+    return {path.stem: read_image(path).pixels for path in paths}
+
+
+def expanded(name: str) -> list[str]:
+    if not name.endswith(".txt"):
+        return [name]
+    try:
+        return Path(name).read_text(encoding="utf-8").split()
+    except OSError as error:
+        raise InputError(f"{name} cannot be read as a list of names: {error.strerror}") from None
+
+
+def eight_bit(image: Tensor) -> Kind:
+    """The kind of PNG file for an image (C, H, W) of up to four channels."""
+    names = {1: "Y", 2: "YA", 3: "RGB", 4: "RGBA"}[image.shape[0]]
+    return Kind("uint8", tuple(names))
+
+
+def bench(exemplars: dict[str, Tensor], found: dict[str, Method], folder: Path) -> Iterator[Row]:
+    """Run every method on every exemplar; files go to `folder`."""
+    for done, (name, image) in enumerate(exemplars.items()):
+        given = folder / f"{name}.png"
+        write_image(given, image, eight_bit(image), overwrite=True)
+        for method, make in found.items():
+            progress(f"{done + 1}/{len(exemplars)} {name}: {method}")
+            made = folder / f"{name}_{plain(method)}.png"
+            try:
+                cpu, wall = make(given, made)
+                figures = measure(read_image(made).pixels, read_image(given).pixels)
+            except (InputError, OSError, subprocess.SubprocessError) as error:
+                print(f"{name}  {method} failed: {error}", flush=True)
+                continue
+            yield Row(name, method, made.name, {"cpu": cpu, "wall": wall, **figures})
+    progress("")
+
+
+def plain(method: str) -> str:
+    return "".join(letter for letter in method.lower() if letter.isalnum())
+
+
+def progress(text: str) -> None:
+    """One line on a terminal, overwritten by the next; nothing elsewhere."""
+    if sys.stderr.isatty():
+        print(f"\r\x1b[K{text}", end="", file=sys.stderr, flush=True)
+
+
+def line(exemplar: str, method: str, cells: Iterable[str], width: int) -> str:
+    return "  ".join([exemplar.ljust(width), method.ljust(8), *(cell.rjust(11) for cell in cells)])
+
+
+def row_line(row: Row, width: int) -> str:
+    return line(row.exemplar, row.method, (f"{row.figures[name]:.3f}" for name in FIGURES), width)
+
+
+def print_table(rows: Iterable[Row], width: int) -> list[Row]:
+    """Print rows as they come, then the mean and the median of each method; returns the rows."""
+    print(line("exemplar", "method", FIGURES, width), flush=True)
+    kept: list[Row] = []
+    for row in rows:
+        progress("")
+        print(row_line(row, width), flush=True)
+        kept.append(row)
+    for summary in summaries(kept):
+        print(row_line(summary, width))
+    return kept
+
+
+def summaries(rows: list[Row]) -> Iterator[Row]:
+    for name, average in (("mean", statistics.mean), ("median", statistics.median)):
+        for method in dict.fromkeys(row.method for row in rows):
+            columns = {figure: [row.figures[figure] for row in rows if row.method == method] for figure in FIGURES}
+            yield Row(name, method, "", {figure: average(values) for figure, values in columns.items()})
+
+
+def write_contact_sheet(folder: Path, exemplars: Iterable[str], rows: list[Row]) -> Path:
+    """One line per exemplar: itself, then each method's image; all at the same scale, in color."""
+    lines = [[f"{name}.png", *(row.file for row in rows if row.exemplar == name)] for name in exemplars]
+    images = [[in_color(read_image(folder / file).pixels) for file in files] for files in lines]
+    heights = [max(image.shape[1] for image in each) for each in images]
+    widths = [max(each[k].shape[2] for each in images if k < len(each)) for k in range(max(map(len, images)))]
+    sheet = torch.ones(3, sum(heights) + 8 * len(heights), sum(widths) + 8 * len(widths))
+    top = 0
+    for each, height in zip(images, heights, strict=True):
+        for k, image in enumerate(each):
+            left = sum(widths[:k]) + 8 * k
+            sheet[:, top : top + image.shape[1], left : left + image.shape[2]] = image
+        top += height + 8
+    path = folder / "contact_sheet.png"
+    write_image(path, sheet, eight_bit(sheet), overwrite=True)
+    return path
+
+
+def in_color(image: Tensor) -> Tensor:
+    return image[:3] if image.shape[0] >= 3 else image[:1].expand(3, -1, -1)
+
+
+def scaling(exemplar: Tensor, preset: str, seed: int) -> Iterator[dict[str, float]]:
+    """Cost of square outputs of rising size, each in a process of its own, so that its peak memory is its own."""
+    context = multiprocessing.get_context("spawn")
+    for side in SCALING_SIDES:
+        progress(f"{side}x{side}")
+        with ProcessPoolExecutor(max_workers=1, mp_context=context) as pool:
+            yield pool.submit(cost, exemplar.numpy(), side, preset, seed).result()
+    progress("")
+
+
+def cost(exemplar: np.ndarray, side: int, preset: str, seed: int) -> dict[str, float]:
+    """Seconds, microseconds per output pixel, and peak memory of one synthesis in this process."""
+    image = torch.from_numpy(exemplar)
+    cpu, wall = time.process_time(), time.perf_counter()
+    synthesize(image, (side, side), preset=preset, seed=seed)
+    cpu, wall = time.process_time() - cpu, time.perf_counter() - wall
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (2**20 if sys.platform == "darwin" else 2**10)
+    return {"side": side, "cpu": cpu, "wall": wall, "cpu per pixel (us)": cpu / side**2 * 1e6, "peak (MiB)": peak}
+
+
+def print_scaling(name: str, costs: Iterable[dict[str, float]]) -> list[dict[str, float]]:
+    """Print costs as they come; returns them."""
+    kept: list[dict[str, float]] = []
+    for each in costs:
+        progress("")
+        if not kept:
+            print(f"from {name}:\n" + "  ".join(column.rjust(10) for column in each))
+        print("  ".join(f"{value:.4g}".rjust(max(10, len(column))) for column, value in each.items()), flush=True)
+        kept.append(each)
+    return kept
+
+
+def size(text: str) -> tuple[int, int]:
+    """(height, width) from WIDTHxHEIGHT."""
+    width, height = (int(side) for side in text.lower().split("x"))
+    return height, width
+
+
+def parsed(words: list[str] | None) -> argparse.Namespace:
+    form = argparse.RawDescriptionHelpFormatter
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=form)
+    parser.add_argument("exemplars", nargs="*", help="image files, names, or text files that list them")
+    parser.add_argument("--images", type=Path, default=Path(), help="folder where names, with .png, are looked for")
+    parser.add_argument("--size", type=size, default=(256, 256), help="of the outputs, WIDTHxHEIGHT (256x256)")
+    parser.add_argument("--preset", choices=("fast", "default", "best"), default="default")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--out", type=Path, default=Path("out/bench"), help="folder for the images (out/bench)")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures there too")
+    parser.add_argument(
+        "--rivals", action=argparse.BooleanOptionalAction, default=True, help="run other programs found on PATH"
+    )
+    parser.add_argument("--scaling", action="store_true", help="cost by output size, from the first exemplar")
+    return parser.parse_args(words)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    exemplars = given_exemplars(arguments.exemplars, arguments.images) if arguments.exemplars else carried_exemplars()
+    if arguments.scaling:
+        name = next(iter(exemplars))
+        figures = print_scaling(name, scaling(exemplars[name], arguments.preset, arguments.seed))
+    else:
+        arguments.out.mkdir(parents=True, exist_ok=True)
+        found = methods(arguments)
+        rows = print_table(bench(exemplars, found, arguments.out), max(map(len, exemplars)))
+        figures = [asdict(row) for row in rows]
+        print(f"images side by side: {write_contact_sheet(arguments.out, exemplars, rows)}")
+    if arguments.json is not None:
+        arguments.json.write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
+
+
+def main(words: list[str] | None = None) -> int:
+    arguments = parsed(words)
+    try:
+        run(arguments)
+    except (InputError, OSError) as error:
+        print(f"bench: {error}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        return 130
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,95 @@
+"""The benchmark, shrunk; `cp` stands in for another program."""
+
+import json
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+import torch
+
+from synth import Kind, read_image, write_image
+
+
+@pytest.fixture
+def bench(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    monkeypatch.syspath_prepend(str(Path(__file__).parents[2] / "scripts"))
+    import bench
+
+    copying = bench.Rival("Copy", "cp", lambda cp, exemplar, output, size, seed: [cp, str(exemplar), str(output)])
+    failing = bench.Rival("Fail", "false", lambda false, *rest: [false])
+    absent = bench.Rival("Absent", "no such program", lambda *rest: [])
+    monkeypatch.setattr(bench, "RIVALS", (copying, failing, absent))
+    return bench
+
+
+@pytest.fixture
+def textures(tmp_path: Path) -> Path:
+    folder = tmp_path / "textures"
+    folder.mkdir()
+    noise = torch.rand(3, 40, 48, generator=torch.Generator().manual_seed(0))
+    write_image(folder / "color.png", noise, Kind("uint8", ("R", "G", "B")))
+    write_image(folder / "gray.png", noise[:1], Kind("uint8", ("Y",)))
+    (folder / "list.txt").write_text("color\ngray\n")
+    return folder
+
+
+def test_a_list_is_synthesized_and_measured_beside_what_is_there(
+    bench: ModuleType, textures: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out, figures = tmp_path / "out", tmp_path / "figures.json"
+    words = [
+        "--images",
+        str(textures),
+        "--size",
+        "56x48",
+        "--preset",
+        "fast",
+        "--out",
+        str(out),
+        "--json",
+        str(figures),
+    ]
+    assert bench.main([str(textures / "list.txt"), *words]) == 0
+    said = capsys.readouterr()
+    assert "Absent is left out" in said.out
+    assert said.out.count("Fail failed") == 2
+    assert said.err == ""
+    rows = {(row["exemplar"], row["method"]): row["figures"] for row in json.loads(figures.read_text())}
+    assert set(rows) == {(name, method) for name in ("color", "gray") for method in ("kwatra", "Copy")}
+    assert rows["gray", "Copy"]["overall"] == pytest.approx(0, abs=1e-6)
+    assert rows["color", "kwatra"]["cpu"] > 0
+    assert read_image(out / "color_kwatra.png").pixels.shape == (3, 48, 56)
+    assert read_image(out / "gray_kwatra.png").pixels.shape == (1, 48, 56)
+    # Two lines of an exemplar 48 wide, an output 56 wide and a copy 48 wide, 8 pixels apart.
+    assert read_image(out / "contact_sheet.png").pixels.shape == (3, 2 * 56, 48 + 56 + 48 + 24)
+
+
+def test_the_last_lines_are_means_and_medians(bench: ModuleType, capsys: pytest.CaptureFixture[str]) -> None:
+    rows = [bench.Row(str(k), "kwatra", "", dict.fromkeys(bench.FIGURES, k)) for k in (1.0, 2.0, 6.0)]
+    assert bench.print_table(iter(rows), 8) == rows
+    mean, median = (text.split() for text in capsys.readouterr().out.splitlines()[-2:])
+    assert mean == ["mean", "kwatra"] + ["3.000"] * len(bench.FIGURES)
+    assert median == ["median", "kwatra"] + ["2.000"] * len(bench.FIGURES)
+
+
+def test_the_carried_exemplars_are_small_and_some_have_color(bench: ModuleType) -> None:
+    exemplars = bench.carried_exemplars()
+    assert {image.shape[1:] for image in exemplars.values()} == {(128, 128)}
+    assert {image.shape[0] for image in exemplars.values()} == {1, 3}
+    assert all(0 <= image.min() < image.max() <= 1 for image in exemplars.values())
+
+
+def test_the_cost_is_that_of_one_synthesis(bench: ModuleType, textures: Path) -> None:
+    cost = bench.cost(read_image(textures / "gray.png").pixels.numpy(), 48, "fast", 0)
+    assert cost["cpu per pixel (us)"] == pytest.approx(cost["cpu"] / 48**2 * 1e6)
+    assert cost["peak (MiB)"] > 50
+
+
+def test_a_missing_exemplar_is_named(bench: ModuleType, capsys: pytest.CaptureFixture[str]) -> None:
+    assert bench.main(["no_such_texture"]) == 2
+    assert capsys.readouterr().err == "bench: no_such_texture.png does not exist; check the name\n"
+
+
+def test_the_command_for_gmic_names_width_before_height(bench: ModuleType) -> None:
+    command = bench.gmic("gmic", Path("in.png"), Path("out.png"), (48, 56), 3)
+    assert command[command.index("syntexturize_matchpatch") + 1] == "56,48"
