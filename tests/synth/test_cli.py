@@ -109,6 +109,14 @@ def test_comes_out_as_it_went_in(folder: Path, suffix: str, kind: Kind) -> None:
     assert abs(float(made.pixels.mean() - source.pixels.mean())) < 0.1 * scale
 
 
+def test_progress_images_have_the_values_of_the_exemplar(folder: Path) -> None:
+    write_image("in.tif", texture() * 7 - 2, Kind("float32", RGB.channels))
+    assert main(["synth", "in.tif", *QUICK, "--levels", "1:8", "--progress-images", "levels"]) == 0
+    stage, made = read_image("levels/level_1_scale1_width8.tif"), read_image("in_synth.tif")
+    assert torch.allclose(stage.pixels, made.pixels, atol=1.0)
+    assert abs(float((stage.pixels - made.pixels).mean())) < 0.1
+
+
 def test_everything_at_once(folder: Path) -> None:
     write_image("other.png", texture(seed=1), RGB)
     arguments = "--tile --mirror --rotate=-90,90 --scale 0.8 --levels 2:16,1:8 --threads 1 --energy e.csv --map m.npy"
@@ -366,7 +374,7 @@ def test_unusable_arguments(refused: Callable[..., str], arguments: str, sentenc
 
 
 def python(*arguments: str, **options: object) -> "subprocess.Popen[str]":
-    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])}
+    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[2]), "PYTHONUNBUFFERED": ""}
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True, "env": environment}
     return subprocess.Popen([sys.executable, *arguments], **pipes | options)
 
