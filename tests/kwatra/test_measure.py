@@ -155,6 +155,11 @@ def test_the_wasserstein_distance_of_a_constant_shift_is_known() -> None:
     assert sliced_wasserstein(image + 0.5, image) == pytest.approx(expected, rel=0.15)
 
 
+def test_the_wasserstein_distance_does_not_see_where_windows_are() -> None:
+    image = torch.cat((noise(1, 40, 40), 1 + noise(1, 40, 40, seed=1)), 1)
+    assert sliced_wasserstein(image.flip(1, 2), image) < 0.02
+
+
 def test_the_wasserstein_distance_sees_what_the_nearest_windows_do_not() -> None:
     dark, light = noise(1, 40, 40), 3 + noise(1, 40, 40, seed=1)
     even, uneven = torch.cat((dark, light), 2), torch.cat((dark, light, light, light), 2)
@@ -182,6 +187,18 @@ def test_a_patch_is_found_where_it_is_and_came_from() -> None:
     assert torch.equal(copies.image, torch.where(expected, 1, -1))
     assert copies.offset[:, expected].unique(dim=1).flatten().tolist() == [-11, -5]
     assert copies.size == pytest.approx(480**2 / 64**2 / 3200)
+
+
+def test_larger_regions_have_larger_numbers_and_take_what_two_cover() -> None:
+    exemplar = noise(1, 60, 60)
+    output = noise(1, 60, 60, seed=2)
+    output[:, 30:45, 10:30] = exemplar[:, 10:25, 25:45]
+    output[:, :30] = exemplar[:, 20:50]
+    # The rows under the large patch continue the small one, too: both could have copied them.
+    output[:, 20:30, 10:30] = exemplar[:, 40:50, 10:30] = exemplar[:, :10, 25:45]
+    region = copy_map(output, exemplar).region
+    assert (region[:30] == 2).all()
+    assert (region[30:45, 10:30] == 1).all()
 
 
 def test_use_tells_one_place_from_all() -> None:
