@@ -1,0 +1,129 @@
+import numpy as np
+import pytest
+import torch
+from kwatra import InputError
+from skimage import data
+from synth import synthesize
+
+QUICK = {"levels": ((2, 8), (1, 8)), "preset": "fast"}
+
+
+def brick(size=72):
+    return data.brick()[:size, :size]
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32, np.float64])
+@pytest.mark.parametrize("channels", [None, 1, 3, 4])
+def test_an_array_comes_out_as_it_went_in(dtype, channels):
+    gray = brick().astype(np.float64) / 255
+    image = gray if channels is None else np.stack([gray ** (1 + k) for k in range(channels)], -1)
+    scale = np.iinfo(dtype).max if np.issubdtype(dtype, np.integer) else 1
+    image = (image * scale).astype(dtype)
+    made = synthesize(image, (50, 61), **QUICK).image
+    assert made.dtype == dtype
+    assert made.shape == (50, 61, *image.shape[2:])
+    assert made.min() >= image.min()
+    assert made.max() <= image.max()
+    assert abs(float(made.mean()) / float(image.mean()) - 1) < 0.2
+
+
+def test_a_tensor_comes_out_as_it_went_in():
+    image = torch.from_numpy(brick().copy())[None]
+    made = synthesize(image, (40, 40), **QUICK).image
+    assert made.dtype == torch.uint8
+    assert made.shape == (1, 40, 40)
+
+
+def test_the_range_of_values_does_not_matter():
+    image = brick().astype(np.float32)
+    a = synthesize(image, (64, 64), **QUICK)
+    b = synthesize(image * 100 - 7000, (64, 64), **QUICK)
+    assert (a.source == b.source).mean() > 0.99
+    assert np.median(np.abs(a.image * 100 - 7000 - b.image)) < 1
+
+
+def test_a_map_is_rearranged_exactly_like_the_pixels():
+    image = brick(96)
+    made = synthesize(image, (90, 100), **QUICK)
+    same = made.take(image)
+    assert same.dtype == image.dtype
+    # what the map holds are verbatim exemplar pixels, aligned with the blended picture
+    assert np.median(np.abs(same.astype(float) - made.image)) <= 1
+    labels = np.arange(96 * 96).reshape(96, 96)
+    assert np.array_equal(made.take(labels), made.source[1] * 96 + made.source[2])
+    assert made.take(np.stack([labels, labels], -1)).shape == (90, 100, 2)
+    assert torch.equal(made.take(torch.from_numpy(labels)[None])[0], torch.from_numpy(made.take(labels)))
+
+
+def test_several_exemplars_are_all_used_and_told_apart():
+    a, b = brick(48), 255 - brick(60)
+    made = synthesize([a, b], (120, 130), **QUICK)
+    assert set(np.unique(made.source[0])) == {0, 1}
+    taken = made.take([np.zeros((48, 48), int), np.ones((60, 60), int)])
+    assert np.array_equal(taken, made.source[0])
+    with pytest.raises(InputError, match="give one for each"):
+        made.take([a])
+
+
+@pytest.mark.parametrize("options", [{"mirror": True}, {"rotate": (90,)}, {"scale": (0.7,)}])
+def test_sources_of_transformed_copies_lie_in_the_original(options):
+    made = synthesize(brick(64), (60, 60), **QUICK, **options)
+    assert made.source[0].max() == 0
+    assert made.source[1:].min() >= 0
+    assert made.source[1:].max() < 64
+
+
+def seam(image, axis):
+    """Mean jump over the border when the image is repeated, relative to the mean jump elsewhere."""
+    step = np.abs(np.diff(image.astype(float), axis=axis)).mean()
+    over = np.abs(image.take(0, axis).astype(float) - image.take(-1, axis)).mean()
+    return over / step
+
+
+@pytest.mark.parametrize("size", [(96, 96), (101, 90)])
+def test_a_tile_repeats_without_a_seam(size):
+    gravel = data.gravel()[:128, :128]
+    tile = synthesize(gravel, size, tile=True, preset="fast").image
+    plain = synthesize(gravel, size, preset="fast").image
+    assert max(seam(tile, 0), seam(tile, 1)) < 1.5
+    assert max(seam(plain, 0), seam(plain, 1)) > 1.5
+
+
+def test_the_best_of_several_runs_reports_growing_progress():
+    seen = []
+    synthesize(brick(40), (40, 40), preset="best", levels=((1, 8),), callback=lambda p: seen.append(p.fraction))
+    assert seen == sorted(seen)
+    assert 0.75 < seen[-1] <= 1
+
+
+def test_the_thesis_levels_are_a_named_choice():
+    made = synthesize(brick(136), (136, 136), levels="thesis", preset="fast")
+    assert [(stage.factor, stage.width) for stage in made.result.stages] == [
+        (4, 8), (2, 16), (2, 8), (1, 32), (1, 16), (1, 8),
+    ]  # fmt: skip
+
+
+@pytest.mark.skipif(not torch.cuda.is_available(), reason="needs a CUDA device")
+def test_cuda_gives_the_same_quality():
+    from kwatra import measure
+
+    image = torch.from_numpy(brick(128).copy())[None].float() / 255
+    scores = [measure(synthesize(image, (128, 128), device=d).image, image)["overall"] for d in ("cpu", "cuda")]
+    assert scores[1] < 1.2 * scores[0]
+
+
+@pytest.mark.parametrize(
+    ("exemplar", "options", "message"),
+    [
+        ([], {}, "no exemplar was given"),
+        (np.zeros((4, 4, 3, 2)), {}, r"give tensors \(C, H, W\)"),
+        (np.full((32, 32), np.nan), {}, "NaN or infinite"),
+        ([np.zeros((32, 32)), torch.zeros(1, 32, 32)], {}, "all of one kind"),
+        (np.zeros((32, 32)), {"preset": "wild"}, "allowed are fast, default, best"),
+        (np.zeros((32, 32)), {"levels": "mine"}, "give 'thesis'"),
+        (np.zeros((32, 32)), {"start": np.zeros((9, 9))}, "the start image has shape"),
+    ],
+)
+def test_unusable_input_is_said_in_a_sentence(exemplar, options, message):
+    with pytest.raises(InputError, match=message):
+        synthesize(exemplar, (32, 32), **options)
