@@ -113,11 +113,12 @@ def _regions(sources: _Sources, window: int, tolerance: float, shape: Sequence[i
     """Regions per pixel (H, W), numbered by size from 1, and one grid window of each region (n,)."""
     verbatim = sources.distance <= tolerance
     part = _connected(sources.offset, verbatim)
-    _, first, part, count = np.unique(part, return_index=True, return_inverse=True, return_counts=True)
-    order = np.argsort(count, kind="stable")
-    rank = np.empty_like(order)
+    first = np.unique(part, return_index=True)[1]
+    count = np.bincount(part, weights=verbatim.flatten())
+    order = np.argsort(count, kind="stable")[np.sum(count == 0) :]
+    rank = np.zeros(len(count), dtype=int)
     rank[order] = np.arange(1, len(order) + 1)
-    numbered = torch.from_numpy(rank[part]).reshape(verbatim.shape) * verbatim
+    numbered = torch.from_numpy(rank[part]).reshape(verbatim.shape)
     return _cover(numbered, sources, window, shape), torch.from_numpy(first[order])
 
 
