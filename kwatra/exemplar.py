@@ -91,7 +91,8 @@ class Exemplar:
                 continue
             seen.add(number)
             low, high = place.amin(0), place.amax(0) + 1
-            pictures.append(self.canvas[(slice(None), *(slice(int(a), int(b)) for a, b in zip(low, high, strict=True)))])
+            box = [slice(int(a), int(b)) for a, b in zip(low, high, strict=True)]
+            pictures.append(self.canvas[(slice(None), *box)])
         return pictures
 
     def coarser(self, factor: Sequence[int]) -> "Exemplar":
@@ -210,10 +211,10 @@ def _packed(pieces: Sequence[_Piece], weights: Tensor) -> Exemplar:
     owner = first.image.new_full(shape, -1.0)
     origin = first.origin.new_zeros(first.origin.shape[0], *shape)
     for index, (piece, start) in enumerate(zip(pieces, starts, strict=True)):
-        place = (..., *(slice(0, s) for s in piece.mask.shape))
-        spot = list(place)
-        spot[-2] = slice(start, start + piece.mask.shape[-2])
-        canvas[tuple(spot)] = piece.image
-        owner[tuple(spot)] = torch.where(piece.mask, float(index), -1.0)
-        origin[tuple(spot)] = piece.origin
+        sides = [slice(0, s) for s in piece.mask.shape]
+        sides[-2] = slice(start, start + piece.mask.shape[-2])
+        spot = tuple(sides)
+        canvas[(slice(None), *spot)] = piece.image
+        owner[spot] = torch.where(piece.mask, float(index), -1.0)
+        origin[(slice(None), *spot)] = piece.origin
     return Exemplar(canvas, owner, origin, weights)

@@ -46,6 +46,7 @@ def optimize(
     levels = settings.levels or planned_levels(exemplar, shape, settings.iterations)
     report = _Report(levels, callback)
     image, where, factors = start, None, (1,) * len(shape)
+    stopped = ""
     if start is None and settings.start != "windows":
         where, factors = block_start(exemplar, shape, levels, settings, generator)
     for number, level in enumerate(levels):
@@ -56,6 +57,8 @@ def optimize(
         image, factors = state.image, scene.factors
         where = sourcemap.winners(scene.grid, scene.source, state.matches, state.weights)
         report.stages.append(Stage(number, level.factor, level.width, image))
+    assert image is not None  # there is at least one level
+    assert where is not None
     if max(factors) > 1:  # the levels asked for end below full resolution: show their matches at it
         where = sourcemap.finer(where, factors, shape)
         image = sourcemap.look_up(exemplar.canvas, where)

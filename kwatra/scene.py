@@ -18,7 +18,7 @@ from kwatra.reductions import mean
 from kwatra.robust import rho, weight
 from kwatra.search import SourceWindows, cheapest
 from kwatra.settings import Settings
-from kwatra.terms import TermLike, Wish, wish_of, resized
+from kwatra.terms import TermLike, Wish, resized, wish_of
 from kwatra.windows import Grid, step_of
 
 EXACT = 1 << 26

@@ -56,9 +56,7 @@ class SourceWindows:
         self._place = torch.tensor([math.prod(self.positions[i + 1 :]) for i in range(valid.ndim)], device=self.device)
         self.numbers = valid.flatten().nonzero()[:, 0]
         # the nearest position where a window may start, for every position
-        nearest = ndimage.distance_transform_edt(
-            ~valid.cpu().numpy(), return_distances=False, return_indices=True
-        )
+        nearest = ndimage.distance_transform_edt(~valid.cpu().numpy(), return_distances=False, return_indices=True)
         self._snap = self.number(torch.from_numpy(nearest.astype(np.int64)).to(self.device).flatten(1).T)
         self.metric = Metric(self.width, exemplar.weights, features)
         self._principal_components(dims, generator)
@@ -184,14 +182,16 @@ def cheapest(
     `cost(squared distances (N,), exemplar windows)` is what is compared. Returns the chosen numbers
     (N,) and their squared distances (N,).
     """
-    best = distance = least = None
-    for column in candidates.T:
+    best = candidates[:, 0]
+    there = source.windows(best)
+    distance = source.metric.squared(windows - there)
+    least = cost(distance, there)
+    for column in candidates.T[1:]:
         there = source.windows(column)
         d = source.metric.squared(windows - there)
         c = cost(d, there)
-        if best is None:
-            best, distance, least = column, d, c
-            continue
         better = c < least
-        best, distance, least = (torch.where(better, *pair) for pair in ((column, best), (d, distance), (c, least)))
+        best = torch.where(better, column, best)
+        distance = torch.where(better, d, distance)
+        least = torch.where(better, c, least)
     return best, distance

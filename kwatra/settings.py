@@ -47,6 +47,4 @@ class Settings:
         if self.levels is not None and not self.levels:
             raise InputError("levels is empty; give at least one level, or None to have them planned")
         if self.iterations < 1 or self.candidates < 1:
-            raise InputError(
-                f"iterations is {self.iterations} and candidates {self.candidates}; both are at least 1"
-            )
+            raise InputError(f"iterations is {self.iterations} and candidates {self.candidates}; both are at least 1")

@@ -103,20 +103,14 @@ class BlockStart:
             stop = start + block if self.wrap else min(start + block, size)
             axes.append(torch.arange(start, stop, device=self.x.device) % size)
         here = tuple(a.view(-1, *[1] * (len(axes) - 1 - i)) for i, a in enumerate(axes))
+        pixels: tuple[slice | Tensor, ...] = (slice(None), *here)
         known = F.pad(self.known[here], self._missing(axes))
-        content = F.pad(self.x[(slice(None), *here)], self._missing(axes))
-        there = self._choose(known, content)
-        size = [len(a) for a in axes]
-        fresh = self._fresh(known)[tuple(slice(0, s) for s in size)]
-        source = tuple(slice(t, t + s) for t, s in zip(there, size, strict=True))
-        old = self.x[(slice(None), *here)]
-        self.x[(slice(None), *here)] = torch.where(fresh, self.exemplar.canvas[(slice(None), *source)], old)
-        places = torch.meshgrid(
-            *(torch.arange(s.start, s.stop, device=self.x.device) for s in source), indexing="ij"
-        )
-        self.where[(slice(None), *here)] = torch.where(
-            fresh, torch.stack(places), self.where[(slice(None), *here)]
-        )
+        there = self._choose(known, F.pad(self.x[pixels], self._missing(axes)))
+        fresh = self._fresh(known)[tuple(slice(0, len(a)) for a in axes)]
+        source = tuple(slice(t, t + len(a)) for t, a in zip(there, axes, strict=True))
+        places = torch.meshgrid(*(torch.arange(s.start, s.stop, device=self.x.device) for s in source), indexing="ij")
+        self.x[pixels] = torch.where(fresh, self.exemplar.canvas[(slice(None), *source)], self.x[pixels])
+        self.where[pixels] = torch.where(fresh, torch.stack(places), self.where[pixels])
         self.known[here] = 1.0
         self.used[source] += fresh
 

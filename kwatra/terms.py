@@ -47,7 +47,9 @@ class Quadratic:
 class TermLike(Protocol):
     """What the engine needs of a term; a plain class with these members will do."""
 
-    name: str
+    @property
+    def name(self) -> str:
+        """What it is called in reports."""
 
     def at(self, factor: tuple[int, ...], shape: tuple[int, ...]) -> "TermLike":
         """This term where pixels are `factor` times coarser than the output's (per axis) and the image is `shape`."""
@@ -62,7 +64,10 @@ class TermLike(Protocol):
 class Term(ABC):
     """A term with an algebra: `lambda * term` and `term + term`."""
 
-    name: str
+    @property
+    @abstractmethod
+    def name(self) -> str:
+        """See `TermLike.name`."""
 
     @abstractmethod
     def at(self, factor: tuple[int, ...], shape: tuple[int, ...]) -> TermLike:
@@ -97,7 +102,7 @@ class Scaled(Term):
             raise InputError(f"a term is scaled by {self.factor}; weights are finite and >= 0")
 
     @property
-    def name(self) -> str:  # type: ignore[override]
+    def name(self) -> str:
         """The inner term's name."""
         return self.term.name
 
@@ -166,7 +171,7 @@ class SoftPixels(Term):
 
     target: Tensor
     weight: Tensor
-    name: str = "soft pixels"
+    label: str = "soft pixels"
 
     def __post_init__(self) -> None:
         if self.weight.shape[1:] != self.target.shape[1:] or self.weight.shape[0] not in (1, self.target.shape[0]):
@@ -177,11 +182,16 @@ class SoftPixels(Term):
         if not bool(self.weight.isfinite().all()) or bool((self.weight < 0).any()):
             raise InputError("a soft pixel's weight is negative, NaN or infinite; weights are finite and >= 0")
 
+    @property
+    def name(self) -> str:
+        """The label."""
+        return self.label
+
     def at(self, factor: tuple[int, ...], shape: tuple[int, ...]) -> "SoftPixels":
         """Weights are averaged over blocks, targets averaged by weight."""
         weight = resized(self.weight, factor, shape)
         total = resized(torch.where(self.weight > 0, self.weight * self.target, 0.0), factor, shape)
-        return SoftPixels(total / weight.clamp(min=1e-12), weight, self.name)
+        return SoftPixels(total / weight.clamp(min=1e-12), weight, self.label)
 
     def quadratic(self, x: Tensor) -> Quadratic:
         """Diagonal: the weights."""

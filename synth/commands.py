@@ -7,10 +7,12 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import torch
+from torch import Tensor
 
-from kwatra import InputError, Result, measure
+from kwatra import InputError, measure
 from synth.files import Picture, Writer, check_output, image_writer, read_image, write_files
-from synth.images import synthesize
+from synth.formats import Kind
+from synth.images import Synthesis, synthesize
 from synth.maps import Map, check_source_output, map_writer, read_map, source_writer
 from synth.progress import progress_line
 from synth.report import ENERGY_SUFFIXES, energy_writer, score_table
@@ -49,13 +51,13 @@ def run_synth(arguments: argparse.Namespace) -> str:
     took = time.perf_counter() - began
     source = synthesis.source
     writers = {output: image_writer(output, synthesis.image, exemplars[0].kind)}
-    writers |= {carried.output: map_writer(carried, source) for carried in maps}
+    writers |= {carried.output: map_writer(carried, synthesis) for carried in maps}
     if arguments.map is not None:
         writers[arguments.map] = source_writer(arguments.map, source)
     if arguments.energy is not None:
         writers[arguments.energy] = energy_writer(arguments.energy, synthesis.result.energies)
     if arguments.progress_images is not None:
-        writers |= _stage_writers(arguments.progress_images, synthesis.result, exemplars, output.suffix)
+        writers |= _stage_writers(arguments.progress_images, synthesis, exemplars[0].kind, output.suffix)
     write_files(writers)
     return f"wrote {_names(writers)}: {width}x{height} in {took:.1f} s ({synthesis.result.stopped})"
 
@@ -148,18 +150,15 @@ def _check_folder(folder: Path, overwrite: bool) -> None:
         raise InputError(f"{folder} already holds progress images; name another folder or allow it with --overwrite")
 
 
-def _stage_writers(folder: Path, result: Result, exemplars: Sequence[Picture], suffix: str) -> dict[Path, Writer]:
+def _stage_writers(folder: Path, synthesis: Synthesis[Tensor], kind: Kind, suffix: str) -> dict[Path, Writer]:
     try:
         folder.mkdir(exist_ok=True)
     except OSError as error:
         raise InputError(f"{folder} cannot be made ({error.strerror}); choose another") from error
-    # the engine works on [0, 1] whatever the exemplars' range
-    low = min(float(exemplar.pixels.min()) for exemplar in exemplars)
-    high = max(float(exemplar.pixels.max()) for exemplar in exemplars)
     writers = {}
-    for number, stage in enumerate(result.stages, 1):
+    for number, (stage, image) in enumerate(zip(synthesis.result.stages, synthesis.stages, strict=True), 1):
         path = folder / f"level_{number}_scale{stage.factor}_width{stage.width}{suffix}"
-        writers[path] = image_writer(path, stage.image.cpu() * (high - low) + low, exemplars[0].kind)
+        writers[path] = image_writer(path, image, kind)
     return writers
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 import torch
@@ -12,6 +12,7 @@ import kwatra
 from kwatra import Exemplar, InputError, Level, Progress, Result, Settings, Sum, TermLike
 
 Image = TypeVar("Image", Tensor, np.ndarray)
+Map = TypeVar("Map", Tensor, np.ndarray)
 
 PRESETS = {
     "fast": (Settings(iterations=2, candidates=2), 1),
@@ -32,29 +33,28 @@ class Synthesis(Generic[Image]):
     image: Image
     source: np.ndarray
     result: Result
+    form: "_Form[Image]"
 
-    def take(self, maps: Image | Sequence[Image]) -> Image:
+    @property
+    def stages(self) -> list[Image]:
+        """The picture after each level, at that level's resolution, in the exemplar's kind and range."""
+        return [self.form.restored(stage.image.cpu()) for stage in self.result.stages]
+
+    def take(self, maps: Map | Sequence[Map]) -> Map:
         """Rearrange a map that belongs to the exemplar (one per image) just as the exemplar's pixels were.
 
         Arrays are (H, W) or (H, W, C), tensors (C, H, W); values and dtype stay exactly as they are.
         """
-        several = [maps] if isinstance(maps, (Tensor, np.ndarray)) else list(maps)
+        several: list[Map] = [maps] if isinstance(maps, (Tensor, np.ndarray)) else list(maps)
         if len(several) <= self.source[0].max():
             raise InputError(f"{len(several)} maps were given, but the exemplar has more images; give one for each")
-        first = several[0]
-        rows, columns = torch.from_numpy(self.source[1]), torch.from_numpy(self.source[2])
-        taken = None
-        for number, each in enumerate(several):
+        arrays: list[np.ndarray] = [m.movedim(0, -1).numpy() if isinstance(m, Tensor) else m for m in several]
+        taken = np.empty((*self.source.shape[1:], *arrays[0].shape[2:]), arrays[0].dtype)
+        for number, array in enumerate(arrays):
             here = self.source[0] == number
-            if isinstance(each, Tensor):
-                part = each[:, rows.clamp(max=each.shape[1] - 1), columns.clamp(max=each.shape[2] - 1)]
-                taken = part if taken is None else torch.where(torch.from_numpy(here), part, taken)
-            else:
-                part = each[self.source[1].clip(max=each.shape[0] - 1), self.source[2].clip(max=each.shape[1] - 1)]
-                here = here.reshape(*here.shape, *[1] * (each.ndim - 2))
-                taken = part if taken is None else np.where(here, part, taken)
-        assert taken is not None and type(taken) is type(first)
-        return taken
+            taken[here] = array[self.source[1][here], self.source[2][here]]
+        rearranged: Any = torch.from_numpy(taken).movedim(-1, 0) if isinstance(several[0], Tensor) else taken
+        return rearranged  # the kind of maps that were given
 
 
 def synthesize(
@@ -102,7 +102,7 @@ def synthesize(
         ),
         source,
     )
-    return Synthesis(form.restored(result.image.cpu()), result.source.cpu().numpy(), result)
+    return Synthesis(form.restored(result.image.cpu()), result.source.cpu().numpy(), result, form)
 
 
 class _Runs:
@@ -133,7 +133,7 @@ class _Runs:
 
 
 @dataclass(frozen=True)
-class _Form:
+class _Form(Generic[Image]):
     """The kind of image the user gave, and the affine map of its values to [0, 1]."""
 
     tensor: bool
@@ -143,7 +143,7 @@ class _Form:
     high: float
 
     @classmethod
-    def of(cls, images: Sequence[Tensor | np.ndarray]) -> "_Form":
+    def of(cls, images: Sequence[Image]) -> "_Form[Image]":
         first = images[0]
         low, high = float("inf"), float("-inf")
         for image in images:
@@ -159,20 +159,20 @@ class _Form:
             low, high = min(low, float(values.min())), max(high, float(values.max()))
         return cls(isinstance(first, Tensor), first.ndim == 2, first.dtype, low, high)
 
-    def normalized(self, image: Tensor | np.ndarray) -> Tensor:
+    def normalized(self, image: Image) -> Tensor:
         """As a float tensor (C, H, W) with values in [0, 1]."""
         values = torch.as_tensor(np.ascontiguousarray(image) if isinstance(image, np.ndarray) else image).float()
         if not self.tensor:
             values = values[None] if self.flat else values.permute(2, 0, 1)
         return ((values - self.low) / ((self.high - self.low) or 1.0)).contiguous()
 
-    def restored(self, image: Tensor) -> Tensor | np.ndarray:
+    def restored(self, image: Tensor) -> Image:
         """The inverse of `normalized`, in the user's kind and dtype."""
-        values = (image * (self.high - self.low) + self.low).clamp(self.low, self.high)
+        values: Any = (image * (self.high - self.low) + self.low).clamp(self.low, self.high)
         if isinstance(self.dtype, torch.dtype):
             return (values if self.dtype.is_floating_point else values.round()).to(self.dtype)
-        array = (values[0] if self.flat else values.permute(1, 2, 0)).numpy()
-        return (array if np.issubdtype(self.dtype, np.floating) else array.round()).astype(self.dtype)
+        values = (values[0] if self.flat else values.permute(1, 2, 0)).numpy()
+        return (values if np.issubdtype(self.dtype, np.floating) else values.round()).astype(self.dtype)
 
 
 def _levels(levels: str | Sequence[tuple[int, int]] | None) -> tuple[Level, ...] | None:

@@ -10,10 +10,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from torch import Tensor
 
 from kwatra.errors import InputError
 from synth.files import Writer, array_writer, check_output, read_array
 from synth.formats import Array, Kind
+from synth.images import Synthesis
 
 SOURCE_SUFFIXES = (".npy", ".png")
 _SOURCE_PNG = Kind("uint16", ("R", "G", "B"))
@@ -47,13 +49,9 @@ def read_map(request: str, sizes: list[tuple[int, int]], output: Path) -> Map:
     return Map(name, list(arrays), kinds[0], output.with_name(f"{output.stem}_{name}{files[0].suffix}"))
 
 
-def map_writer(carried: Map, source: Array) -> Writer:
-    """What writes a map rearranged by `source` (3, H, W) = (exemplar, y, x)."""
-    values = np.empty((*source.shape[1:], carried.arrays[0].shape[2]), carried.arrays[0].dtype)
-    for index, array in enumerate(carried.arrays):
-        here = source[0] == index
-        values[here] = array[source[1][here], source[2][here]]
-    return array_writer(carried.output, values, carried.kind)
+def map_writer(carried: Map, synthesis: Synthesis[Tensor]) -> Writer:
+    """What writes a map rearranged as the synthesis rearranged its exemplar."""
+    return array_writer(carried.output, synthesis.take(carried.arrays), carried.kind)
 
 
 def check_source_output(path: Path, sizes: list[tuple[int, int]], overwrite: bool) -> None:

@@ -1,5 +1,8 @@
+from itertools import pairwise
+
 import pytest
 import torch
+
 from kwatra import THESIS, Exemplar, InputError, Level, texture_element
 from kwatra.levels import planned_levels
 
@@ -31,7 +34,7 @@ def test_planned_levels_run_coarse_to_fine_and_large_to_small():
     assert factors == sorted(factors, reverse=True)
     assert factors[0] == 4
     assert factors[-1] == 1
-    for a, b in zip(levels, levels[1:], strict=False):
+    for a, b in pairwise(levels):
         assert a.factor > b.factor or a.width > b.width
 
 

@@ -1,6 +1,9 @@
+from itertools import pairwise
+
 import faiss
 import pytest
 import torch
+
 from kwatra import Exemplar, Feature, InputError, Level, Quadratic, Settings, SoftPixels, gradient, optimize
 
 SMALL = (Level(2, 8, 3), Level(1, 8, 3))
@@ -30,7 +33,7 @@ def test_em_never_raises_the_energy_on_a_level(r, features):
     energies = [row["texture"] for row in rows]
     assert len(energies) == 8
     assert energies[-1] < 0.97 * energies[0]
-    assert all(b <= a * 1.001 for a, b in zip(energies, energies[1:], strict=False))
+    assert all(b <= a * 1.001 for a, b in pairwise(energies))
 
 
 def test_a_piece_of_the_exemplar_as_the_start_stays_put():
@@ -69,8 +72,10 @@ def test_same_seed_same_bits_for_any_number_of_threads():
         for threads in (1, 2):
             torch.set_num_threads(threads)
             faiss.omp_set_num_threads(threads)
-            settings = Settings(levels=(Level(4, 8), Level(1, 8, 2, route="exact"), Level(1, 8, 2, route="approximate")))
-            images.append([optimize(Exemplar.of(z), (150, 140), settings=s).image for s in (Settings(), settings)])
+            levels = (Level(4, 8), Level(1, 8, 2, route="exact"), Level(1, 8, 2, route="approximate"))
+            images.append(
+                [optimize(Exemplar.of(z), (150, 140), settings=s).image for s in (Settings(), Settings(levels=levels))]
+            )
     finally:
         torch.set_num_threads(before)
         faiss.omp_set_num_threads(before)

@@ -1,5 +1,6 @@
 import pytest
 import torch
+
 from kwatra import Exemplar, Feature, InputError, gradient
 from kwatra.search import SourceWindows, _randomized_basis, cheapest
 from kwatra.windows import Grid
@@ -81,7 +82,9 @@ def test_cheapest_is_the_brute_force_minimum_and_keeps_the_first_of_equals():
         return squared + there.flatten(1).mean(1)
 
     number, squared = cheapest(source, windows, candidates, cost)
-    every = torch.stack([cost(source.metric.squared(windows - source.windows(c)), source.windows(c)) for c in candidates.T])
+    every = torch.stack(
+        [cost(source.metric.squared(windows - source.windows(c)), source.windows(c)) for c in candidates.T]
+    )
     assert torch.equal(number, candidates[torch.arange(10), every.argmin(0)])
     assert torch.allclose(squared, source.metric.squared(windows - source.windows(number)))
 

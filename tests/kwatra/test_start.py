@@ -1,5 +1,6 @@
 import pytest
 import torch
+
 from kwatra import Exemplar, InputError
 from kwatra.start import BlockStart, block_size
 
@@ -29,7 +30,11 @@ def test_the_map_says_where_the_pixels_come_from_and_offsets_lie_on_the_grain():
 
 
 def test_aligned_blocks_fit_better_than_random_ones():
-    image = torch.rand(1, 16, 16, generator=torch.Generator().manual_seed(0)).repeat_interleave(4, 1).repeat_interleave(4, 2)
+    image = (
+        torch.rand(1, 16, 16, generator=torch.Generator().manual_seed(0))
+        .repeat_interleave(4, 1)
+        .repeat_interleave(4, 2)
+    )
 
     def breaks(aligned):
         x = run(Exemplar.of(image), (96, 96), (24, 24), aligned=aligned)[0].x

@@ -1,5 +1,6 @@
 import pytest
 import torch
+
 from kwatra import InputError, Quadratic, Scaled, SoftPixels, Sum
 from kwatra.terms import parts_of, wish_of
 
@@ -76,14 +77,13 @@ def test_the_wish_of_an_operator_has_its_gradient_at_x():
 
 
 def test_what_is_not_a_term_is_named():
+    class Half:
+        name = "half"
+
+        def energy(self, x):
+            return 0.0
+
     with pytest.raises(InputError, match="has no at, quadratic"):
-
-        class Half:
-            name = "half"
-
-            def energy(self, x):
-                return 0.0
-
         parts_of([Half()])
     with pytest.raises(InputError, match="finite and >= 0"):
         Scaled(-1.0, soft())

@@ -1,8 +1,9 @@
 import numpy as np
 import pytest
 import torch
-from kwatra import InputError
 from skimage import data
+
+from kwatra import InputError
 from synth import synthesize
 
 QUICK = {"levels": ((2, 8), (1, 8)), "preset": "fast"}
