@@ -3,7 +3,7 @@
 EM only mends what lies within a window's reach, so rows, courses and lattices have to be right before it begins.
 Blocks are laid one after the other; each is chosen among the exemplar's blocks for how well it agrees with what
 already lies under it, and for how little its content has been used so far (coverage). Both are correlations of the
-exemplar with the block's known pixels. Offsets between output and exemplar are multiples of `grain`, the coarsest
+exemplar with the block's known pixels. The seam between old and new is a minimum cut (thesis 3.1). Offsets between output and exemplar are multiples of `grain`, the coarsest
 level's pixel, so that every level of the pyramid can represent the start exactly.
 """
 
@@ -11,16 +11,22 @@ import math
 from collections.abc import Sequence
 from itertools import product
 
+import numpy as np
 import torch
 import torch.nn.functional as F
 from torch import Tensor
 
+from kwatra.coarsecut import along
+from kwatra.cut import FREE, KEEP, TAKE, best_cut
 from kwatra.errors import InputError
 from kwatra.exemplar import Exemplar
 from kwatra.reductions import mean, total
 
 _CONVOLUTIONS = {2: F.conv2d, 3: F.conv3d}
 _AVERAGES = {2: F.avg_pool2d, 3: F.avg_pool3d}
+
+COST_LEVELS = 1000
+"""Seam costs are counted in this many steps of the color range: minimum cuts are found in whole numbers."""
 
 TOLERANCE = 0.05
 """A block is drawn at random from those whose cost is within this fraction of the best agreement's."""
@@ -53,7 +59,7 @@ class BlockStart:
         self.exemplar, self.shape, self.wrap = exemplar, tuple(shape), wrap
         self.grain, self.generator, self.usage, self.aligned = tuple(grain), generator, usage, aligned
         self.block, self.valid = self._that_fits(tuple(block))
-        self.overlap = tuple(max(b // 4, 1) for b in self.block)
+        self.overlap = tuple(max(b // 3, 1) for b in self.block)
         device = exemplar.canvas.device
         self.x = torch.zeros(len(exemplar.weights), *self.shape, device=device)
         self.known = torch.zeros(self.shape, device=device)
@@ -106,10 +112,11 @@ class BlockStart:
         pixels: tuple[slice | Tensor, ...] = (slice(None), *here)
         known = F.pad(self.known[here], self._missing(axes))
         there = self._choose(known, F.pad(self.x[pixels], self._missing(axes)))
-        fresh = self._fresh(known)[tuple(slice(0, len(a)) for a in axes)]
         source = tuple(slice(t, t + len(a)) for t, a in zip(there, axes, strict=True))
         places = torch.meshgrid(*(torch.arange(s.start, s.stop, device=self.x.device) for s in source), indexing="ij")
-        self.x[pixels] = torch.where(fresh, self.exemplar.canvas[(slice(None), *source)], self.x[pixels])
+        new = self.exemplar.canvas[(slice(None), *source)]
+        fresh = self._fresh(new, self.x[pixels], self.known[here] > 0, axes)
+        self.x[pixels] = torch.where(fresh, new, self.x[pixels])
         self.where[pixels] = torch.where(fresh, torch.stack(places), self.where[pixels])
         self.known[here] = 1.0
         self.used[source] += fresh
@@ -143,12 +150,29 @@ class BlockStart:
         """Inner products of a block (C, *block) with the image (C, *canvas) at every position on the grain."""
         return _CONVOLUTIONS[block.ndim - 1](image[None], block[None], stride=self.grain)[0, 0]
 
-    def _fresh(self, known: Tensor) -> Tensor:
-        """Which pixels the new block takes: the unknown ones, and the inner half of its overlaps with known ones."""
-        inner = torch.ones_like(known, dtype=torch.bool)
-        for axis, overlap in enumerate(self.overlap):
-            for first in (0, known.shape[axis] - overlap):
-                if float(known.narrow(axis, first, overlap).mean()) > 0.5:
-                    outer = first if first == 0 else first + overlap - overlap // 2
-                    inner.narrow(axis, outer, overlap // 2).fill_(False)
-        return inner | (known == 0)
+    def _fresh(self, new: Tensor, old: Tensor, known: Tensor, axes: Sequence[Tensor]) -> Tensor:
+        """Which pixels the new block takes: all unknown ones, and those on its side of the cheapest seam."""
+        if not (self.aligned and bool(known.any())):
+            return ~known if self.aligned else torch.ones_like(known)
+        state = torch.where(known, FREE, TAKE)
+        state[self._held(known, axes)] = KEEP
+        difference = ((new - old).abs() * self.share).sum(0).mul(COST_LEVELS).round().long().cpu().numpy()
+        pairs = []
+        for axis in range(known.ndim):
+            p, q = along(axis, None, -1, known.ndim), along(axis, 1, None, known.ndim)
+            cost = difference[p] + difference[q]
+            pairs.append((np.zeros_like(cost), cost, cost))
+        return torch.from_numpy(best_cut(state.cpu().numpy(), pairs)).to(known.device)
+
+    def _held(self, known: Tensor, axes: Sequence[Tensor]) -> Tensor:
+        """Known pixels on the rim of the block whose neighbor outside is known: they must stay to meet it."""
+        held = torch.zeros_like(known)
+        for axis, line in enumerate(axes):
+            for edge, beyond in ((0, int(line[0]) - 1), (-1, int(line[-1]) + 1)):
+                if not self.wrap and not 0 <= beyond < self.shape[axis]:
+                    continue
+                outside = self.known.select(axis, beyond % self.shape[axis])
+                rest = [a for k, a in enumerate(axes) if k != axis]
+                there = outside[tuple(a.view(-1, *[1] * (len(rest) - 1 - i)) for i, a in enumerate(rest))] > 0
+                held.select(axis, edge).logical_or_(known.select(axis, edge) & there)
+        return held

@@ -17,7 +17,7 @@ Map = TypeVar("Map", Tensor, np.ndarray)
 PRESETS = {
     "fast": (Settings(iterations=2, candidates=2), 1),
     "default": (Settings(), 1),
-    "best": (Settings(iterations=6, usage=0.3), 4),
+    "best": (Settings(iterations=6), 4),
 }
 """Settings, and how many seeds are tried of which the best result is kept."""
 
