@@ -2,6 +2,7 @@
 
 from kwatra.errors import InputError
 from kwatra.exemplar import Exemplar
+from kwatra.histogram import match_histogram
 from kwatra.levels import THESIS, Level, texture_element
 from kwatra.measure import measure
 from kwatra.metric import Feature, gradient
@@ -29,6 +30,7 @@ __all__ = [
     "Term",
     "TermLike",
     "gradient",
+    "match_histogram",
     "measure",
     "optimize",
     "texture_element",

@@ -8,6 +8,7 @@ windows robustly, and blends: solves for the x that minimizes U with the z_p fix
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import torch
 from torch import Tensor
@@ -31,12 +32,13 @@ def optimize(
     terms: TermLike | Sum | Sequence[TermLike | Sum] = (),
     start: Tensor | None = None,
     seed: int = 0,
+    between: Callable[[Tensor, Exemplar], Tensor] | None = None,
     callback: Callable[[Progress], None] | None = None,
 ) -> Result:
     """Synthesize an image or video of spatial `shape` that looks like the exemplar and satisfies the terms.
 
-    shape: (H, W) or (T, H, W). start: an image (C, *shape) to improve instead of beginning anew. Runs on the
-    exemplar's device. Memory grows with the output and with the exemplar, never with their product.
+    shape: (H, W) or (T, H, W). start: an image (C, *shape) to improve instead of beginning anew. between: applied to
+    the image after each blend, with the exemplar at the level's resolution. Runs on the exemplar's device. Memory grows with the output and with the exemplar, never with their product.
     Raises InputError for what cannot be done, FloatingPointError should the energy cease to be finite.
     """
     settings, shape = settings or Settings(), tuple(shape)
@@ -52,7 +54,7 @@ def optimize(
     for number, level in enumerate(levels):
         scene = Scene(exemplar, shape, single_terms, level, settings, generator)
         state = scene.enter(image, where, factors)
-        state, stopped = _iterate(scene, state, report, number)
+        state, stopped = _iterate(scene, state, report, number, between)
         assert state.matches is not None
         image, factors = state.image, scene.factors
         where = sourcemap.winners(scene.grid, scene.source, state.matches, state.weights)
@@ -65,13 +67,21 @@ def optimize(
     return Result(image, sourcemap.look_up(exemplar.origin, where), report.rows, report.stages, stopped)
 
 
-def _iterate(scene: Scene, state: State, report: "_Report", number: int) -> tuple[State, str]:
+def _iterate(
+    scene: Scene,
+    state: State,
+    report: "_Report",
+    number: int,
+    between: Callable[[Tensor, Exemplar], Tensor] | None,
+) -> tuple[State, str]:
     """EM iterations on one level until the matches settle or their number is spent; and why it stopped."""
     level, tolerance = scene.level, scene.settings.tolerance
     while state.iteration < level.iterations:
         state, row = scene.step(state)
         if not math.isfinite(state.energy):
             raise FloatingPointError(f"the energy became {state.energy} in iteration {state.iteration}")
+        if between is not None:
+            state = replace(state, image=between(state.image, scene.source.exemplar))
         report.add(number, state, row)
         if state.changed < tolerance:
             return state, f"the matches settled: fewer than {tolerance:.1%} changed in iteration {state.iteration}"

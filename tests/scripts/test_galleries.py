@@ -1,0 +1,24 @@
+import gallery_projection
+
+
+def test_the_ablation_runs_its_variants_and_draws_them(tmp_path, capsys):
+    import ablation
+    import torch
+
+    from synth import Kind, write_image
+
+    image = torch.rand(1, 40, 40, generator=torch.Generator().manual_seed(0))
+    write_image(tmp_path / "noise.png", image, Kind("uint8", ("Y",)))
+    words = [str(tmp_path / "noise.png"), "--size", "40x40", "--out", str(tmp_path / "out")]
+    assert ablation.main([*words, "--only", "default", "colors carried", "histogram"]) == 0
+    printed = capsys.readouterr().out
+    assert all(name in printed for name in ("default", "colors carried", "histogram", "overall"))
+    assert (tmp_path / "out" / "contact_sheet.png").stat().st_size > 1000
+    assert ablation.main(["missing", "--images", str(tmp_path)]) == 2
+
+
+def test_the_projection_figure_is_drawn(tmp_path, monkeypatch):
+    monkeypatch.setattr(gallery_projection, "TWIRLS", (0.7,))
+    rows = gallery_projection.main(["--out", str(tmp_path / "figure.png"), "--size", "64"])
+    assert rows[0]["three"] < rows[0]["start"]
+    assert (tmp_path / "figure.png").is_file()
