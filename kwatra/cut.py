@@ -25,7 +25,7 @@ from scipy.sparse import csgraph
 from kwatra.coarsecut import along, solve_in_bands
 
 KEEP, TAKE, FREE, VOID = 0, 1, 2, 3
-"""What may happen to a pixel: it must keep its patch, must take the new one, may do either, or is empty and stays so."""
+"""What may happen to a pixel: it keeps its patch, takes the new one, may do either, or is empty and stays so."""
 
 MOST_AT_ONCE = 100_000
 """Cuts over more free pixels than this are solved coarse to fine (coarsecut.py): faster, and bounded in memory."""

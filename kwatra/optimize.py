@@ -38,7 +38,8 @@ def optimize(
     """Synthesize an image or video of spatial `shape` that looks like the exemplar and satisfies the terms.
 
     shape: (H, W) or (T, H, W). start: an image (C, *shape) to improve instead of beginning anew. between: applied to
-    the image after each blend, with the exemplar at the level's resolution. Runs on the exemplar's device. Memory grows with the output and with the exemplar, never with their product.
+    the image after each blend, with the exemplar at the level's resolution. callback: told after each iteration.
+    Runs on the exemplar's device. Memory grows with the output and with the exemplar, never with their product.
     Raises InputError for what cannot be done, FloatingPointError should the energy cease to be finite.
     """
     settings, shape = settings or Settings(), tuple(shape)

@@ -3,8 +3,9 @@
 EM only mends what lies within a window's reach, so rows, courses and lattices have to be right before it begins.
 Blocks are laid one after the other; each is chosen among the exemplar's blocks for how well it agrees with what
 already lies under it, and for how little its content has been used so far (coverage). Both are correlations of the
-exemplar with the block's known pixels. The seam between old and new is a minimum cut (thesis 3.1). Offsets between output and exemplar are multiples of `grain`, the coarsest
-level's pixel, so that every level of the pyramid can represent the start exactly.
+exemplar with the block's known pixels. The seam between old and new is a minimum cut (thesis 3.1). Offsets between
+output and exemplar are multiples of `grain`, the coarsest level's pixel, so that every level of the pyramid can
+represent the start exactly.
 """
 
 import math
@@ -29,7 +30,10 @@ COST_LEVELS = 1000
 """Seam costs are counted in this many steps of the color range: minimum cuts are found in whole numbers."""
 
 TOLERANCE = 0.05
-"""A block is drawn at random from those whose cost is within this fraction of the best agreement's."""
+"""A block is drawn at random from those whose cost exceeds the least by at most this fraction."""
+
+MISMATCH_FLOOR = 0.01
+"""Mean squared disagreement, relative to the exemplar's variance, below which agreement is as good as perfect."""
 
 
 def block_size(exemplar: Exemplar, shape: Sequence[int], share: float, grain: Sequence[int]) -> tuple[int, ...]:
@@ -53,7 +57,7 @@ class BlockStart:
         generator: torch.Generator,
         *,
         wrap: bool = False,
-        usage: float = 0.3,
+        usage: float = 1.0,
         aligned: bool = True,
     ) -> None:
         self.exemplar, self.shape, self.wrap = exemplar, tuple(shape), wrap
@@ -137,9 +141,10 @@ class BlockStart:
             constant = total(content.square() * known * self.share)
             mismatch = (square - 2 * cross + constant).clamp(min=0) / (total(known) * self.variance)
         used = _AVERAGES[known.ndim](self.used[None], self.block, self.grain)[0]
-        cost = mismatch + self.usage * (used - mean(self.used))
+        # relative, so that a texture whose rows must line up is not torn for the sake of even use
+        cost = (mismatch + MISMATCH_FLOOR) * (1 + self.usage * used / (1 + mean(self.used)))
         cost = torch.where(self.valid, cost, math.inf)
-        allowed = cost.min() + TOLERANCE * max(float(mismatch.flatten()[cost.argmin()]), 0.01)
+        allowed = cost.min() * (1 + TOLERANCE)
         good = (cost <= allowed).flatten().nonzero()[:, 0]
         pick = good[int(torch.randint(len(good), (1,), generator=self.generator))]
         self.cost += float(cost.flatten()[pick])
@@ -162,7 +167,7 @@ class BlockStart:
             p, q = along(axis, None, -1, known.ndim), along(axis, 1, None, known.ndim)
             cost = difference[p] + difference[q]
             pairs.append((np.zeros_like(cost), cost, cost))
-        return torch.from_numpy(best_cut(state.cpu().numpy(), pairs)).to(known.device)
+        return torch.from_numpy(best_cut(state.cpu().numpy(), pairs, use_maxflow=False)).to(known.device)
 
     def _held(self, known: Tensor, axes: Sequence[Tensor]) -> Tensor:
         """Known pixels on the rim of the block whose neighbor outside is known: they must stay to meet it."""

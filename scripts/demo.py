@@ -11,6 +11,7 @@ import numpy as np
 import torch
 from skimage import data, transform
 from torch import Tensor
+from torch.nn import functional
 
 from kwatra import measure
 from synth import Kind, synthesize, write_image
@@ -54,13 +55,20 @@ def _shrunk(image: np.ndarray, side: int) -> Tensor:
     return torch.from_numpy(half).float()[None].clamp(0, 1)
 
 
+def column(exemplar: Tensor, image: Tensor) -> Tensor:
+    """The exemplar above the image, in color, with a white margin."""
+    width = image.shape[2]
+    above = functional.pad(exemplar, (0, width - exemplar.shape[2], 0, 8), value=1.0)
+    return functional.pad(torch.cat([above, image], 1), (4, 4, 4, 4), value=1.0).expand(3, -1, -1)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--side", type=int, default=SIDE, help="side of the exemplars; the outputs have twice that")
     parser.add_argument("--out", type=Path, default=Path("out/demo"), help="folder for the pictures")
     arguments = parser.parse_args()
     arguments.out.mkdir(parents=True, exist_ok=True)
-    scores = {}
+    scores, columns = {}, []
     for make in (brick, gravel, pebbles):
         exemplar = make(arguments.side)
         began = time.perf_counter()
@@ -70,7 +78,11 @@ def main() -> None:
         write_image(given, exemplar, kind, overwrite=True)
         write_image(made, image, kind, overwrite=True)
         scores[str(made)] = measure(image, exemplar)
+        columns.append(column(exemplar, image))
         print(f"{given} -> {made}  ({time.perf_counter() - began:.1f} s)", flush=True)
+    sheet = arguments.out / "textures.png"
+    write_image(sheet, torch.cat(columns, 2), Kind("uint8", ("R", "G", "B")), overwrite=True)
+    print(f"\nall side by side, exemplars above: {sheet}")
     print(f"\nscores (0 is perfect; sharpness: 1 is right)\n{score_table(scores)}")
 
 

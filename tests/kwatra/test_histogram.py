@@ -1,4 +1,5 @@
 import torch
+
 from kwatra import Exemplar, Level, Settings, match_histogram, optimize
 
 

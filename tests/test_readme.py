@@ -1,0 +1,43 @@
+"""What the README shows is run as it stands there."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+README = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
+BLOCKS = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
+
+
+def test_the_python_lines_make_a_picture_and_move_a_map(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    names: dict = {}
+    exec(BLOCKS[0], names)
+    assert names["made"].image.shape == (384, 500)
+    assert names["made"].image.dtype == np.uint8
+    assert names["moved"].shape == (384, 500)
+    assert (tmp_path / "gravel_synth.png").is_file()
+
+
+def test_the_term_of_ones_own_shades_the_picture():
+    names: dict = {}
+    with torch.random.fork_rng():
+        torch.manual_seed(0)
+        exec(BLOCKS[1], names)
+    x = names["result"].image
+    assert float(x[..., :32].mean()) > float(x[..., -32:].mean()) + 0.1
+    assert names["result"].energies[-1]["shade"] > 0
+
+
+def test_every_picture_the_readme_shows_is_there():
+    pictures = re.findall(r"!\[.*?\]\((.*?)\)", README)
+    assert pictures
+    for picture in pictures:
+        assert (Path(__file__).parent.parent / picture).is_file()
+
+
+@pytest.mark.parametrize("command", ["make demo", "make test"])
+def test_the_two_commands_come_first(command):
+    assert README.index(command) < README.index("## Python")
