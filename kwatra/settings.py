@@ -29,7 +29,7 @@ class Settings:
     features: tuple[Feature, ...] = ()
     start: str = "aligned"
     block: float = 0.5
-    usage: float = 1.0
+    usage: float = 0.35
     starts: int = 1
     iterations: int = 4
     candidates: int = 3

@@ -29,11 +29,17 @@ _AVERAGES = {2: F.avg_pool2d, 3: F.avg_pool3d}
 COST_LEVELS = 1000
 """Seam costs are counted in this many steps of the color range: minimum cuts are found in whole numbers."""
 
-TOLERANCE = 0.05
-"""A block is drawn at random from those whose cost exceeds the least by at most this fraction."""
+GOOD = 0.05
+"""The disagreement that this share of all blocks stays below is the unit of cost."""
 
-MISMATCH_FLOOR = 0.01
-"""Mean squared disagreement, relative to the exemplar's variance, below which agreement is as good as perfect."""
+TOLERANCE = 0.05
+"""A block is drawn at random from those whose cost exceeds the least by at most this much."""
+
+CONTINUATION = 0.5
+"""What a block costs more when it merely continues the copy that a neighbor began: a new texture, not a larger copy."""
+
+MISMATCH_FLOOR = 0.05
+"""Disagreement, as a mean square relative to the exemplar's variance, that is hardly seen."""
 
 
 def block_size(exemplar: Exemplar, shape: Sequence[int], share: float, grain: Sequence[int]) -> tuple[int, ...]:
@@ -57,19 +63,20 @@ class BlockStart:
         generator: torch.Generator,
         *,
         wrap: bool = False,
-        usage: float = 1.0,
+        usage: float = 0.35,
         aligned: bool = True,
     ) -> None:
         self.exemplar, self.shape, self.wrap = exemplar, tuple(shape), wrap
         self.grain, self.generator, self.usage, self.aligned = tuple(grain), generator, usage, aligned
         self.block, self.valid = self._that_fits(tuple(block))
-        self.overlap = tuple(max(b // 3, 1) for b in self.block)
+        self.overlap = tuple(max(b // 4, 1) for b in self.block)
         device = exemplar.canvas.device
         self.x = torch.zeros(len(exemplar.weights), *self.shape, device=device)
         self.known = torch.zeros(self.shape, device=device)
         self.where = torch.zeros(len(self.shape), *self.shape, dtype=torch.long, device=device)
         self.used = torch.zeros(exemplar.shape, device=device)
         self.cost = 0.0
+        self.laid: list[tuple[tuple[int, ...], list[int]]] = []
         self.share = (exemplar.weights / exemplar.weights.sum().clamp(min=1e-9)).view(-1, *[1] * len(self.shape))
         self.weighted = exemplar.canvas * self.share
         self.square = (self.weighted * exemplar.canvas).sum(0)
@@ -115,7 +122,8 @@ class BlockStart:
         here = tuple(a.view(-1, *[1] * (len(axes) - 1 - i)) for i, a in enumerate(axes))
         pixels: tuple[slice | Tensor, ...] = (slice(None), *here)
         known = F.pad(self.known[here], self._missing(axes))
-        there = self._choose(known, F.pad(self.x[pixels], self._missing(axes)))
+        there = self._choose(corner, known, F.pad(self.x[pixels], self._missing(axes)))
+        self.laid.append((corner, there))
         source = tuple(slice(t, t + len(a)) for t, a in zip(there, axes, strict=True))
         places = torch.meshgrid(*(torch.arange(s.start, s.stop, device=self.x.device) for s in source), indexing="ij")
         new = self.exemplar.canvas[(slice(None), *source)]
@@ -132,7 +140,7 @@ class BlockStart:
             padding += [0, block - len(axis)]
         return padding
 
-    def _choose(self, known: Tensor, content: Tensor) -> list[int]:
+    def _choose(self, corner: tuple[int, ...], known: Tensor, content: Tensor) -> list[int]:
         """Corner of the block to copy: good agreement with what is known, little used so far."""
         mismatch = torch.zeros(self.valid.shape, device=known.device)
         if self.aligned and bool(known.any()):
@@ -140,16 +148,30 @@ class BlockStart:
             square = self._correlated(self.square[None], known[None])
             constant = total(content.square() * known * self.share)
             mismatch = (square - 2 * cross + constant).clamp(min=0) / (total(known) * self.variance)
+        # in units of what agreement this texture affords: rows that can line up are not torn for the sake of even use
+        unit = float(mismatch[self.valid].quantile(GOOD).clamp(min=MISMATCH_FLOOR))
         used = _AVERAGES[known.ndim](self.used[None], self.block, self.grain)[0]
-        # relative, so that a texture whose rows must line up is not torn for the sake of even use
-        cost = (mismatch + MISMATCH_FLOOR) * (1 + self.usage * used / (1 + mean(self.used)))
+        cost = mismatch / unit + self.usage * (used - mean(self.used))
         cost = torch.where(self.valid, cost, math.inf)
-        allowed = cost.min() * (1 + TOLERANCE)
+        for again in self._continuations(corner):
+            cost[again] += CONTINUATION
+        allowed = cost.min() + TOLERANCE
         good = (cost <= allowed).flatten().nonzero()[:, 0]
         pick = good[int(torch.randint(len(good), (1,), generator=self.generator))]
         self.cost += float(cost.flatten()[pick])
         place = torch.unravel_index(pick, cost.shape)
         return [int(p) * g for p, g in zip(place, self.grain, strict=True)]
+
+    def _continuations(self, corner: tuple[int, ...]) -> list[tuple[int, ...]]:
+        """Blocks that would only continue what an overlapping block copied, as places on the grain."""
+        places = set()
+        for other, there in self.laid:
+            shift = [c - o for c, o in zip(corner, other, strict=True)]
+            if all(abs(s) < b for s, b in zip(shift, self.block, strict=True)):
+                place = tuple((t + s) // g for t, s, g in zip(there, shift, self.grain, strict=True))
+                if all(0 <= p < n for p, n in zip(place, self.valid.shape, strict=True)):
+                    places.add(place)
+        return sorted(places)
 
     def _correlated(self, image: Tensor, block: Tensor) -> Tensor:
         """Inner products of a block (C, *block) with the image (C, *canvas) at every position on the grain."""
