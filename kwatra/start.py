@@ -30,7 +30,7 @@ COST_LEVELS = 1000
 """Seam costs are counted in this many steps of the color range: minimum cuts are found in whole numbers."""
 
 GOOD = 0.05
-"""The disagreement that this share of all blocks stays below is the unit of cost."""
+"""Cost is counted in the mean (geometric) of the least disagreement and the one this share of blocks stays below."""
 
 TOLERANCE = 0.05
 """A block is drawn at random from those whose cost exceeds the least by at most this much."""
@@ -148,13 +148,15 @@ class BlockStart:
             square = self._correlated(self.square[None], known[None])
             constant = total(content.square() * known * self.share)
             mismatch = (square - 2 * cross + constant).clamp(min=0) / (total(known) * self.variance)
+        again = self._continuations(corner)
         # in units of what agreement this texture affords: rows that can line up are not torn for the sake of even use
-        unit = float(mismatch[self.valid].quantile(GOOD).clamp(min=MISMATCH_FLOOR))
+        others = mismatch[self.valid & ~again]
+        if len(others) == 0:
+            others = mismatch[self.valid]
+        unit = (others.min().clamp(min=MISMATCH_FLOOR) * others.quantile(GOOD).clamp(min=MISMATCH_FLOOR)).sqrt()
         used = _AVERAGES[known.ndim](self.used[None], self.block, self.grain)[0]
-        cost = mismatch / unit + self.usage * (used - mean(self.used))
+        cost = mismatch / unit + self.usage * (used - mean(self.used)) + CONTINUATION * again
         cost = torch.where(self.valid, cost, math.inf)
-        for again in self._continuations(corner):
-            cost[again] += CONTINUATION
         allowed = cost.min() + TOLERANCE
         good = (cost <= allowed).flatten().nonzero()[:, 0]
         pick = good[int(torch.randint(len(good), (1,), generator=self.generator))]
@@ -162,16 +164,16 @@ class BlockStart:
         place = torch.unravel_index(pick, cost.shape)
         return [int(p) * g for p, g in zip(place, self.grain, strict=True)]
 
-    def _continuations(self, corner: tuple[int, ...]) -> list[tuple[int, ...]]:
-        """Blocks that would only continue what an overlapping block copied, as places on the grain."""
-        places = set()
+    def _continuations(self, corner: tuple[int, ...]) -> Tensor:
+        """Which blocks would only continue what an overlapping block copied, shaped as `valid`."""
+        again = torch.zeros_like(self.valid)
         for other, there in self.laid:
             shift = [c - o for c, o in zip(corner, other, strict=True)]
             if all(abs(s) < b for s, b in zip(shift, self.block, strict=True)):
                 place = tuple((t + s) // g for t, s, g in zip(there, shift, self.grain, strict=True))
-                if all(0 <= p < n for p, n in zip(place, self.valid.shape, strict=True)):
-                    places.add(place)
-        return sorted(places)
+                if all(0 <= p < n for p, n in zip(place, again.shape, strict=True)):
+                    again[place] = True
+        return again
 
     def _correlated(self, image: Tensor, block: Tensor) -> Tensor:
         """Inner products of a block (C, *block) with the image (C, *canvas) at every position on the grain."""
