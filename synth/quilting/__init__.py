@@ -1,0 +1,1 @@
+"""Graph-cut quilting of images and video (thesis chapter 3)."""
