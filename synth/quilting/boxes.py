@@ -51,3 +51,11 @@ def wrapped(values: np.ndarray, extent: tuple[int, ...], periodic: tuple[bool, .
 def along(axis: int, low: int | None, high: int | None, dims: int) -> tuple[slice, ...]:
     """The index that takes `low:high` along one axis and everything along the others."""
     return tuple(slice(low, high) if d == axis else slice(None) for d in range(dims))
+
+
+def everywhere(lines: list[np.ndarray]) -> np.ndarray:
+    """The n-D boolean grid that is True where every axis' line is."""
+    grid = np.ones((1,) * len(lines), bool)
+    for axis, line in enumerate(lines):
+        grid = grid & line.reshape([-1 if d == axis else 1 for d in range(len(lines))])
+    return grid
