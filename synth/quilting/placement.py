@@ -10,6 +10,7 @@ C by whole or sub-patch matching (matching.py), or 0 for random placement; sigma
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,6 +28,7 @@ class Rule:
     `kind`: "random", "whole" or "sub". `k`: equation 3. `region`: extent of the error-region per axis.
     `evenness`: what a source region used on average as often as any other adds to C, in units of sigma^2.
     `most`: the most pixels a patch may have (bounds memory and time of a cut).
+    `reach`: how far a refining patch may reach past the region on each side, in extents of the region.
     """
 
     kind: str
@@ -34,6 +36,7 @@ class Rule:
     region: tuple[int, ...]
     evenness: float = 0.0
     most: int = 1_500_000
+    reach: float = 1.0
 
 
 class Placer:
@@ -118,7 +121,7 @@ class Placer:
         for (number, span), cost in zip(spans, costs, strict=True):
             if pick < cost.size:
                 shift = np.add(np.unravel_index(pick, cost.shape), span.start)
-                return self._patch(number, tuple(int(s) for s in shift), region)
+                return self._patch(number, tuple(int(s) for s in shift), region, filling)
             pick -= cost.size
         raise AssertionError("a draw lies within the costs it was drawn from")
 
@@ -172,7 +175,7 @@ class Placer:
     def _below(self, count: int) -> int:
         return int(torch.randint(count, (1,), generator=self.generator))
 
-    def _patch(self, number: int, shift: tuple[int, ...], region: Box) -> Patch:
+    def _patch(self, number: int, shift: tuple[int, ...], region: Box, filling: bool) -> Patch:
         self.used.add((number, shift))
         shape = self.canvas.sources.shapes[number]
         box = Box(shift, shape).clipped(self.canvas.shape, self.canvas.periodic)
@@ -180,15 +183,16 @@ class Placer:
             low, high = self._band(number)
             start, stop = max(box.start[-2], low), min(box.stop[-2], high)
             box = Box((*box.start[:-2], start, box.start[-1]), (*box.extent[:-2], stop - start, box.extent[-1]))
-        return Patch(number, shift, self._bounded(box, region))
+        return Patch(number, shift, self._bounded(box, region, filling))
 
-    def _bounded(self, box: Box, region: Box) -> Box:
-        """`box` cut, around `region`, to what the canvas and the budget of a cut allow."""
+    def _bounded(self, box: Box, region: Box, filling: bool) -> Box:
+        """`box` cut, around `region`, to what the canvas and the budget of a cut allow and refining needs."""
+        wide = [e if filling else math.ceil(re * (1 + 2 * self.rule.reach)) for e, re in zip(box.extent, region.extent, strict=True)]
         excess = max(np.prod(box.extent, dtype=float) / self.rule.most, 1.0)
         shrink = excess ** (-1 / len(box.extent))
         start, extent = [], []
         for d, (s, e, rs, re) in enumerate(zip(box.start, box.extent, region.start, region.extent, strict=True)):
-            length = min(max(int(e * shrink), re), e, self.canvas.longest(d))
+            length = min(max(int(e * shrink), re), e, wide[d], self.canvas.longest(d))
             start.append(int(np.clip(rs + (re - length) // 2, s, s + e - length)))
             extent.append(length)
         return Box(tuple(start), tuple(extent))
