@@ -103,11 +103,12 @@ class Placer:
         `grid`: only offsets that are multiples of it, if there are any.
         """
         spans, costs = [], []
+        usage = self._usage()
         for number in range(len(self.canvas.sources.shapes)):
             span = self._allowed(number, region)
             if span is None:
                 continue
-            cost = self._cost(number, region, filling)
+            cost = self._cost(number, region, filling, usage)
             cost[self._taken(number, span)] = np.inf
             spans.append((number, span))
             costs.append(cost)
@@ -138,7 +139,7 @@ class Placer:
         low, high = self.canvas.sources.bands[number]
         return round(low * self.canvas.shape[-2]), round(high * self.canvas.shape[-2])
 
-    def _cost(self, number: int, region: Box, filling: bool) -> np.ndarray:
+    def _cost(self, number: int, region: Box, filling: bool, usage: list[np.ndarray] | None) -> np.ndarray:
         """C of equation 3, in units of sigma^2."""
         if self.rule.kind == "random" or not self.canvas.patches:
             span = self.matcher.translations(number, region)
@@ -147,10 +148,14 @@ class Placer:
         else:
             match = self.matcher.whole if self.rule.kind == "whole" else self.matcher.sub
             cost = match(number, region) / max(self.canvas.sources.variance, 1e-12)
-        if self.rule.evenness > 0 and self.canvas.patches and self.rule.kind != "random":
-            usage = self.canvas.sources.usage(self.canvas.places[self.canvas.filled])[number]
-            cost = cost + self.rule.evenness * self.matcher.mean_usage(number, region, usage, filling)
+        if usage is not None:
+            cost = cost + self.rule.evenness * self.matcher.mean_usage(number, region, usage[number], filling)
         return cost
+
+    def _usage(self) -> list[np.ndarray] | None:
+        if self.rule.evenness <= 0 or self.rule.kind == "random" or not self.canvas.patches:
+            return None
+        return self.canvas.sources.usage(self.canvas.places[self.canvas.filled])
 
     def _taken(self, number: int, span: Box) -> np.ndarray:
         mask = np.zeros(span.extent, bool)
