@@ -38,7 +38,7 @@ class Canvas:
         self.sources, self.cost = sources, cost
         self.shape, self.periodic = tuple(shape), tuple(periodic)
         self.label = np.full(self.shape, -1, np.int32)
-        self.places = np.zeros(self.shape, np.int64)
+        self.places = np.zeros(self.shape, sources.place_type)
         self.seams = np.zeros((len(self.shape), *self.shape), np.int32)
         self.fixed = np.zeros(self.shape, bool)
         self.patches: list[Patch] = []
@@ -130,6 +130,18 @@ class Canvas:
             low = tuple(line if d != axis else line.take(range(line.shape[axis] - 1), axis) for d, line in enumerate(at))
             self.seams[axis][low] = cost
         self.patches.append(patch)
+
+    def adopt(self, other: Canvas, first: int) -> None:
+        """Copy a canvas of the same cross-section in as the steps `first`... of axis 0, and fix its pixels."""
+        at = slice(first, first + other.shape[0])
+        self.total += other.total - int(self.seams[:, at].sum(dtype=np.int64))
+        self.label[at] = other.label + len(self.patches)
+        self.places[at] = other.places
+        self.seams[:, at] = other.seams
+        self.fixed[at] = True
+        for patch in other.patches:
+            shift, start = (patch.shift[0] + first, *patch.shift[1:]), (patch.box.start[0] + first, *patch.box.start[1:])
+            self.patches.append(Patch(patch.number, shift, Box(start, patch.box.extent)))
 
     def recomputed_seams(self) -> np.ndarray:
         """The seam costs computed anew from places alone, shaped as `seams`; equal to it at every moment."""

@@ -23,9 +23,13 @@ from scipy import sparse
 from scipy.sparse import csgraph
 
 from synth.quilting.boxes import along
+from synth.quilting.coarsecut import solve_in_bands
 
 KEEP, TAKE, FREE, VOID = 0, 1, 2, 3
 """What may happen to a pixel: it must stay as it is, must take the new patch, may do either, or is empty and stays so."""
+
+MOST_AT_ONCE = 1_000_000
+"""Cuts over more free pixels than this are solved coarse to fine (coarsecut.py), to bound their memory."""
 
 Costs = tuple[np.ndarray, np.ndarray, np.ndarray]
 
@@ -42,7 +46,7 @@ def best_cut(state: np.ndarray, pairs: Sequence[Costs], use_maxflow: bool | None
     take = state == TAKE
     if (unary[free] < 0).any():
         solve = _solve_maxflow if (maxflow() is not None if use_maxflow is None else use_maxflow) else _solve_scipy
-        take[free] = solve(unary, arcs, free)
+        take[free] = solve_in_bands(unary, arcs, free, solve, MOST_AT_ONCE)
     return take
 
 

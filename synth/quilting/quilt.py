@@ -12,7 +12,6 @@ from torch import Tensor
 
 from kwatra.errors import InputError
 from synth.quilting.blendseams import feather, spline
-from synth.quilting.boxes import Box
 from synth.quilting.canvas import Canvas
 from synth.quilting.costs import SeamCost
 from synth.quilting.growth import Budget, Report, fill, refine
@@ -176,8 +175,9 @@ def result_of(
     """The canvas, or a range of its frames, as a Quilt."""
     image = _image(canvas, settings)
     number, place = canvas.sources.coordinates(canvas.places)
-    offset = place - np.indices(canvas.shape)
+    offset = place
     for axis, (n, wraps) in enumerate(zip(canvas.shape, canvas.periodic, strict=True)):
+        offset[axis] -= np.arange(n, dtype=np.int32).reshape([-1 if d == axis else 1 for d in range(len(canvas.shape))])
         if wraps:
             offset[axis] %= n
     cut = (slice(None),) if frames is None else (frames,)
@@ -202,7 +202,3 @@ def _image(canvas: Canvas, settings: QuiltSettings) -> np.ndarray:
         return feather(canvas, settings.feather)
     return spline(canvas) if settings.spline else canvas.sources.colors(canvas.places)
 
-
-def first_patch_box(shape: Sequence[int]) -> Box:
-    """The box of a whole grid."""
-    return Box((0,) * len(shape), tuple(shape))

@@ -34,6 +34,7 @@ class Sources:
         self.low = min(float(image.min()) for image in self.images)
         high = max(float(image.max()) for image in self.images)
         self.step = (high - self.low) / LEVELS or 1.0
+        self.place_type = np.int32 if self.cell_size * len(self.images) < 2**30 else np.int64
         self.planes = self._quantized()
         self.variance = float(np.mean([np.var(p) for p in self.matching(0)]))
 
@@ -57,25 +58,29 @@ class Sources:
     def places(self, number: int, steps: Sequence[np.ndarray]) -> np.ndarray:
         """Places of the grid spanned by source coordinates `steps` (one array per axis); outside, the rim."""
         shape = self.shapes[number]
-        total = np.full((1,) * self.dims, number * self.cell_size, np.int64)
+        total = np.full((1,) * self.dims, number * self.cell_size, self.place_type)
         for axis, at in enumerate(steps):
-            line = (np.clip(at, -1, shape[axis]) + 1) * self.strides[axis]
+            line = ((np.clip(at, -1, shape[axis]) + 1) * self.strides[axis]).astype(self.place_type)
             total = total + line.reshape([-1 if d == axis else 1 for d in range(self.dims)])
         return total
 
     def coordinates(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(source number, coordinates (dims, ...)) of places in the mosaic."""
+        """(source number, coordinates (dims, ...)) of places in the mosaic, both int32."""
         number, rest = np.divmod(places, self.cell_size)
-        return number, np.stack(np.unravel_index(rest, self.cell)) - 1
+        at = np.empty((self.dims, *places.shape), np.int32)
+        for axis, stride in enumerate(self.strides):
+            at[axis], rest = np.divmod(rest, stride)
+        return number.astype(np.int32), at - 1
 
     def colors(self, places: np.ndarray) -> np.ndarray:
         """Original colours (C, *places.shape) at places of the mosaic, bit for bit."""
-        number, at = self.coordinates(places)
         out = np.empty((self.images[0].shape[0], *places.shape), np.float32)
-        for k in np.unique(number):
-            here = number == k
-            inside = [np.clip(a[here], 0, n - 1) for a, n in zip(at, self.shapes[k], strict=True)]
-            out[:, here] = self.images[k][(slice(None), *inside)]
+        for row, line in enumerate(places):
+            number, at = self.coordinates(line)
+            for k in np.unique(number):
+                here = number == k
+                inside = [np.clip(a[here], 0, n - 1) for a, n in zip(at, self.shapes[k], strict=True)]
+                out[:, row][:, here] = self.images[k][(slice(None), *inside)]
         return out
 
     def usage(self, places: np.ndarray) -> list[np.ndarray]:

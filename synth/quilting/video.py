@@ -1,0 +1,112 @@
+"""Video by graph-cut quilting (thesis section 3.5): transitions, random offsets in time, offsets in space and time.
+
+    transition  the clip joined to itself where two of its frames are most alike, along a seam surface in a window of
+                frames around them; endless, and every frame outside the window is a frame of the clip
+    time        the whole clip laid down again and again, displaced in time only; less repetitive than a loop
+    spacetime   the clip laid down displaced in space and time; for motion like water and smoke, and for larger frames
+
+Any of them loops: `time` and `spacetime` hold the first k and last k frames of the work to the same k frames, and drop
+the first k (3.5 D).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from torch import Tensor
+
+from kwatra.errors import InputError
+from synth.quilting.boxes import Box
+from synth.quilting.canvas import Canvas, Patch
+from synth.quilting.growth import Report
+from synth.quilting.quilt import (
+    Quilt,
+    QuiltSettings,
+    check_exemplar,
+    error_region,
+    new_canvas,
+    new_placer,
+    result_of,
+    run,
+    sources_of,
+)
+from synth.quilting.transition import seam_transition
+
+MODES = ("transition", "time", "spacetime")
+
+
+def quilt_video(
+    clip: Tensor,
+    frames: int | None = None,
+    size: Sequence[int] | None = None,
+    *,
+    mode: str = "transition",
+    loop: bool = False,
+    hold: int = 10,
+    settings: QuiltSettings | None = None,
+    report: Report = lambda what, part: None,
+) -> Quilt:
+    """A new video from a clip (C, T, H, W).
+
+    `frames`: its length; twice the clip's by default, and for a transition one period. `size`: (H, W), the clip's by
+    default; other sizes need mode "spacetime". `loop`: the frame after the last is the first. `hold`: the k above.
+    `settings`: as for `quilt`; by default sub-patch matching for "spacetime" and random placement for "time".
+    Raises InputError for a clip of one frame, `hold` larger than the clip, or a size or length that the mode cannot make.
+    """
+    check_exemplar(clip)
+    size = tuple(clip.shape[-2:]) if size is None else tuple(size)
+    _check(clip, frames, size, mode, loop, hold)
+    settings = settings or default_settings(mode)
+    if mode == "transition":
+        return seam_transition(clip, frames, loop, settings, report)
+    length = 2 * clip.shape[1] if frames is None else frames
+    canvas = new_canvas(sources_of(clip, settings), (length + (hold if loop else 0), *size), settings)
+    if loop:
+        _hold_ends(canvas, size, hold, mode, settings)
+    placer = new_placer(canvas, settings, _region(clip, size, mode, settings))
+    history, stopped = run(canvas, placer, settings, report)
+    return result_of(canvas, settings, history, stopped, slice(hold, None) if loop else None)
+
+
+def default_settings(mode: str) -> QuiltSettings:
+    """What suits a mode: motion is matched locally, and time-only offsets are drawn at random, as in the thesis."""
+    placement = "random" if mode == "time" else "sub"
+    return QuiltSettings(placement=placement, grid=1, evenness=0.0, refine=30, patience=10)
+
+
+def _check(clip: Tensor, frames: int | None, size: tuple[int, ...], mode: str, loop: bool, hold: int) -> None:
+    if clip.ndim != 4:
+        raise InputError(f"the clip has shape {tuple(clip.shape)} but must be (C, T, H, W)")
+    if mode not in MODES:
+        raise InputError(f"mode is {mode!r} but must be one of {', '.join(MODES)}")
+    if size != tuple(clip.shape[-2:]) and mode != "spacetime":
+        raise InputError(
+            f"size is {size[1]}x{size[0]} but mode {mode} keeps the clip's {clip.shape[3]}x{clip.shape[2]}; "
+            "for another size use mode spacetime"
+        )
+    if frames is not None and frames < 2:
+        raise InputError(f"frames is {frames} but a video needs at least 2")
+    if loop and not 1 <= hold <= clip.shape[1]:
+        raise InputError(f"hold is {hold} but the clip has {clip.shape[1]} frames; hold between 1 and that many")
+    if loop and frames is not None and mode != "transition" and frames <= hold:
+        raise InputError(f"frames is {frames} but a loop that holds {hold} needs more than that; hold fewer or make more")
+
+
+def _region(clip: Tensor, size: tuple[int, ...], mode: str, settings: QuiltSettings) -> tuple[int, ...]:
+    """The error-region: in mode time the whole frame, which leaves time as the only way to move."""
+    region = error_region(clip.shape[1:], settings.region)
+    return (region[0], *size) if mode == "time" else region
+
+
+def _hold_ends(canvas: Canvas, size: tuple[int, ...], hold: int, mode: str, settings: QuiltSettings) -> None:
+    """Lay the same `hold` frames at both ends of the canvas and fix them."""
+    slab = Canvas(canvas.sources, (hold, *size), (False, *canvas.periodic[1:]), canvas.cost)
+    shape = canvas.sources.shapes[0]
+    if size == shape[1:]:
+        slab.lay(Patch(0, (-((shape[0] - hold) // 2), 0, 0), Box((0, 0, 0), slab.shape)))
+    else:
+        region = (hold, *error_region(shape, settings.region)[1:])
+        run(slab, new_placer(slab, settings, region), settings, lambda what, part: None)
+    canvas.adopt(slab, 0)
+    canvas.adopt(slab, canvas.shape[0] - hold)
+
