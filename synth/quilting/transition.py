@@ -21,7 +21,7 @@ from synth.quilting.boxes import Box
 from synth.quilting.canvas import Canvas, Patch
 from synth.quilting.costs import SeamCost
 from synth.quilting.growth import Report
-from synth.quilting.quilt import Quilt, QuiltSettings, result_of
+from synth.quilting.synthesis import Quilt, QuiltSettings, result_of
 from synth.quilting.sources import Sources
 
 LONGEST_WINDOW = 60

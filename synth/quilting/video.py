@@ -19,7 +19,7 @@ from kwatra.errors import InputError
 from synth.quilting.boxes import Box
 from synth.quilting.canvas import Canvas, Patch
 from synth.quilting.growth import Report
-from synth.quilting.quilt import (
+from synth.quilting.synthesis import (
     Quilt,
     QuiltSettings,
     check_exemplar,

@@ -18,7 +18,7 @@ from kwatra.errors import InputError
 from synth.quilting.boxes import Box
 from synth.quilting.canvas import Canvas, Patch
 from synth.quilting.costs import SeamCost
-from synth.quilting.quilt import Quilt, QuiltSettings, result_of
+from synth.quilting.synthesis import Quilt, QuiltSettings, result_of
 from synth.quilting.sources import Sources
 
 
