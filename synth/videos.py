@@ -71,7 +71,9 @@ def check_video_output(path: str | Path, overwrite: bool) -> None:
     """Refuse, before any work, a file or folder that could not be written."""
     path = Path(path)
     if path.suffix and path.suffix.lower() not in FILE_SUFFIXES:
-        raise InputError(f"{path} has an ending that no video can have; use .mp4 or .gif, or none for a folder of frames")
+        raise InputError(
+            f"{path} has an ending that no video can have; use .mp4 or .gif, or none for a folder of frames"
+        )
     if path.is_dir() and path.suffix:
         raise InputError(f"{path} is a folder; name a file")
     if path.exists() and not overwrite:

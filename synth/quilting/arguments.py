@@ -38,10 +38,15 @@ def _add_quilt(subparsers: Any) -> None:
     add("exemplar", type=Path, metavar="EXEMPLAR", help="an image, a video (.mp4, .gif) or a folder of frames")
     add("-o", "--output", type=Path, metavar="OUT", help="the file or folder to write (default: EXEMPLAR_quilt)")
     add("--size", type=_size, metavar="WxH", help="size in pixels (default: an image's doubled, a video's own)")
-    add("--placement", choices=("random", "whole", "sub"), help="how patches are placed: whole for structured textures, "
-        "sub for stochastic ones and motion (default: whole; videos: by mode)")  # fmt: skip
+    add("--placement", choices=("random", "whole", "sub"), help="how patches are placed: whole for structured "
+        "textures, sub for stochastic ones and motion (default: whole; videos: by mode)")  # fmt: skip
     add("--k", type=float, metavar="K", help="randomness of the choice of offsets, 0.001 to 1 (default: 0.01)")
-    add("--refine", type=_whole, metavar="STEPS", help="at most so many patches that mend seams (default: 60, videos 30)")
+    add(
+        "--refine",
+        type=_whole,
+        metavar="STEPS",
+        help="at most so many patches that mend seams (default: 60, videos 30)",
+    )
     add("--seconds", type=float, metavar="S", help="stop refining after this time")
     add("--edges", action="store_true", help="let seams prefer busy places (normalize their cost by the gradient)")
     add("--tile", action="store_true", help="make a picture that repeats without a seam in both directions")
@@ -56,7 +61,12 @@ def _add_quilt(subparsers: Any) -> None:
         "time, or in space and time (default: transition; spacetime where --size differs)")  # fmt: skip
     add("--frames", type=_whole, metavar="N", help="videos: length (default: one loop, or twice the clip)")
     add("--loop", action="store_true", help="videos: make the end meet the beginning")
-    add("--hold", type=_whole, default=10, metavar="K", help="videos: frames that a loop holds at its ends (default: 10)")
+    add(
+        "--hold",
+        type=_whole,
+        metavar="K",
+        help="videos: frames that a loop holds at its ends (default: 10, or half a short clip)",
+    )
     add("--fps", type=float, metavar="F", help="videos: frames a second (default: as the file says; a folder: 25)")
     add("--seams", type=Path, metavar="FILE", help="also write the result with its seams drawn in red")
     add("--map", type=Path, metavar="FILE", help="also write where each pixel is from: .npy, int32, (copy, [t,] y, x)")

@@ -9,6 +9,8 @@ splining hides strong ones, and takes contrast away where patches are small.
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from scipy import ndimage
 
@@ -82,4 +84,4 @@ def _blurred(values: np.ndarray, sigma: float) -> np.ndarray:
 def _bands(image: np.ndarray, sigmas: list[float]) -> list[np.ndarray]:
     """Band-pass layers from fine to coarse that sum to the image."""
     smooth = [image] + [np.stack([_blurred(plane, s) for plane in image]) for s in sigmas]
-    return [a - b for a, b in zip(smooth, smooth[1:], strict=False)] + [smooth[-1]]
+    return [a - b for a, b in pairwise(smooth)] + [smooth[-1]]

@@ -16,6 +16,7 @@ class Box:
 
     @property
     def stop(self) -> tuple[int, ...]:
+        """The first position past the box on each axis."""
         return tuple(s + e for s, e in zip(self.start, self.extent, strict=True))
 
     def clipped(self, shape: tuple[int, ...], periodic: tuple[bool, ...]) -> Box:
@@ -28,7 +29,7 @@ class Box:
 
 
 def box_sums(values: np.ndarray, extent: tuple[int, ...]) -> np.ndarray:
-    """Sums over every box of `extent` that fits (summed-area table, thesis section 3.3): shape n - extent + 1 per axis."""
+    """Sums over every box of `extent` that fits (summed-area table, thesis 3.3): shape n - extent + 1 per axis."""
     sums = values.astype(np.int64 if values.dtype.kind in "biu" else np.float64)
     for axis, length in enumerate(extent):
         table = np.cumsum(sums, axis=axis)

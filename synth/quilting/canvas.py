@@ -46,6 +46,7 @@ class Canvas:
 
     @property
     def filled(self) -> np.ndarray:
+        """The pixels that have a patch."""
         return self.label >= 0
 
     def longest(self, axis: int) -> int:
@@ -73,7 +74,9 @@ class Canvas:
         pairs = self._pairs(at, new)
         take = best_cut(state, pairs)
         seams = seams_after(state, take, pairs)
-        change = sum(int(s.sum(dtype=np.int64)) - int(a.sum(dtype=np.int64)) for s, (a, _, _) in zip(seams, pairs, strict=True))
+        change = sum(
+            int(s.sum(dtype=np.int64)) - int(a.sum(dtype=np.int64)) for s, (a, _, _) in zip(seams, pairs, strict=True)
+        )
         if not take.any() or (cheaper and change >= 0):
             return False
         self._commit(patch, at, take, new, seams)
@@ -84,9 +87,7 @@ class Canvas:
         self, at: tuple[np.ndarray, ...], window: Box, box: Box, must: np.ndarray | None, must_not: np.ndarray | None
     ) -> np.ndarray:
         filled = self.label[at] >= 0
-        inner = tuple(
-            slice(b - w, b - w + e) for b, w, e in zip(box.start, window.start, box.extent, strict=True)
-        )
+        inner = tuple(slice(b - w, b - w + e) for b, w, e in zip(box.start, window.start, box.extent, strict=True))
         state = np.where(filled, KEEP, VOID)
         core = np.where(filled[inner], FREE, TAKE)
         if must is not None:
@@ -127,7 +128,9 @@ class Canvas:
         self.label[at] = np.where(take, len(self.patches), self.label[at])
         self.places[at] = np.where(take, new, self.places[at])
         for axis, cost in enumerate(seams):
-            low = tuple(line if d != axis else line.take(range(line.shape[axis] - 1), axis) for d, line in enumerate(at))
+            low = tuple(
+                line if d != axis else line.take(range(line.shape[axis] - 1), axis) for d, line in enumerate(at)
+            )
             self.seams[axis][low] = cost
         self.patches.append(patch)
 
@@ -140,7 +143,10 @@ class Canvas:
         self.seams[:, at] = other.seams
         self.fixed[at] = True
         for patch in other.patches:
-            shift, start = (patch.shift[0] + first, *patch.shift[1:]), (patch.box.start[0] + first, *patch.box.start[1:])
+            shift, start = (
+                (patch.shift[0] + first, *patch.shift[1:]),
+                (patch.box.start[0] + first, *patch.box.start[1:]),
+            )
             self.patches.append(Patch(patch.number, shift, Box(start, patch.box.extent)))
 
     def recomputed_seams(self) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""What `kwatra quilt` and `kwatra merge` do: check everything, work, then write everything. Each returns what to print."""
+"""`kwatra quilt` and `kwatra merge`: check everything, work, then write everything. Each returns what to print."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def run_merge(arguments: argparse.Namespace) -> str:
     output = arguments.output or Path(f"{arguments.background.stem}_merge{arguments.background.suffix}")
     check_output(output, kind, arguments.overwrite)
     _check_extras(arguments)
-    spares = masks[1] or [None] * len(overlays)
+    spares: list[Tensor | None] = list(masks[1]) or [None] * len(overlays)
     layers = [Overlay(*parts) for parts in zip(images[1:], at, masks[0], spares, strict=True)]
     settings = _settings(QuiltSettings(), arguments, normalized=not arguments.plain)
     result = merge(images[0], layers, settings)
@@ -179,7 +179,9 @@ def _color(picture: Picture) -> Tensor:
         return picture.pixels[:3]
     if names[0] == "Y":
         return picture.pixels[:1].expand(3, -1, -1)
-    raise InputError(f"an image has the channels {', '.join(names)}, which cannot be merged with others; convert it to RGB")
+    raise InputError(
+        f"an image has the channels {', '.join(names)}, which cannot be merged with others; convert it to RGB"
+    )
 
 
 def _mask(path: Path) -> Tensor:

@@ -5,8 +5,8 @@
 
 |.| is the sum over channels of absolute differences of quantized colours: whole numbers, so M is a metric without any
 rounding and sums of it are exact. M' prefers seams through busy regions, where they show less; it is no metric, and the
-cut then treats an old seam as costing at most what replacing it on both sides would (cut.py). Use M where the cut must be
-the best possible, M' where flat and busy regions mix.
+cut then treats an old seam as costing at most what replacing it on both sides would (cut.py). Use M where the cut must
+be the best possible, M' where flat and busy regions mix.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ def _gradients(sources: Sources) -> list[np.ndarray]:
         inner = tuple(slice(0, n + 2) for n in shape)
         for axis, cell in enumerate(cells):
             for plane in planes:
-                cell[(number, *inner)] += _slope(plane[(number, *inner)].astype(np.int32), axis)
+                cell[number][inner] += _slope(plane[number][inner].astype(np.int32), axis)
     return [cell.reshape(-1) for cell in cells]
 
 

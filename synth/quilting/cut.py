@@ -26,10 +26,10 @@ from synth.quilting.boxes import along
 from synth.quilting.coarsecut import solve_in_bands
 
 KEEP, TAKE, FREE, VOID = 0, 1, 2, 3
-"""What may happen to a pixel: it must stay as it is, must take the new patch, may do either, or is empty and stays so."""
+"""What a pixel may do: keep its patch, take the new one (both musts), do either, or stay empty."""
 
 MOST_AT_ONCE = 100_000
-"""Cuts over more free pixels than this are solved coarse to fine (coarsecut.py): several times faster, and bounded in memory."""
+"""Cuts over more free pixels than this are solved coarse to fine (coarsecut.py): faster, and bounded in memory."""
 
 Costs = tuple[np.ndarray, np.ndarray, np.ndarray]
 
@@ -38,8 +38,8 @@ def best_cut(state: np.ndarray, pairs: Sequence[Costs], use_maxflow: bool | None
     """Which pixels take the new patch in the cheapest labeling; boolean, shaped as `state`.
 
     `state`: KEEP, TAKE, FREE or VOID per pixel. `pairs`: per axis the integer costs (a, b, c) of the pairs
-    (p, p + 1 along the axis), one shorter than `state` along that axis. Of several cheapest labelings the one that takes
-    fewest pixels (with PyMaxflow, any). `use_maxflow`: whether PyMaxflow solves; None for yes if installed.
+    (p, p + 1 along the axis), one shorter than `state` along that axis. Of several cheapest labelings the one that
+    takes fewest pixels (with PyMaxflow, any). `use_maxflow`: whether PyMaxflow solves; None for yes if installed.
     """
     free = state == FREE
     unary, arcs = _energy(state, pairs)
@@ -104,9 +104,7 @@ def _neighbor_table(
     return np.stack(capacity, 1), np.stack(column, 1), np.stack(present, 1)
 
 
-def _network(
-    unary: np.ndarray, arcs: Sequence[tuple[np.ndarray, np.ndarray]], free: np.ndarray
-) -> sparse.csr_array:
+def _network(unary: np.ndarray, arcs: Sequence[tuple[np.ndarray, np.ndarray]], free: np.ndarray) -> sparse.csr_array:
     """The flow network: free pixels, then the terminal of the old patches, then that of the new one."""
     weight = unary[free]
     count = len(weight)
@@ -121,7 +119,9 @@ def _network(
         raise OverflowError("the capacities of a cut do not fit 32 bits: a seam cost is out of its range")
     columns = np.concatenate([column[present], old, new]).astype(np.int32)
     lengths = np.concatenate([[0], present.sum(1), [len(old), len(new)]])
-    return sparse.csr_array((data.astype(np.int32), columns, np.cumsum(lengths).astype(np.int32)), (count + 2, count + 2))
+    return sparse.csr_array(
+        (data.astype(np.int32), columns, np.cumsum(lengths).astype(np.int32)), (count + 2, count + 2)
+    )
 
 
 def _solve_scipy(unary: np.ndarray, arcs: Sequence[tuple[np.ndarray, np.ndarray]], free: np.ndarray) -> np.ndarray:
@@ -161,4 +161,4 @@ def maxflow() -> ModuleType | None:
         return None
     import maxflow
 
-    return maxflow  # type: ignore[no-any-return]
+    return maxflow

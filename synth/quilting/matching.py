@@ -1,4 +1,4 @@
-"""How well each translation of a source matches the canvas, by FFT and summed-area tables (thesis 3.2, 3.3, equation 6).
+"""How well each translation of a source matches the canvas, by FFT and summed-area tables (thesis 3.2, 3.3).
 
     whole: C(t) = 1/|A_t| sum over the overlap of |I(p - t) - O(p)|^2      (equation 2)
     sub:   C(t) = the same over the filled pixels of one small region       (equation 4, per pixel)

@@ -18,8 +18,8 @@ from kwatra.errors import InputError
 from synth.quilting.boxes import Box
 from synth.quilting.canvas import Canvas, Patch
 from synth.quilting.costs import SeamCost
-from synth.quilting.synthesis import Quilt, QuiltSettings, result_of
 from synth.quilting.sources import Sources
+from synth.quilting.synthesis import Quilt, QuiltSettings, result_of
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,9 @@ def _lay(canvas: Canvas, number: int, overlay: Overlay) -> None:
     at = canvas.indices(box)
     taken = int((canvas.fixed[at] & keep).sum())
     if taken:
-        raise InputError(f"{taken} pixels that overlay {number} must keep are kept by an earlier one; separate the masks")
+        raise InputError(
+            f"{taken} pixels that overlay {number} must keep are kept by an earlier one; separate the masks"
+        )
     stay = _rim(canvas.shape, box)
     if overlay.spare is not None:
         stay |= overlay.spare.numpy()[inner]

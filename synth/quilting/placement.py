@@ -74,7 +74,7 @@ class Placer:
         return Box(tuple(int(i) for i in np.unravel_index(spot, score.shape)), extent)
 
     def costliest(self) -> Box | None:
-        """The region whose seams cost most, regions that lately could not be mended counting less; None without seams."""
+        """The region whose seams cost most, regions lately visited counting less; None without seams."""
         extent = self.extent()
         seams = self.canvas.seams.sum(0, dtype=np.int64)
         sums = box_sums(wrapped(seams, extent, self.canvas.periodic), extent)
@@ -113,7 +113,9 @@ class Placer:
             spans.append((number, span))
             costs.append(cost)
         if grid is not None:
-            on_grid = [np.where(_multiples(span, grid), cost, np.inf) for (_, span), cost in zip(spans, costs, strict=True)]
+            on_grid = [
+                np.where(_multiples(span, grid), cost, np.inf) for (_, span), cost in zip(spans, costs, strict=True)
+            ]
             if any(np.isfinite(c).any() for c in on_grid):
                 costs = on_grid
         pick = self._draw(np.concatenate([c.ravel() for c in costs]) if costs else np.empty(0))
@@ -192,7 +194,10 @@ class Placer:
 
     def _bounded(self, box: Box, region: Box, filling: bool) -> Box:
         """`box` cut, around `region`, to what the canvas and the budget of a cut allow and refining needs."""
-        wide = [e if filling else math.ceil(re * (1 + 2 * self.rule.reach)) for e, re in zip(box.extent, region.extent, strict=True)]
+        wide = [
+            e if filling else math.ceil(re * (1 + 2 * self.rule.reach))
+            for e, re in zip(box.extent, region.extent, strict=True)
+        ]
         excess = max(np.prod(box.extent, dtype=float) / self.rule.most, 1.0)
         shrink = excess ** (-1 / len(box.extent))
         start, extent = [], []

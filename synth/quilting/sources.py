@@ -1,4 +1,4 @@
-"""What is copied from: the exemplar and its mirrored, rotated and scaled copies, juxtaposed in one mosaic (thesis 3.4 A).
+"""What is copied from: the exemplar and its mirrored, rotated and scaled copies, in one mosaic (thesis 3.4 A).
 
 All copies lie side by side in one array with a rim of one repeated pixel each. A pixel of the output then remembers one
 number, its place in the mosaic, and its patch's colour at a neighboring pixel is one stride away, rim included. So
@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 
 LEVELS = 8191
-"""Colours are compared as integers on this many steps: whole numbers make the cost an exact metric and the cut exact."""
+"""Colours are compared as integers on this many steps: whole numbers make the cost an exact metric."""
 
 
 class Sources:
@@ -44,11 +44,11 @@ class Sources:
         for number, (image, shape) in enumerate(zip(self.images, self.shapes, strict=True)):
             whole = np.rint((image - self.low) / self.step).astype(np.int16)
             inner = tuple(slice(0, n + 2) for n in shape)
-            planes[(slice(None), number, *inner)] = np.pad(whole, [(0, 0)] + [(1, 1)] * self.dims, mode="edge")
+            planes[:, number][(slice(None), *inner)] = np.pad(whole, [(0, 0)] + [(1, 1)] * self.dims, mode="edge")
         return planes.reshape(channels, -1)
 
     def matching(self, number: int) -> np.ndarray:
-        """Source `number` as (C, *shape) float32 in units of the quantized range, centred: what patch matching compares."""
+        """Source `number` as (C, *shape) float32 in units of the quantized range, centred: for matching."""
         return (self.images[number] - self.low) / (self.step * LEVELS) - np.float32(0.5)
 
     def matching_at(self, places: np.ndarray) -> np.ndarray:

@@ -29,8 +29,8 @@ class QuiltSettings:
     """How to quilt; every field has a default that suits most textures.
 
     `placement`: "whole" for regular and structured textures, "sub" for stochastic ones and for motion, "random" for the
-    fastest. `k`: randomness of the choice among offsets, 0.001 to 1 (equation 3). `region`: the error-region's extent as
-    a part of the exemplar's. `grid`: offsets are multiples of so many pixels across the picture; 4 by default, the
+    fastest. `k`: randomness of the choice among offsets, 0.001 to 1 (equation 3). `region`: the error-region's extent
+    as a part of the exemplar's. `grid`: offsets are multiples of so many pixels across the picture; 4 by default, the
     offsets of a pyramid's coarsest grid: a sixteenth of them are enough to choose from, and what is copied stays the
     same at half and quarter size, where resampling would otherwise change it a little at every seam. `evenness`: how
     much a source region costs for being used already. `refine`: at most so many refinement patches; `patience`: stop
@@ -70,7 +70,9 @@ class QuiltSettings:
         if self.feather and self.spline:
             raise InputError("feather and spline are both asked for; choose one")
         if self.perspective and (self.scale is None or self.tile):
-            raise InputError("perspective needs a range of scales and no tiling; give scale=(far, near) and leave tile off")
+            raise InputError(
+                "perspective needs a range of scales and no tiling; give scale=(far, near) and leave tile off"
+            )
 
 
 @dataclass(frozen=True)
@@ -95,7 +97,10 @@ class Quilt:
 
 
 def quilt(
-    exemplar: Tensor, size: Sequence[int], settings: QuiltSettings | None = None, report: Report = lambda what, part: None
+    exemplar: Tensor,
+    size: Sequence[int],
+    settings: QuiltSettings | None = None,
+    report: Report = lambda what, part: None,
 ) -> Quilt:
     """A new texture of `size` (H, W) or (T, H, W) from an exemplar (C, H, W) or (C, T, H, W), values in any range.
 
@@ -117,9 +122,13 @@ def check_exemplar(exemplar: Tensor) -> None:
         raise InputError(f"the exemplar has shape {tuple(exemplar.shape)} but must be (C, H, W) or (C, T, H, W)")
     if min(exemplar.shape[-2:]) < 8:
         high, wide = exemplar.shape[-2:]
-        raise InputError(f"the exemplar is {wide}x{high} pixels, smaller than the overlap of two patches; give at least 8x8")
+        raise InputError(
+            f"the exemplar is {wide}x{high} pixels, smaller than the overlap of two patches; give at least 8x8"
+        )
     if exemplar.ndim == 4 and exemplar.shape[1] < 2:
-        raise InputError("the video has one frame but needs at least two; give a longer one, or quilt the frame as an image")
+        raise InputError(
+            "the video has one frame but needs at least two; give a longer one, or quilt the frame as an image"
+        )
     if not bool(torch.isfinite(exemplar).all()):
         raise InputError("the exemplar has NaN or infinite values; replace them by finite ones")
 
@@ -201,4 +210,3 @@ def _image(canvas: Canvas, settings: QuiltSettings) -> np.ndarray:
     if settings.feather:
         return feather(canvas, settings.feather)
     return spline(canvas) if settings.spline else canvas.sources.colors(canvas.places)
-

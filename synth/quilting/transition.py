@@ -1,4 +1,4 @@
-"""A transition in a clip: the best pair of similar frames, and the best seam surface around them (thesis section 3.5 A).
+"""A transition in a clip: the best pair of similar frames, and the best seam surface around them (thesis 3.5 A).
 
 Frame i + t follows frame j + t smoothly where the two are alike for all t of a window, so the pairs are ranked by the
 squared difference averaged over the window, which also asks their motions to agree. For the few best pairs the seam
@@ -21,8 +21,8 @@ from synth.quilting.boxes import Box
 from synth.quilting.canvas import Canvas, Patch
 from synth.quilting.costs import SeamCost
 from synth.quilting.growth import Report
-from synth.quilting.synthesis import Quilt, QuiltSettings, result_of
 from synth.quilting.sources import Sources
+from synth.quilting.synthesis import Quilt, QuiltSettings, result_of
 
 LONGEST_WINDOW = 60
 MOST_PIXELS = 6_000_000
@@ -40,6 +40,7 @@ class Loop:
 
     @property
     def length(self) -> int:
+        """Frames in one period."""
         return self.last - self.first
 
 
@@ -96,7 +97,11 @@ def find_loops(clip: Tensor, multiple: int | None = None) -> list[Loop]:
 def _join_scores(clip: Tensor, half: int) -> Tensor:
     """(T, T): how unlike the frames around j are those around i, averaged over a window of 2 half frames."""
     count = clip.shape[1]
-    small = F.adaptive_avg_pool2d(clip.transpose(0, 1), [min(n, 48) for n in clip.shape[-2:]]).flatten(1).double()
+    small = (
+        F.adaptive_avg_pool2d(clip.transpose(0, 1), (min(clip.shape[2], 48), min(clip.shape[3], 48)))
+        .flatten(1)
+        .double()
+    )
     distance = torch.cdist(small, small, compute_mode="donot_use_mm_for_euclid_dist").square()
     score = torch.full((count, count), torch.inf, dtype=torch.float64)
     inner = slice(half, count - half + 1)
@@ -107,7 +112,8 @@ def _join_scores(clip: Tensor, half: int) -> Tensor:
 
 def _lowest(score: Tensor, apart: int) -> list[tuple[int, int]]:
     """The places of the lowest scores, no two within `apart` of each other."""
-    score, found = score.clone(), []
+    score = score.clone()
+    found: list[tuple[int, int]] = []
     while len(found) < CANDIDATES and bool(torch.isfinite(score).any()):
         i, j = divmod(int(score.argmin()), score.shape[1])
         found.append((i, j))

@@ -42,30 +42,34 @@ def quilt_video(
     *,
     mode: str = "transition",
     loop: bool = False,
-    hold: int = 10,
+    hold: int | None = None,
     settings: QuiltSettings | None = None,
     report: Report = lambda what, part: None,
 ) -> Quilt:
     """A new video from a clip (C, T, H, W).
 
     `frames`: its length; twice the clip's by default, and for a transition one period. `size`: (H, W), the clip's by
-    default; other sizes need mode "spacetime". `loop`: the frame after the last is the first. `hold`: the k above.
+    default; other sizes need mode "spacetime". `loop`: the frame after the last is the first. `hold`: the k above; by
+    default 10, or half of a shorter clip.
     `settings`: as for `quilt`; by default sub-patch matching for "spacetime" and random placement for "time".
-    Raises InputError for a clip of one frame, `hold` larger than the clip, or a size or length that the mode cannot make.
+    Raises InputError for a clip of one frame, `hold` larger than the clip, a size or length that the mode cannot make.
     """
     check_exemplar(clip)
     size = tuple(clip.shape[-2:]) if size is None else tuple(size)
+    if hold is None and clip.ndim == 4:
+        hold = min(10, clip.shape[1] // 2)
     _check(clip, frames, size, mode, loop, hold)
     settings = settings or default_settings(mode)
     if mode == "transition":
         return seam_transition(clip, frames, loop, settings, report)
     length = 2 * clip.shape[1] if frames is None else frames
-    canvas = new_canvas(sources_of(clip, settings), (length + (hold if loop else 0), *size), settings)
-    if loop:
-        _hold_ends(canvas, size, hold, mode, settings)
+    held = hold if loop and hold is not None else 0
+    canvas = new_canvas(sources_of(clip, settings), (length + held, *size), settings)
+    if held:
+        _hold_ends(canvas, size, held, settings)
     placer = new_placer(canvas, settings, _region(clip, size, mode, settings))
     history, stopped = run(canvas, placer, settings, report)
-    return result_of(canvas, settings, history, stopped, slice(hold, None) if loop else None)
+    return result_of(canvas, settings, history, stopped, slice(held, None) if held else None)
 
 
 def default_settings(mode: str) -> QuiltSettings:
@@ -74,7 +78,7 @@ def default_settings(mode: str) -> QuiltSettings:
     return QuiltSettings(placement=placement, grid=1, evenness=0.0, refine=30, patience=10)
 
 
-def _check(clip: Tensor, frames: int | None, size: tuple[int, ...], mode: str, loop: bool, hold: int) -> None:
+def _check(clip: Tensor, frames: int | None, size: tuple[int, ...], mode: str, loop: bool, hold: int | None) -> None:
     if clip.ndim != 4:
         raise InputError(f"the clip has shape {tuple(clip.shape)} but must be (C, T, H, W)")
     if mode not in MODES:
@@ -86,10 +90,15 @@ def _check(clip: Tensor, frames: int | None, size: tuple[int, ...], mode: str, l
         )
     if frames is not None and frames < 2:
         raise InputError(f"frames is {frames} but a video needs at least 2")
-    if loop and not 1 <= hold <= clip.shape[1]:
+    if not loop or mode == "transition":
+        return
+    assert hold is not None
+    if not 1 <= hold <= clip.shape[1]:
         raise InputError(f"hold is {hold} but the clip has {clip.shape[1]} frames; hold between 1 and that many")
-    if loop and frames is not None and mode != "transition" and frames <= hold:
-        raise InputError(f"frames is {frames} but a loop that holds {hold} needs more than that; hold fewer or make more")
+    if frames is not None and frames <= hold:
+        raise InputError(
+            f"frames is {frames} but a loop that holds {hold} needs more than that; hold fewer or make more"
+        )
 
 
 def _region(clip: Tensor, size: tuple[int, ...], mode: str, settings: QuiltSettings) -> tuple[int, ...]:
@@ -98,7 +107,7 @@ def _region(clip: Tensor, size: tuple[int, ...], mode: str, settings: QuiltSetti
     return (region[0], *size) if mode == "time" else region
 
 
-def _hold_ends(canvas: Canvas, size: tuple[int, ...], hold: int, mode: str, settings: QuiltSettings) -> None:
+def _hold_ends(canvas: Canvas, size: tuple[int, ...], hold: int, settings: QuiltSettings) -> None:
     """Lay the same `hold` frames at both ends of the canvas and fix them."""
     slab = Canvas(canvas.sources, (hold, *size), (False, *canvas.periodic[1:]), canvas.cost)
     shape = canvas.sources.shapes[0]
@@ -109,4 +118,3 @@ def _hold_ends(canvas: Canvas, size: tuple[int, ...], hold: int, mode: str, sett
         run(slab, new_placer(slab, settings, region), settings, lambda what, part: None)
     canvas.adopt(slab, 0)
     canvas.adopt(slab, canvas.shape[0] - hold)
-

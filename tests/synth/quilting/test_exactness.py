@@ -97,12 +97,15 @@ def labeling_cost(canvas, patch, take):
     return int(total)
 
 
-@pytest.mark.parametrize(("shape", "source", "periodic"), [
-    ((5, 6), (4, 4), (False, False)),
-    ((6, 6), (4, 4), (True, True)),
-    ((3, 4, 4), (3, 3, 3), (False, False, False)),
-    ((5, 3, 3), (3, 3, 3), (True, False, False)),
-])
+@pytest.mark.parametrize(
+    ("shape", "source", "periodic"),
+    [
+        ((5, 6), (4, 4), (False, False)),
+        ((6, 6), (4, 4), (True, True)),
+        ((3, 4, 4), (3, 3, 3), (False, False, False)),
+        ((5, 3, 3), (3, 3, 3), (True, False, False)),
+    ],
+)
 @pytest.mark.parametrize("seed", range(4))
 def test_laying_a_patch_over_old_seams_is_optimal(shape, source, periodic, seed):
     rng = np.random.default_rng(seed)
@@ -110,8 +113,9 @@ def test_laying_a_patch_over_old_seams_is_optimal(shape, source, periodic, seed)
     canvas = Canvas(sources, shape, periodic, SeamCost(sources))
     for _ in range(6):
         extent = tuple(min(n, canvas.longest(d)) for d, n in enumerate(source))
-        start = tuple(int(rng.integers(0, s if w else s - e + 1))
-                      for s, e, w in zip(shape, extent, periodic, strict=True))
+        start = tuple(
+            int(rng.integers(0, s if w else s - e + 1)) for s, e, w in zip(shape, extent, periodic, strict=True)
+        )
         patch = Patch(0, start, Box(start, extent))
         at = canvas.indices(patch.box)
         must = rng.random(extent) < 0.1
