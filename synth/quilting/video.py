@@ -11,6 +11,7 @@ the first k (3.5 D).
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 
 from torch import Tensor
@@ -18,6 +19,7 @@ from torch import Tensor
 from kwatra.errors import InputError
 from synth.quilting.boxes import Box
 from synth.quilting.canvas import Canvas, Patch
+from synth.quilting.enlarge import composed, enlarged
 from synth.quilting.growth import Report
 from synth.quilting.synthesis import (
     Quilt,
@@ -48,9 +50,10 @@ def quilt_video(
 ) -> Quilt:
     """A new video from a clip (C, T, H, W).
 
-    `frames`: its length; twice the clip's by default, and for a transition one period. `size`: (H, W), the clip's by
-    default; other sizes need mode "spacetime". `loop`: the frame after the last is the first. `hold`: the k above; by
-    default 10, or half of a shorter clip.
+    `frames`: its length; twice the clip's by default, and one period of a transition. `size`: (H, W), the clip's by
+    default; other sizes need mode "spacetime": the frames are enlarged first, and a loop of no given length is then a
+    transition. `loop`: the frame after the last is the first. `hold`: the k above; by default 10, or half of a shorter
+    clip.
     `settings`: as for `quilt`; by default sub-patch matching for "spacetime" and random placement for "time".
     Raises InputError for a clip of one frame, `hold` larger than the clip, a size or length that the mode cannot make.
     """
@@ -60,13 +63,19 @@ def quilt_video(
         hold = min(10, clip.shape[1] // 2)
     _check(clip, frames, size, mode, loop, hold)
     settings = settings or default_settings(mode)
+    if size != tuple(clip.shape[-2:]):
+        larger = enlarged(clip, size, settings, report)
+        way = "transition" if loop and frames is None else mode
+        rest = dataclasses.replace(settings, rotate=False, mirror=False, scale=None, perspective=False)
+        outer = quilt_video(larger.image, frames, mode=way, loop=loop, hold=hold, settings=rest, report=report)
+        return composed(outer, larger)
     if mode == "transition":
         return seam_transition(clip, frames, loop, settings, report)
     length = 2 * clip.shape[1] if frames is None else frames
     held = hold if loop and hold is not None else 0
     canvas = new_canvas(sources_of(clip, settings), (length + held, *size), settings)
     if held:
-        _hold_ends(canvas, size, held, settings)
+        _hold_ends(canvas, held)
     placer = new_placer(canvas, settings, _region(clip, size, mode, settings))
     history, stopped = run(canvas, placer, settings, report)
     return result_of(canvas, settings, history, stopped, slice(held, None) if held else None)
@@ -75,7 +84,7 @@ def quilt_video(
 def default_settings(mode: str) -> QuiltSettings:
     """What suits a mode: motion is matched locally, and time-only offsets are drawn at random, as in the thesis."""
     placement = "random" if mode == "time" else "sub"
-    return QuiltSettings(placement=placement, grid=1, evenness=0.0, refine=30, patience=10)
+    return QuiltSettings(placement=placement, grid=1, evenness=0.0, refine=60, patience=15)
 
 
 def _check(clip: Tensor, frames: int | None, size: tuple[int, ...], mode: str, loop: bool, hold: int | None) -> None:
@@ -107,14 +116,11 @@ def _region(clip: Tensor, size: tuple[int, ...], mode: str, settings: QuiltSetti
     return (region[0], *size) if mode == "time" else region
 
 
-def _hold_ends(canvas: Canvas, size: tuple[int, ...], hold: int, settings: QuiltSettings) -> None:
+def _hold_ends(canvas: Canvas, hold: int) -> None:
     """Lay the same `hold` frames at both ends of the canvas and fix them."""
-    slab = Canvas(canvas.sources, (hold, *size), (False, *canvas.periodic[1:]), canvas.cost)
-    shape = canvas.sources.shapes[0]
-    if size == shape[1:]:
-        slab.lay(Patch(0, (-((shape[0] - hold) // 2), 0, 0), Box((0, 0, 0), slab.shape)))
-    else:
-        region = (hold, *error_region(shape, settings.region)[1:])
-        run(slab, new_placer(slab, settings, region), settings, lambda what, part: None)
+    slab = Canvas(canvas.sources, (hold, *canvas.shape[1:]), (False, *canvas.periodic[1:]), canvas.cost)
+    # From the middle of the clip, so that there is something to go on with on either side.
+    middle = (canvas.sources.shapes[0][0] - hold) // 2
+    slab.lay(Patch(0, (-middle, 0, 0), Box((0, 0, 0), slab.shape)))
     canvas.adopt(slab, 0)
     canvas.adopt(slab, canvas.shape[0] - hold)
