@@ -5,7 +5,8 @@ lies beneath agree, by the labeling that minimizes the sum over neighbors s, t o
 
     M(s, t, A, B) = |A(s) - B(s)| + |A(t) - B(t)|.
 
-The exemplars are scikit-image's brick, grass, gravel, page, coins, cat and coffee, and stones and waves made here.
+The exemplars are scikit-image's brick, grass, gravel and deep field, and stones, cloth and
+waves made here.
 """
 
 import argparse
@@ -39,6 +40,17 @@ def picture(array: np.ndarray, side: int) -> Tensor:
     color = np.atleast_3d(array)[: 2 * side, : 2 * side]
     small = transform.resize(color / 255.0, (side, side), anti_aliasing=True)
     return torch.from_numpy(small).float().permute(2, 0, 1).expand(3, -1, -1).clamp(0, 1).contiguous()
+
+
+def weave(side: int) -> Tensor:
+    """Cloth of two threads over and under each other with a little unevenness, (3, side, side)."""
+    generator = torch.Generator().manual_seed(0)
+    y, x = torch.meshgrid(torch.arange(side), torch.arange(side), indexing="ij")
+    over = ((y // 6 + x // 6) % 2).bool()
+    across = torch.where(over, y % 6, x % 6) - 2.5
+    light = 1 - (across / 4) ** 2 + 0.05 * torch.randn(side, side, generator=generator)
+    warm, cold = torch.tensor([0.8, 0.65, 0.4]), torch.tensor([0.25, 0.35, 0.5])
+    return (torch.where(over, warm[:, None, None], cold[:, None, None]) * light).clamp(0, 1)
 
 
 def waves(frames: int, side: int) -> Tensor:
@@ -76,15 +88,15 @@ def figure_4(side: int) -> Tensor:
 def figure_8(side: int) -> Tensor:
     """Structured textures by matching whole patches, stochastic ones by sub-patches."""
     rows = []
-    for array, placement in ((data.brick(), "whole"), (data.page(), "whole"), (data.gravel(), "sub")):
-        exemplar = picture(array[-2 * side :] if array.shape[0] < 2 * side else array, side)
+    exemplars = ((picture(data.brick(), side), "whole"), (weave(side), "whole"), (picture(data.gravel(), side), "sub"))
+    for exemplar, placement in exemplars:
         rows.append(beside(exemplar, quilt(exemplar, (2 * side, 2 * side), QuiltSettings(placement=placement)).image))
     return beside(*rows)
 
 
 def figure_9(side: int) -> Tensor:
-    """A natural image: grass, and things that lie about."""
-    pictures = [picture(data.grass(), side), picture(data.coins(), side)]
+    """Natural images: grass, and a sky full of galaxies."""
+    pictures = [picture(data.grass(), side), picture(data.hubble_deep_field()[200:], side)]
     settings = QuiltSettings(placement="sub")
     return beside(*[beside(p, quilt(p, (2 * side, 2 * side), settings).image) for p in pictures])
 

@@ -36,7 +36,7 @@ class Rule:
     region: tuple[int, ...]
     evenness: float = 0.0
     most: int = 1_500_000
-    reach: float = 1.0
+    reach: float = 1.25
 
 
 class Placer:

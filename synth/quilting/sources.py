@@ -36,15 +36,17 @@ class Sources:
         self.step = (high - self.low) / LEVELS or 1.0
         self.place_type = np.int32 if self.cell_size * len(self.images) < 2**30 else np.int64
         self.planes = self._quantized()
-        self.variance = float(np.mean([np.var(p) for p in self.matching(0)]))
+        spread = [np.std(plane, dtype=np.float64) for plane in self.images[0]]
+        self.variance = float(np.mean(np.square(spread))) / (self.step * LEVELS) ** 2
 
     def _quantized(self) -> np.ndarray:
         channels = self.images[0].shape[0]
         planes = np.zeros((channels, len(self.images), *self.cell), np.int16)
         for number, (image, shape) in enumerate(zip(self.images, self.shapes, strict=True)):
-            whole = np.rint((image - self.low) / self.step).astype(np.int16)
             inner = tuple(slice(0, n + 2) for n in shape)
-            planes[:, number][(slice(None), *inner)] = np.pad(whole, [(0, 0)] + [(1, 1)] * self.dims, mode="edge")
+            for channel, plane in enumerate(image):
+                whole = np.rint((plane - self.low) / self.step).astype(np.int16)
+                planes[channel, number][inner] = np.pad(whole, 1, mode="edge")
         return planes.reshape(channels, -1)
 
     def matching(self, number: int) -> np.ndarray:
