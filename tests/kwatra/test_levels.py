@@ -2,7 +2,6 @@ from itertools import pairwise
 
 import pytest
 import torch
-
 from kwatra import THESIS, Exemplar, InputError, Level, texture_element
 from kwatra.levels import planned_levels
 

@@ -1,6 +1,5 @@
 import pytest
 import torch
-
 from kwatra import Feature, InputError, gradient
 from kwatra.metric import Metric, falloff
 

@@ -1,5 +1,4 @@
 import torch
-
 from kwatra import Exemplar, sourcemap
 from kwatra.search import SourceWindows
 from kwatra.windows import Grid

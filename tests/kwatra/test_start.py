@@ -1,6 +1,5 @@
 import pytest
 import torch
-
 from kwatra import Exemplar, InputError
 from kwatra.start import BlockStart, block_size
 

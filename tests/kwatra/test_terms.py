@@ -1,6 +1,5 @@
 import pytest
 import torch
-
 from kwatra import InputError, Quadratic, Scaled, SoftPixels, Sum
 from kwatra.terms import parts_of, wish_of
 
