@@ -49,11 +49,6 @@ def wrapped(values: np.ndarray, extent: tuple[int, ...], periodic: tuple[bool, .
     return values
 
 
-def along(axis: int, low: int | None, high: int | None, dims: int) -> tuple[slice, ...]:
-    """The index that takes `low:high` along one axis and everything along the others."""
-    return tuple(slice(low, high) if d == axis else slice(None) for d in range(dims))
-
-
 def everywhere(lines: list[np.ndarray]) -> np.ndarray:
     """The n-D boolean grid that is True where every axis' line is."""
     grid = np.ones((1,) * len(lines), bool)

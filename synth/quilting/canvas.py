@@ -12,9 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from synth.quilting.boxes import Box, along
+from kwatra.coarsecut import along
+from kwatra.cut import FREE, KEEP, TAKE, VOID, Costs, best_cut, seams_after
+from synth.quilting.boxes import Box
 from synth.quilting.costs import SeamCost
-from synth.quilting.cut import FREE, KEEP, TAKE, VOID, Costs, best_cut, seams_after
 from synth.quilting.sources import Sources
 
 
@@ -104,7 +105,7 @@ class Canvas:
         return self.sources.places(patch.number, lines)
 
     def _pairs(self, at: tuple[np.ndarray, ...], new: np.ndarray) -> list[Costs]:
-        """Per axis the costs (a, b, c) of cut.py between neighbors of a window; what empty pixels get is never read."""
+        """Per axis the costs (a, b, c) of kwatra.cut between neighbors of a window; of empty pixels, anything."""
         old = self.places[at]
         here = self.cost.difference(old, new)
         pairs = []

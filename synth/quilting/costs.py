@@ -5,8 +5,8 @@
 
 |.| is the sum over channels of absolute differences of quantized colours: whole numbers, so M is a metric without any
 rounding and sums of it are exact. M' prefers seams through busy regions, where they show less; it is no metric, and the
-cut then treats an old seam as costing at most what replacing it on both sides would (cut.py). Use M where the cut must
-be the best possible, M' where flat and busy regions mix.
+cut then treats an old seam as costing at most what replacing it on both sides would (kwatra.cut). Use M where
+the cut must be the best possible, M' where flat and busy regions mix.
 """
 
 from __future__ import annotations

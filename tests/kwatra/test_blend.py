@@ -1,5 +1,6 @@
 import pytest
 import torch
+
 from kwatra import Exemplar, Feature, Quadratic, SoftPixels, gradient
 from kwatra.blend import blend, conjugate_gradients
 from kwatra.search import SourceWindows

@@ -2,6 +2,7 @@ from itertools import pairwise
 
 import pytest
 import torch
+
 from kwatra import THESIS, Exemplar, InputError, Level, texture_element
 from kwatra.levels import planned_levels
 

@@ -1,5 +1,6 @@
 import pytest
 import torch
+
 from kwatra import Feature, InputError, gradient
 from kwatra.metric import Metric, falloff
 

@@ -3,6 +3,7 @@ from itertools import pairwise
 import faiss
 import pytest
 import torch
+
 from kwatra import Exemplar, Feature, InputError, Level, Quadratic, Settings, SoftPixels, gradient, optimize
 
 SMALL = (Level(2, 8, 3), Level(1, 8, 3))

@@ -1,5 +1,6 @@
 import pytest
 import torch
+
 from kwatra.robust import rho, weight
 
 

@@ -1,5 +1,6 @@
 import pytest
 import torch
+
 from kwatra import Exemplar, Feature, InputError, gradient
 from kwatra.search import SourceWindows, _randomized_basis, cheapest
 from kwatra.windows import Grid

@@ -1,4 +1,5 @@
 import torch
+
 from kwatra import Exemplar, sourcemap
 from kwatra.search import SourceWindows
 from kwatra.windows import Grid

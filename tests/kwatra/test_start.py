@@ -1,5 +1,6 @@
 import pytest
 import torch
+
 from kwatra import Exemplar, InputError
 from kwatra.start import BlockStart, block_size
 

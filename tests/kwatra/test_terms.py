@@ -1,5 +1,6 @@
 import pytest
 import torch
+
 from kwatra import InputError, Quadratic, Scaled, SoftPixels, Sum
 from kwatra.terms import parts_of, wish_of
 

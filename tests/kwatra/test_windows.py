@@ -1,5 +1,6 @@
 import pytest
 import torch
+
 from kwatra import InputError
 from kwatra.windows import Grid, channels_last, step_of, windows_at
 

@@ -1,6 +1,5 @@
-"""The cut against brute force: no labeling of a small grid may be cheaper than the one it finds."""
+"""Laying patches against brute force: no labeling of a small canvas may be cheaper than the one that is chosen."""
 
-import importlib.util
 import itertools
 
 import numpy as np
@@ -9,64 +8,7 @@ import pytest
 from synth.quilting.boxes import Box
 from synth.quilting.canvas import Canvas, Patch
 from synth.quilting.costs import SeamCost
-from synth.quilting.cut import FREE, KEEP, TAKE, VOID, best_cut, seams_after
 from synth.quilting.sources import Sources
-
-
-def random_problem(rng, shape, metric=True):
-    """States and pair costs as a canvas would make them: three or more 'patches' as random colours per pixel."""
-    dims = len(shape)
-    state = rng.choice([KEEP, TAKE, FREE, FREE, FREE, VOID], size=shape)
-    pairs = []
-    for axis in range(dims):
-        less = tuple(n - (d == axis) for d, n in enumerate(shape))
-        at, bt, old = rng.integers(0, 50, (3, 2, *less))
-        b, c = np.abs(at - bt)
-        a = np.abs(at[0] - old[0]) if not metric else np.minimum(np.abs(old[0] - old[1]), b + c)
-        pairs.append((a * rng.integers(0, 2, less), b, c))
-    return state, pairs
-
-
-def brute_force(state, pairs, truncated=False):
-    free = np.argwhere(state == FREE)
-    if truncated:
-        pairs = [(np.minimum(a, b + c), b, c) for a, b, c in pairs]
-    best = None
-    for choice in itertools.product([False, True], repeat=len(free)):
-        take = state == TAKE
-        take[tuple(free.T)] = choice
-        cost = sum(int(s.sum()) for s in seams_after(state, take, pairs))
-        best = cost if best is None else min(best, cost)
-    return best
-
-
-@pytest.mark.parametrize("shape", [(3, 4), (1, 9), (2, 2, 3), (3, 2, 2)])
-@pytest.mark.parametrize("seed", range(12))
-def test_cut_equals_the_best_of_all_labelings(shape, seed):
-    rng = np.random.default_rng(seed)
-    state, pairs = random_problem(rng, shape)
-    take = best_cut(state, pairs)
-    assert sum(int(s.sum()) for s in seams_after(state, take, pairs)) == brute_force(state, pairs)
-    assert take[state == TAKE].all()
-    assert not take[(state == KEEP) | (state == VOID)].any()
-
-
-@pytest.mark.parametrize("seed", range(12))
-def test_without_the_triangle_inequality_the_cut_still_never_costs_more_than_keeping_all(seed):
-    rng = np.random.default_rng(seed)
-    state, pairs = random_problem(rng, (3, 4), metric=False)
-    state[(state == TAKE) | (state == VOID)] = FREE
-    take = best_cut(state, pairs)
-    after = sum(int(s.sum()) for s in seams_after(state, take, pairs))
-    assert after <= sum(int(a.sum()) for a, _, _ in pairs)
-
-
-@pytest.mark.skipif(importlib.util.find_spec("maxflow") is None, reason="PyMaxflow is an extra")
-@pytest.mark.parametrize("seed", range(6))
-def test_both_solvers_find_the_same_cost(seed):
-    state, pairs = random_problem(np.random.default_rng(seed), (4, 5, 3))
-    costs = [sum(int(s.sum()) for s in seams_after(state, best_cut(state, pairs, way), pairs)) for way in (True, False)]
-    assert costs[0] == costs[1]
 
 
 def labeling_cost(canvas, patch, take):

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from synth.quilting import cut
-from synth.quilting.cut import FREE, KEEP, TAKE, best_cut, seams_after
+from kwatra import cut
+from kwatra.cut import FREE, KEEP, TAKE, best_cut, seams_after
 
 
 def problem(shape: tuple[int, ...], seed: int):
