@@ -28,7 +28,11 @@ from synth.quilting.synthesis import (
 
 
 def enlarged(clip: Tensor, size: Sequence[int], settings: QuiltSettings, report: Report) -> Quilt:
-    """The clip (C, T, H, W) with frames of another size, as many as it has."""
+    """The clip (C, T, H, W) with frames of another size, as many as it has.
+
+    Patches are placed by matching all that they overlap: it is most of a frame, and seams there last the whole clip.
+    """
+    settings = dataclasses.replace(settings, placement="whole")
     count = clip.shape[1]
     canvas = new_canvas(sources_of(clip, settings), (count, *size), settings)
     region = (count, *error_region(clip.shape[1:], settings.region)[1:])

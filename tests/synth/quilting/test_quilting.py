@@ -141,6 +141,17 @@ def test_a_loop_ends_where_it_begins() -> None:
         assert gap <= 1.5 * steps.max()
 
 
+def test_a_larger_looping_video_says_where_each_pixel_is_from() -> None:
+    clip = texture(2, 12, 16, 16)
+    result = quilt_video(clip, size=(20, 20), mode="spacetime", loop=True, settings=QuiltSettings(refine=5))
+    torch.testing.assert_close(result.image, copied(result, clip), rtol=0, atol=0)
+    for axis in range(3):
+        borders = result.patch.narrow(axis, 1, result.patch.shape[axis] - 1) == result.patch.narrow(
+            axis, 0, result.patch.shape[axis] - 1
+        )
+        assert bool((result.seams[axis].narrow(axis, 0, borders.shape[axis])[borders] == 0).all())
+
+
 def test_a_periodic_clip_loops_without_any_cost() -> None:
     base = texture(2, 8, 10, 10)
     clip = base.repeat(1, 3, 1, 1)
