@@ -1,4 +1,4 @@
-"""The command line: `kwatra synth` and `kwatra score`.
+"""The command line: `kwatra synth`, `kwatra score`, `kwatra quilt` and `kwatra merge`.
 
 Bad input ends with one sentence on stderr and exit code 2, Ctrl-C with 130. What takes long to import is imported
 when a command runs, so that `--help` answers at once.
@@ -10,6 +10,8 @@ import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NoReturn, TypeVar
+
+from synth.quilting.arguments import add_arguments
 
 T = TypeVar("T")
 
@@ -57,6 +59,10 @@ def _run(argv: Sequence[str] | None) -> int:
 
 
 def _command(name: str) -> Callable[[argparse.Namespace], str]:
+    if name in ("quilt", "merge"):
+        from synth.quilting import command
+
+        return {"quilt": command.run_quilt, "merge": command.run_merge}[name]
     from synth import commands
 
     return {"synth": commands.run_synth, "score": commands.run_score}[name]
@@ -77,6 +83,7 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     _add_synth(commands)
     _add_score(commands)
+    add_arguments(commands)
     return parser
 
 

@@ -34,3 +34,17 @@ def progress_line(title: str) -> Iterator[Callable[[Any], None]]:
             bar.update(task, completed=progress.fraction, level=progress.level + 1, rate=rate)
 
         yield show
+
+
+@contextmanager
+def work_line(title: str) -> Iterator[Callable[[str, float], None]]:
+    """Gives a callback for (what is being done, part done 0..1), drawn on stderr where that is a terminal."""
+    if not sys.stderr.isatty():
+        yield lambda what, part: None
+        return
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(title, total=1.0)
+        yield lambda what, part: bar.update(task, description=f"{title}: {what}", completed=part)

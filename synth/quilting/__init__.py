@@ -1,0 +1,40 @@
+"""Graph-cut quilting of images and video, and merging along seams (Kwatra's thesis, chapter 3).
+
+`quilt` makes images (and video as plain 3-D textures), `quilt_video` loops and longer or larger videos, `merge`
+joins images; each returns a `Quilt`. The rooms, in the order data passes: variants, sources, costs, canvas (which
+cuts by kwatra.cut), matching, placement, growth, blendseams, synthesis; then transition, enlarge and video, merging,
+draw. Names load on first use, so that the command line answers before torch is there.
+"""
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from synth.quilting.draw import seams_drawn
+    from synth.quilting.merging import Overlay, merge
+    from synth.quilting.synthesis import Quilt, QuiltSettings, quilt
+    from synth.quilting.video import default_settings, quilt_video
+
+__all__ = ["Overlay", "Quilt", "QuiltSettings", "default_settings", "merge", "quilt", "quilt_video", "seams_drawn"]
+
+_HOMES = {
+    "Overlay": "merging",
+    "Quilt": "synthesis",
+    "QuiltSettings": "synthesis",
+    "default_settings": "video",
+    "merge": "merging",
+    "quilt": "synthesis",
+    "quilt_video": "video",
+    "seams_drawn": "draw",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'synth.quilting' has no attribute {name!r}")
+    from importlib import import_module
+
+    return getattr(import_module(f"synth.quilting.{_HOMES[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *__all__])

@@ -1,0 +1,87 @@
+"""Hiding what seams remain (thesis section 3.3), after the cut and without touching it.
+
+    feathering:  x(p) = sum_L w_L(p) P_L(p) / sum_L w_L(p),   w_L = G_s * [label = L]
+    splining:    the same in each frequency band, the band of scale s blended over a width of about s
+
+P_L is patch L continued past its seams, in so far as its source reaches. Feathering suits small misfits in colour;
+splining hides strong ones, and takes contrast away where patches are small.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+from scipy import ndimage
+
+from synth.quilting.boxes import Box
+from synth.quilting.canvas import Canvas
+
+SPLINE_SIGMAS = (1.0, 2.0, 4.0, 8.0)
+
+
+def feather(canvas: Canvas, sigma: float) -> np.ndarray:
+    """The canvas as an image (C, *shape), seams blended by a Gaussian of `sigma` pixels."""
+    return _blend(canvas, [sigma], bands=False)
+
+
+def spline(canvas: Canvas) -> np.ndarray:
+    """The canvas as an image (C, *shape), blended across seams by multi-resolution splining."""
+    return _blend(canvas, list(SPLINE_SIGMAS), bands=True)
+
+
+def _blend(canvas: Canvas, sigmas: list[float], bands: bool) -> np.ndarray:
+    channels = len(canvas.sources.planes)
+    levels = len(sigmas) + (1 if bands else 0)
+    total = np.zeros((levels, channels, *canvas.shape), np.float32)
+    weights = np.zeros((levels, *canvas.shape), np.float32)
+    margin = int(np.ceil(3 * max(sigmas)))
+    for label in np.unique(canvas.label[canvas.filled]):
+        box = _around(canvas, int(label), margin)
+        at = canvas.indices(box)
+        image, inside = _patch_image(canvas, int(label), box)
+        masks = [_blurred((canvas.label[at] == label).astype(np.float32), s) * inside for s in sigmas]
+        layers = _bands(image, sigmas) if bands else [image]
+        for level, layer in enumerate(layers):
+            mask = masks[min(level, len(masks) - 1)]
+            weights[level][at] += mask
+            for channel in range(channels):
+                total[level, channel][at] += layer[channel] * mask
+    blended: np.ndarray = (total / np.maximum(weights, 1e-12)[:, None]).sum(0)
+    return blended
+
+
+def _around(canvas: Canvas, label: int, margin: int) -> Box:
+    """The pixels within `margin` of a patch's; on an axis that wraps, at most once around."""
+    box = canvas.patches[label].box
+    start, extent = [], []
+    for s, e, n, wraps in zip(box.start, box.extent, canvas.shape, canvas.periodic, strict=True):
+        reach = min(margin, (n - e) // 2) if wraps else margin
+        start.append(s - reach)
+        extent.append(e + 2 * reach)
+    return Box(tuple(start), tuple(extent)).clipped(canvas.shape, canvas.periodic)
+
+
+def _patch_image(canvas: Canvas, label: int, box: Box) -> tuple[np.ndarray, np.ndarray]:
+    """Patch `label` over `box`, its border repeated outside the source, and where the source reaches."""
+    patch = canvas.patches[label]
+    image = canvas.sources.images[patch.number]
+    inside = np.ones(box.extent, np.float32)
+    for axis, (start, stop, shift) in enumerate(zip(box.start, box.stop, patch.shift, strict=True)):
+        at = np.arange(start, stop) - shift
+        count = canvas.sources.shapes[patch.number][axis]
+        image = np.take(image, np.clip(at, 0, count - 1), axis + 1)
+        line = ((at >= 0) & (at < count)).astype(np.float32)
+        inside *= line.reshape([-1 if d == axis else 1 for d in range(len(box.extent))])
+    return image, inside
+
+
+def _blurred(values: np.ndarray, sigma: float) -> np.ndarray:
+    result: np.ndarray = ndimage.gaussian_filter(values, sigma, mode="nearest", truncate=3)
+    return result
+
+
+def _bands(image: np.ndarray, sigmas: list[float]) -> list[np.ndarray]:
+    """Band-pass layers from fine to coarse that sum to the image."""
+    smooth = [image] + [np.stack([_blurred(plane, s) for plane in image]) for s in sigmas]
+    return [a - b for a, b in pairwise(smooth)] + [smooth[-1]]

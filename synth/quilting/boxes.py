@@ -1,0 +1,57 @@
+"""Boxes and box sums on n-D grids that may wrap around: small tools the other rooms share."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Box:
+    """A half-open box `start <= u < stop` of output pixels; on an axis that wraps it may reach past the border."""
+
+    start: tuple[int, ...]
+    extent: tuple[int, ...]
+
+    @property
+    def stop(self) -> tuple[int, ...]:
+        """The first position past the box on each axis."""
+        return tuple(s + e for s, e in zip(self.start, self.extent, strict=True))
+
+    def clipped(self, shape: tuple[int, ...], periodic: tuple[bool, ...]) -> Box:
+        """The part of the box that lies on a grid of `shape`; axes that wrap are left as they are."""
+        spans = [
+            (s, e) if wraps else (max(s, 0), min(s + e, n) - max(s, 0))
+            for s, e, n, wraps in zip(self.start, self.extent, shape, periodic, strict=True)
+        ]
+        return Box(tuple(s for s, _ in spans), tuple(max(e, 0) for _, e in spans))
+
+
+def box_sums(values: np.ndarray, extent: tuple[int, ...]) -> np.ndarray:
+    """Sums over every box of `extent` that fits (summed-area table, thesis 3.3): shape n - extent + 1 per axis."""
+    sums = values.astype(np.int64 if values.dtype.kind in "biu" else np.float64)
+    for axis, length in enumerate(extent):
+        table = np.cumsum(sums, axis=axis)
+        table = np.concatenate([np.zeros_like(table.take([0], axis)), table], axis=axis)
+        count = values.shape[axis]
+        upper = np.take(table, range(length, count + 1), axis)
+        sums = upper - np.take(table, range(0, count + 1 - length), axis)
+    return sums
+
+
+def wrapped(values: np.ndarray, extent: tuple[int, ...], periodic: tuple[bool, ...]) -> np.ndarray:
+    """`values` continued past the far border of each axis that wraps, so that a box may start anywhere."""
+    for axis, (length, wraps) in enumerate(zip(extent, periodic, strict=True)):
+        if wraps and length > 1:
+            count = values.shape[axis]
+            values = np.take(values, np.arange(count + length - 1) % count, axis)
+    return values
+
+
+def everywhere(lines: list[np.ndarray]) -> np.ndarray:
+    """The n-D boolean grid that is True where every axis' line is."""
+    grid = np.ones((1,) * len(lines), bool)
+    for axis, line in enumerate(lines):
+        grid = grid & line.reshape([-1 if d == axis else 1 for d in range(len(lines))])
+    return grid

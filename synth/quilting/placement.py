@@ -1,0 +1,224 @@
+"""Where the next patch goes (thesis section 3.2): the region that needs one, and the offset that suits it.
+
+While filling, the region holds filled and empty pixels, so the texture grows and fits what is there; while refining, it
+is the box with the costliest seams. The offset is drawn from those that cover the region and have not been used,
+
+    P(t) ~ exp(-C(t) / (k sigma^2))      (equation 3),
+
+C by whole or sub-patch matching (matching.py), or 0 for random placement; sigma^2 the variance of the exemplar.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+
+from synth.quilting.boxes import Box, box_sums, everywhere, wrapped
+from synth.quilting.canvas import Canvas, Patch
+from synth.quilting.matching import Matcher
+
+
+@dataclass(frozen=True)
+class Rule:
+    """How offsets are chosen.
+
+    `kind`: "random", "whole" or "sub". `k`: equation 3. `region`: extent of the error-region per axis.
+    `evenness`: what a source region used on average as often as any other adds to C, in units of sigma^2.
+    `most`: the most pixels a patch may have (bounds memory and time of a cut).
+    `reach`: how far a refining patch may reach past the region on each side, in extents of the region.
+    """
+
+    kind: str
+    k: float
+    region: tuple[int, ...]
+    evenness: float = 0.0
+    most: int = 1_500_000
+    reach: float = 1.25
+
+
+class Placer:
+    """Chooses regions and patches for a canvas; remembers the offsets it has used."""
+
+    def __init__(self, canvas: Canvas, rule: Rule, generator: torch.Generator):
+        self.canvas, self.rule, self.generator = canvas, rule, generator
+        self.matcher = Matcher(canvas)
+        self.used: set[tuple[int, tuple[int, ...]]] = set()
+        self.tried = np.ones(canvas.shape, np.float32)
+
+    def extent(self) -> tuple[int, ...]:
+        """The error-region's extent on this canvas."""
+        return tuple(min(e, self.canvas.longest(d)) for d, e in enumerate(self.rule.region))
+
+    def first(self) -> Box:
+        """Where an empty canvas begins: its middle."""
+        extent = self.extent()
+        return Box(tuple((n - e) // 2 for n, e in zip(self.canvas.shape, extent, strict=True)), extent)
+
+    def frontier(self) -> Box:
+        """A region on the border of the filled part, about half of it filled."""
+        extent = self.extent()
+        filled = box_sums(wrapped(self.canvas.filled, extent, self.canvas.periodic), extent)
+        volume = int(np.prod(extent))
+        share = filled / volume
+        score = np.where((filled > 0) & (filled < volume), 1 - np.abs(share - 0.5), -1)
+        lattice = np.full(score.shape, -1.0)
+        at = np.ix_(*[_stations(n, max(e // 2, 1)) for n, e in zip(score.shape, extent, strict=True)])
+        lattice[at] = score[at]
+        if lattice.max() < 0:
+            lattice = score
+        best = np.flatnonzero((lattice >= lattice.max() - 0.1) & (lattice > 0))
+        spot = best[self._below(len(best))]
+        return Box(tuple(int(i) for i in np.unravel_index(spot, score.shape)), extent)
+
+    def costliest(self) -> Box | None:
+        """The region whose seams cost most, regions lately visited counting less; None without seams."""
+        extent = self.extent()
+        seams = self.canvas.seams.sum(0, dtype=np.int64)
+        sums = box_sums(wrapped(seams, extent, self.canvas.periodic), extent)
+        sums = sums * self.tried[tuple(slice(0, n) for n in sums.shape)]
+        if sums.max() <= 0:
+            return None
+        spot = np.unravel_index(int(np.argmax(sums)), sums.shape)
+        return Box(tuple(int(i) for i in spot), extent)
+
+    def anywhere(self) -> Box:
+        """A region drawn at random."""
+        extent = self.extent()
+        spans = zip(self.canvas.shape, extent, self.canvas.periodic, strict=True)
+        return Box(tuple(self._below(n if wraps else n - e + 1) for n, e, wraps in spans), extent)
+
+    def rest(self, region: Box) -> None:
+        """Look elsewhere for a while: the seams in and around `region` count half as much from now on."""
+        around = Box(
+            tuple(s - e // 2 for s, e in zip(region.start, region.extent, strict=True)), region.extent
+        ).clipped(self.canvas.shape, self.canvas.periodic)
+        self.tried[self.canvas.indices(around)] *= 0.5
+
+    def choose(self, region: Box, *, grid: tuple[int, ...] | None = None, filling: bool = False) -> Patch | None:
+        """A patch that covers `region`, drawn by equation 3 among the unused offsets; None if there is none.
+
+        `grid`: only offsets that are multiples of it, if there are any.
+        """
+        spans, costs = [], []
+        usage = self._usage()
+        for number in range(len(self.canvas.sources.shapes)):
+            span = self._allowed(number, region)
+            if span is None:
+                continue
+            cost = self._cost(number, region, filling, usage)
+            cost[self._taken(number, span)] = np.inf
+            spans.append((number, span))
+            costs.append(cost)
+        if grid is not None:
+            on_grid = [
+                np.where(_multiples(span, grid), cost, np.inf) for (_, span), cost in zip(spans, costs, strict=True)
+            ]
+            if any(np.isfinite(c).any() for c in on_grid):
+                costs = on_grid
+        pick = self._draw(np.concatenate([c.ravel() for c in costs]) if costs else np.empty(0))
+        if pick is None:
+            return None
+        for (number, span), cost in zip(spans, costs, strict=True):
+            if pick < cost.size:
+                shift = np.add(np.unravel_index(pick, cost.shape), span.start)
+                return self._patch(number, tuple(int(s) for s in shift), region, filling)
+            pick -= cost.size
+        raise AssertionError("a draw lies within the costs it was drawn from")
+
+    def _allowed(self, number: int, region: Box) -> Box | None:
+        bands = self.canvas.sources.bands
+        if bands is not None:
+            low, high = self._band(number)
+            if region.start[-2] < low or region.stop[-2] > high:
+                return None
+        return self.matcher.translations(number, region)
+
+    def _band(self, number: int) -> tuple[int, int]:
+        assert self.canvas.sources.bands is not None
+        low, high = self.canvas.sources.bands[number]
+        return round(low * self.canvas.shape[-2]), round(high * self.canvas.shape[-2])
+
+    def _cost(self, number: int, region: Box, filling: bool, usage: list[np.ndarray] | None) -> np.ndarray:
+        """C of equation 3, in units of sigma^2."""
+        if self.rule.kind == "random" or not self.canvas.patches:
+            span = self.matcher.translations(number, region)
+            assert span is not None
+            cost = np.zeros(span.extent)
+        else:
+            match = self.matcher.whole if self.rule.kind == "whole" else self.matcher.sub
+            cost = match(number, region) / max(self.canvas.sources.variance, 1e-12)
+        if usage is not None:
+            cost = cost + self.rule.evenness * self.matcher.mean_usage(number, region, usage[number], filling)
+        return cost
+
+    def _usage(self) -> list[np.ndarray] | None:
+        if self.rule.evenness <= 0 or self.rule.kind == "random" or not self.canvas.patches:
+            return None
+        return self.canvas.sources.usage(self.canvas.places[self.canvas.filled])
+
+    def _taken(self, number: int, span: Box) -> np.ndarray:
+        mask = np.zeros(span.extent, bool)
+        for home, shift in self.used:
+            if home == number:
+                lines = zip(shift, span.start, span.stop, self.canvas.shape, self.canvas.periodic, strict=True)
+                hits = [_congruent(t, low, high, n if wraps else 0) for t, low, high, n, wraps in lines]
+                mask[np.ix_(*hits)] = True
+        return mask
+
+    def _draw(self, cost: np.ndarray) -> int | None:
+        if not np.isfinite(cost).any():
+            return None
+        if self.rule.kind == "random":
+            weight = np.isfinite(cost).astype(np.float64)
+        else:
+            weight = np.exp(-(cost - cost.min()) / self.rule.k)
+        total = np.cumsum(weight)
+        draw = float(torch.rand(1, generator=self.generator, dtype=torch.float64)) * total[-1]
+        return int(min(np.searchsorted(total, draw, side="right"), len(cost) - 1))
+
+    def _below(self, count: int) -> int:
+        return int(torch.randint(count, (1,), generator=self.generator))
+
+    def _patch(self, number: int, shift: tuple[int, ...], region: Box, filling: bool) -> Patch:
+        self.used.add((number, shift))
+        shape = self.canvas.sources.shapes[number]
+        box = Box(shift, shape).clipped(self.canvas.shape, self.canvas.periodic)
+        if self.canvas.sources.bands is not None:
+            low, high = self._band(number)
+            start, stop = max(box.start[-2], low), min(box.stop[-2], high)
+            box = Box((*box.start[:-2], start, box.start[-1]), (*box.extent[:-2], stop - start, box.extent[-1]))
+        return Patch(number, shift, self._bounded(box, region, filling))
+
+    def _bounded(self, box: Box, region: Box, filling: bool) -> Box:
+        """`box` cut, around `region`, to what the canvas and the budget of a cut allow and refining needs."""
+        wide = [
+            e if filling else math.ceil(re * (1 + 2 * self.rule.reach))
+            for e, re in zip(box.extent, region.extent, strict=True)
+        ]
+        excess = max(np.prod(box.extent, dtype=float) / self.rule.most, 1.0)
+        shrink = excess ** (-1 / len(box.extent))
+        start, extent = [], []
+        for d, (s, e, rs, re) in enumerate(zip(box.start, box.extent, region.start, region.extent, strict=True)):
+            length = min(max(int(e * shrink), re), e, wide[d], self.canvas.longest(d))
+            start.append(int(np.clip(rs + (re - length) // 2, s, s + e - length)))
+            extent.append(length)
+        return Box(tuple(start), tuple(extent))
+
+
+def _stations(count: int, step: int) -> np.ndarray:
+    return np.unique(np.append(np.arange(0, count, step), count - 1))
+
+
+def _multiples(span: Box, grid: tuple[int, ...]) -> np.ndarray:
+    hits = [np.arange(a, b) % g == 0 for a, b, g in zip(span.start, span.stop, grid, strict=True)]
+    return everywhere(hits)
+
+
+def _congruent(shift: int, low: int, high: int, period: int) -> np.ndarray:
+    """Positions in `low..high` that are `shift`, or equal to it modulo the period of an axis that wraps."""
+    if period == 0:
+        return np.array([shift - low] if low <= shift < high else [], int)
+    return np.flatnonzero((np.arange(low, high) - shift) % period == 0)

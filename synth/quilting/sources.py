@@ -1,0 +1,94 @@
+"""What is copied from: the exemplar and its mirrored, rotated and scaled copies, in one mosaic (thesis 3.4 A).
+
+All copies lie side by side in one array with a rim of one repeated pixel each. A pixel of the output then remembers one
+number, its place in the mosaic, and its patch's colour at a neighboring pixel is one stride away, rim included. So
+every patch has a colour next to each pixel it covers, which is what keeps the matching cost a metric at patch borders.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+LEVELS = 8191
+"""Colours are compared as integers on this many steps: whole numbers make the cost an exact metric."""
+
+
+class Sources:
+    """A mosaic of sources.
+
+    `images`: one (C, *shape) float array per source. `bands`: for each source the part of the output, as fractions
+    (low, high) of axis `-2`, in which it may be used; None for everywhere.
+    """
+
+    def __init__(self, images: Sequence[np.ndarray], bands: Sequence[tuple[float, float]] | None = None):
+        self.images = [np.ascontiguousarray(image, dtype=np.float32) for image in images]
+        self.shapes = [image.shape[1:] for image in self.images]
+        self.dims = len(self.shapes[0])
+        self.bands = list(bands) if bands is not None else None
+        self.cell = tuple(max(s[d] for s in self.shapes) + 2 for d in range(self.dims))
+        steps = [int(np.prod(self.cell[d + 1 :])) for d in range(self.dims)]
+        self.strides = tuple(steps)
+        self.cell_size = int(np.prod(self.cell))
+        self.low = min(float(image.min()) for image in self.images)
+        high = max(float(image.max()) for image in self.images)
+        self.step = (high - self.low) / LEVELS or 1.0
+        self.place_type = np.int32 if self.cell_size * len(self.images) < 2**30 else np.int64
+        self.planes = self._quantized()
+        spread = [np.std(plane, dtype=np.float64) for plane in self.images[0]]
+        self.variance = float(np.mean(np.square(spread))) / (self.step * LEVELS) ** 2
+
+    def _quantized(self) -> np.ndarray:
+        channels = self.images[0].shape[0]
+        planes = np.zeros((channels, len(self.images), *self.cell), np.int16)
+        for number, (image, shape) in enumerate(zip(self.images, self.shapes, strict=True)):
+            inner = tuple(slice(0, n + 2) for n in shape)
+            for channel, plane in enumerate(image):
+                whole = np.rint((plane - self.low) / self.step).astype(np.int16)
+                planes[channel, number][inner] = np.pad(whole, 1, mode="edge")
+        return planes.reshape(channels, -1)
+
+    def matching(self, number: int) -> np.ndarray:
+        """Source `number` as (C, *shape) float32 in units of the quantized range, centred: for matching."""
+        return (self.images[number] - self.low) / (self.step * LEVELS) - np.float32(0.5)
+
+    def matching_at(self, places: np.ndarray) -> np.ndarray:
+        """Colours (C, *places.shape) at places of the mosaic, in the units of `matching`."""
+        return self.planes[:, places].astype(np.float32) / np.float32(LEVELS) - np.float32(0.5)
+
+    def places(self, number: int, steps: Sequence[np.ndarray]) -> np.ndarray:
+        """Places of the grid spanned by source coordinates `steps` (one array per axis); outside, the rim."""
+        shape = self.shapes[number]
+        total = np.full((1,) * self.dims, number * self.cell_size, self.place_type)
+        for axis, at in enumerate(steps):
+            line = ((np.clip(at, -1, shape[axis]) + 1) * self.strides[axis]).astype(self.place_type)
+            total = total + line.reshape([-1 if d == axis else 1 for d in range(self.dims)])
+        return total
+
+    def coordinates(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(source number, coordinates (dims, ...)) of places in the mosaic, both int32."""
+        number, rest = np.divmod(places, self.cell_size)
+        at = np.empty((self.dims, *places.shape), np.int32)
+        for axis, stride in enumerate(self.strides):
+            at[axis], rest = np.divmod(rest, stride)
+        return number.astype(np.int32), at - 1
+
+    def colors(self, places: np.ndarray) -> np.ndarray:
+        """Original colours (C, *places.shape) at places of the mosaic, bit for bit."""
+        out = np.empty((self.images[0].shape[0], *places.shape), np.float32)
+        for row, line in enumerate(places):
+            number, at = self.coordinates(line)
+            for k in np.unique(number):
+                here = number == k
+                inside = [np.clip(a[here], 0, n - 1) for a, n in zip(at, self.shapes[k], strict=True)]
+                out[:, row][:, here] = self.images[k][(slice(None), *inside)]
+        return out
+
+    def usage(self, places: np.ndarray) -> list[np.ndarray]:
+        """How often each source pixel occurs among `places`, one array per source, over the mean of all of them."""
+        counts = np.bincount(places.ravel(), minlength=self.planes.shape[1]).reshape(-1, *self.cell)
+        area = sum(int(np.prod(s)) for s in self.shapes)
+        mean = max(places.size / area, 1e-9)
+        inner = [tuple(slice(1, n + 1) for n in shape) for shape in self.shapes]
+        return [(counts[k][at] / mean).astype(np.float32) for k, at in enumerate(inner)]

@@ -1,0 +1,212 @@
+"""Image and video synthesis by graph-cut quilting: settings, the one function, and what it returns."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from kwatra.errors import InputError
+from synth.quilting.blendseams import feather, spline
+from synth.quilting.canvas import Canvas
+from synth.quilting.costs import SeamCost
+from synth.quilting.growth import Budget, Report, fill, refine
+from synth.quilting.placement import Placer, Rule
+from synth.quilting.sources import Sources
+from synth.quilting.variants import bands, rotated_and_mirrored, scaled, scales_between
+
+PLACEMENTS = ("random", "whole", "sub")
+SCALES = 5
+"""How many scales stand between the two ends of a range."""
+
+
+@dataclass(frozen=True)
+class QuiltSettings:
+    """How to quilt; every field has a default that suits most textures.
+
+    `placement`: "whole" for regular and structured textures, "sub" for stochastic ones and for motion, "random" for the
+    fastest. `k`: randomness of the choice among offsets, 0.001 to 1 (equation 3). `region`: the error-region's extent
+    as a part of the exemplar's. `grid`: offsets are multiples of so many pixels across the picture; 4 by default, the
+    offsets of a pyramid's coarsest grid: a sixteenth of them are enough to choose from, and what is copied stays the
+    same at half and quarter size, where resampling would otherwise change it a little at every seam. `evenness`: how
+    much a source region costs for being used already. `refine`: at most so many refinement patches; `patience`: stop
+    after so many in a row that lowered nothing; `seconds`: or after this time (then the result depends on the machine).
+    `normalized`: cost M' (equation 5) for M (equation 1). `tile`: the picture repeats without a seam.
+    `rotate`, `mirror`: also copies turned by quarters, mirrored. `scale`: also copies between these two scales;
+    `perspective`: their scale then goes from the first at the top to the second at the bottom (figure 11).
+    `feather`: blend seams by a Gaussian of so many pixels. `spline`: blend them by multi-resolution splining.
+    """
+
+    placement: str = "whole"
+    k: float = 0.01
+    region: float = 0.25
+    grid: int = 4
+    evenness: float = 0.02
+    refine: int = 60
+    patience: int = 15
+    seconds: float | None = None
+    normalized: bool = False
+    tile: bool = False
+    rotate: bool = False
+    mirror: bool = False
+    scale: tuple[float, float] | None = None
+    perspective: bool = False
+    feather: float = 0.0
+    spline: bool = False
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        if self.placement not in PLACEMENTS:
+            raise InputError(f"placement is {self.placement!r} but must be one of {', '.join(PLACEMENTS)}")
+        limits = (("k", 0.001, 1.0), ("region", 0.05, 0.5), ("grid", 1, 64), ("evenness", 0, 100), ("refine", 0, 10**6))
+        for name, low, high in (*limits, ("patience", 1, 10**6), ("feather", 0, 100), ("seed", 0, 2**63 - 1)):
+            value = getattr(self, name)
+            if not low <= value <= high:
+                raise InputError(f"{name} is {value:g} but must lie between {low:g} and {high:g}")
+        if self.feather and self.spline:
+            raise InputError("feather and spline are both asked for; choose one")
+        if self.perspective and (self.scale is None or self.tile):
+            raise InputError(
+                "perspective needs a range of scales and no tiling; give scale=(far, near) and leave tile off"
+            )
+
+
+@dataclass(frozen=True)
+class Quilt:
+    """A synthesis and how it is sewn; S is the output's shape, (H, W) or (T, H, W), and d its length.
+
+    `image` (C, *S) float32. `source` (*S,): which copy of the exemplar each pixel is from. `offset` (d, *S) int32: its
+    place in that copy minus its place in the output, in the order of the axes. `patch` (*S,): the patch it came with.
+    `seams` (d, *S) float32: the cost of the seam between a pixel and the next along each axis, 0 where there is none,
+    in units of colour range (equation 1, 1 is black against white). `cost`: their sum. `history`: that sum before
+    refining and after each refinement step. `stopped`: why refining ended.
+    """
+
+    image: Tensor
+    source: Tensor
+    offset: Tensor
+    patch: Tensor
+    seams: Tensor
+    cost: float
+    history: tuple[float, ...]
+    stopped: str
+
+
+def quilt(
+    exemplar: Tensor,
+    size: Sequence[int],
+    settings: QuiltSettings | None = None,
+    report: Report = lambda what, part: None,
+) -> Quilt:
+    """A new texture of `size` (H, W) or (T, H, W) from an exemplar (C, H, W) or (C, T, H, W), values in any range.
+
+    Raises InputError for an exemplar that is too small or not finite, or a size that does not fit it.
+    """
+    settings = settings or QuiltSettings()
+    check_exemplar(exemplar)
+    if len(size) != exemplar.ndim - 1 or min(size) < 1:
+        raise InputError(f"size is {tuple(size)} but must be {exemplar.ndim - 1} positive numbers for this exemplar")
+    canvas = new_canvas(sources_of(exemplar, settings), size, settings)
+    placer = new_placer(canvas, settings, error_region(exemplar.shape[1:], settings.region))
+    history, stopped = run(canvas, placer, settings, report)
+    return result_of(canvas, settings, history, stopped)
+
+
+def check_exemplar(exemplar: Tensor) -> None:
+    """Raise InputError unless the exemplar is finite, (C, H, W) or (C, T, H, W), and large enough to overlap itself."""
+    if exemplar.ndim not in (3, 4):
+        raise InputError(f"the exemplar has shape {tuple(exemplar.shape)} but must be (C, H, W) or (C, T, H, W)")
+    if min(exemplar.shape[-2:]) < 8:
+        high, wide = exemplar.shape[-2:]
+        raise InputError(
+            f"the exemplar is {wide}x{high} pixels, smaller than the overlap of two patches; give at least 8x8"
+        )
+    if exemplar.ndim == 4 and exemplar.shape[1] < 2:
+        raise InputError(
+            "the video has one frame but needs at least two; give a longer one, or quilt the frame as an image"
+        )
+    if not bool(torch.isfinite(exemplar).all()):
+        raise InputError("the exemplar has NaN or infinite values; replace them by finite ones")
+
+
+def sources_of(exemplar: Tensor, settings: QuiltSettings) -> Sources:
+    """The exemplar and the copies of it that the settings ask for."""
+    scales = [1.0] if settings.scale is None else scales_between(*settings.scale, SCALES)
+    images, parts = [], []
+    for scale, part in zip(scales, bands(len(scales)), strict=True):
+        copies = rotated_and_mirrored(scaled(exemplar, scale), settings.rotate, settings.mirror)
+        images += copies
+        parts += [part] * len(copies)
+    for image in images:
+        check_exemplar(image)
+    return Sources([image.numpy() for image in images], parts if settings.perspective else None)
+
+
+def new_canvas(sources: Sources, size: Sequence[int], settings: QuiltSettings) -> Canvas:
+    """An empty canvas; tiling closes the two axes of the picture, never time."""
+    if settings.tile and min(size[-2:]) < 8:
+        raise InputError(f"a tile of {size[-1]}x{size[-2]} pixels cannot meet itself; ask for at least 8x8")
+    periodic = [settings.tile and axis >= len(size) - 2 for axis in range(len(size))]
+    return Canvas(sources, size, periodic, SeamCost(sources, settings.normalized))
+
+
+def error_region(shape: Sequence[int], part: float) -> tuple[int, ...]:
+    """The error-region's extent for an exemplar of `shape`."""
+    return tuple(max(math.floor(n * part), min(n, 4), 1) for n in shape)
+
+
+def new_placer(canvas: Canvas, settings: QuiltSettings, region: tuple[int, ...]) -> Placer:
+    """A placer for a canvas, its error-region no larger than the smallest source."""
+    smallest = [min(shape[d] for shape in canvas.sources.shapes) for d in range(len(region))]
+    fitting = tuple(min(r, max(s // 2, 1)) if r < s else s for r, s in zip(region, smallest, strict=True))
+    if canvas.sources.bands is not None:
+        lowest = int(min(high - low for low, high in canvas.sources.bands) * canvas.shape[-2]) // 2
+        fitting = (*fitting[:-2], max(min(fitting[-2], lowest), 1), fitting[-1])
+    rule = Rule(settings.placement, settings.k, fitting, settings.evenness)
+    return Placer(canvas, rule, torch.Generator().manual_seed(settings.seed))
+
+
+def run(canvas: Canvas, placer: Placer, settings: QuiltSettings, report: Report) -> tuple[list[int], str]:
+    """Fill and refine; the total seam cost before and after each refinement step, and why it stopped."""
+    dims = len(canvas.shape)
+    grid = tuple(settings.grid if axis >= dims - 2 else 1 for axis in range(dims))
+    fill(canvas, placer, grid, report)
+    return refine(canvas, placer, Budget(settings.refine, settings.patience, settings.seconds), grid, report)
+
+
+def result_of(
+    canvas: Canvas, settings: QuiltSettings, history: Sequence[int], stopped: str, frames: slice | None = None
+) -> Quilt:
+    """The canvas, or a range of its frames, as a Quilt."""
+    image = _image(canvas, settings)
+    number, place = canvas.sources.coordinates(canvas.places)
+    offset = place
+    for axis, (n, wraps) in enumerate(zip(canvas.shape, canvas.periodic, strict=True)):
+        offset[axis] -= np.arange(n, dtype=np.int32).reshape([-1 if d == axis else 1 for d in range(len(canvas.shape))])
+        if wraps:
+            offset[axis] %= n
+    cut = (slice(None),) if frames is None else (frames,)
+    seams = canvas.seams[(slice(None), *cut)]
+    if frames is not None:
+        seams = seams.copy()
+        seams[0, -1] = 0
+    return Quilt(
+        torch.from_numpy(image[(slice(None), *cut)].copy()),
+        torch.from_numpy(number[cut].astype(np.int32)),
+        torch.from_numpy(offset[(slice(None), *cut)].astype(np.int32)),
+        torch.from_numpy(canvas.label[cut].copy()),
+        torch.from_numpy(seams.astype(np.float32) * np.float32(canvas.cost.unit)),
+        int(seams.sum(dtype=np.int64)) * canvas.cost.unit,
+        tuple(total * canvas.cost.unit for total in history),
+        stopped,
+    )
+
+
+def _image(canvas: Canvas, settings: QuiltSettings) -> np.ndarray:
+    if settings.feather:
+        return feather(canvas, settings.feather)
+    return spline(canvas) if settings.spline else canvas.sources.colors(canvas.places)

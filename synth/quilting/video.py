@@ -1,0 +1,126 @@
+"""Video by graph-cut quilting (thesis section 3.5): transitions, random offsets in time, offsets in space and time.
+
+    transition  the clip joined to itself where two of its frames are most alike, along a seam surface in a window of
+                frames around them; endless, and every frame outside the window is a frame of the clip
+    time        the whole clip laid down again and again, displaced in time only; less repetitive than a loop
+    spacetime   the clip laid down displaced in space and time; for motion like water and smoke, and for larger frames
+
+Any of them loops: `time` and `spacetime` hold the first k and last k frames of the work to the same k frames, and drop
+the first k (3.5 D).
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+
+from torch import Tensor
+
+from kwatra.errors import InputError
+from synth.quilting.boxes import Box
+from synth.quilting.canvas import Canvas, Patch
+from synth.quilting.enlarge import composed, enlarged
+from synth.quilting.growth import Report
+from synth.quilting.synthesis import (
+    Quilt,
+    QuiltSettings,
+    check_exemplar,
+    error_region,
+    new_canvas,
+    new_placer,
+    result_of,
+    run,
+    sources_of,
+)
+from synth.quilting.transition import seam_transition
+
+MODES = ("transition", "time", "spacetime")
+
+
+def quilt_video(
+    clip: Tensor,
+    frames: int | None = None,
+    size: Sequence[int] | None = None,
+    *,
+    mode: str = "transition",
+    loop: bool = False,
+    hold: int | None = None,
+    settings: QuiltSettings | None = None,
+    report: Report = lambda what, part: None,
+) -> Quilt:
+    """A new video from a clip (C, T, H, W).
+
+    `frames`: its length; twice the clip's by default, and one period of a transition. `size`: (H, W), the clip's by
+    default; other sizes need mode "spacetime": the frames are enlarged first, and a loop of no given length is then a
+    transition. `loop`: the frame after the last is the first. `hold`: the k above; by default 10, or half of a shorter
+    clip.
+    `settings`: as for `quilt`; by default sub-patch matching for "spacetime" and random placement for "time".
+    Raises InputError for a clip of one frame, `hold` larger than the clip, a size or length that the mode cannot make.
+    """
+    check_exemplar(clip)
+    size = tuple(clip.shape[-2:]) if size is None else tuple(size)
+    if hold is None and clip.ndim == 4:
+        hold = min(10, clip.shape[1] // 2)
+    _check(clip, frames, size, mode, loop, hold)
+    settings = settings or default_settings(mode)
+    if size != tuple(clip.shape[-2:]):
+        larger = enlarged(clip, size, settings, report)
+        way = "transition" if loop and frames is None else mode
+        rest = dataclasses.replace(settings, rotate=False, mirror=False, scale=None, perspective=False)
+        outer = quilt_video(larger.image, frames, mode=way, loop=loop, hold=hold, settings=rest, report=report)
+        return composed(outer, larger)
+    if mode == "transition":
+        return seam_transition(clip, frames, loop, settings, report)
+    length = 2 * clip.shape[1] if frames is None else frames
+    held = hold if loop and hold is not None else 0
+    canvas = new_canvas(sources_of(clip, settings), (length + held, *size), settings)
+    if held:
+        _hold_ends(canvas, held)
+    placer = new_placer(canvas, settings, _region(clip, size, mode, settings))
+    history, stopped = run(canvas, placer, settings, report)
+    return result_of(canvas, settings, history, stopped, slice(held, None) if held else None)
+
+
+def default_settings(mode: str) -> QuiltSettings:
+    """What suits a mode: motion is matched locally, and time-only offsets are drawn at random, as in the thesis."""
+    placement = "random" if mode == "time" else "sub"
+    return QuiltSettings(placement=placement, grid=1, evenness=0.0, refine=60, patience=15)
+
+
+def _check(clip: Tensor, frames: int | None, size: tuple[int, ...], mode: str, loop: bool, hold: int | None) -> None:
+    if clip.ndim != 4:
+        raise InputError(f"the clip has shape {tuple(clip.shape)} but must be (C, T, H, W)")
+    if mode not in MODES:
+        raise InputError(f"mode is {mode!r} but must be one of {', '.join(MODES)}")
+    if size != tuple(clip.shape[-2:]) and mode != "spacetime":
+        raise InputError(
+            f"size is {size[1]}x{size[0]} but mode {mode} keeps the clip's {clip.shape[3]}x{clip.shape[2]}; "
+            "for another size use mode spacetime"
+        )
+    if frames is not None and frames < 2:
+        raise InputError(f"frames is {frames} but a video needs at least 2")
+    if not loop or mode == "transition":
+        return
+    assert hold is not None
+    if not 1 <= hold <= clip.shape[1]:
+        raise InputError(f"hold is {hold} but the clip has {clip.shape[1]} frames; hold between 1 and that many")
+    if frames is not None and frames <= hold:
+        raise InputError(
+            f"frames is {frames} but a loop that holds {hold} needs more than that; hold fewer or make more"
+        )
+
+
+def _region(clip: Tensor, size: tuple[int, ...], mode: str, settings: QuiltSettings) -> tuple[int, ...]:
+    """The error-region: in mode time the whole frame, which leaves time as the only way to move."""
+    region = error_region(clip.shape[1:], settings.region)
+    return (region[0], *size) if mode == "time" else region
+
+
+def _hold_ends(canvas: Canvas, hold: int) -> None:
+    """Lay the same `hold` frames at both ends of the canvas and fix them."""
+    slab = Canvas(canvas.sources, (hold, *canvas.shape[1:]), (False, *canvas.periodic[1:]), canvas.cost)
+    # From the middle of the clip, so that there is something to go on with on either side.
+    middle = (canvas.sources.shapes[0][0] - hold) // 2
+    slab.lay(Patch(0, (-middle, 0, 0), Box((0, 0, 0), slab.shape)))
+    canvas.adopt(slab, 0)
+    canvas.adopt(slab, canvas.shape[0] - hold)

@@ -1,0 +1,207 @@
+"""Whole syntheses: what holds for every output, whatever the texture."""
+
+import numpy as np
+import pytest
+import torch
+
+from kwatra.errors import InputError
+from synth.quilting import Overlay, QuiltSettings, merge, quilt, quilt_video, seams_drawn
+from synth.quilting.blendseams import feather, spline
+from synth.quilting.boxes import Box
+from synth.quilting.canvas import Patch
+from synth.quilting.growth import Budget, fill, refine
+from synth.quilting.synthesis import error_region, new_canvas, new_placer, sources_of
+
+
+def texture(*shape: int, seed: int = 0) -> torch.Tensor:
+    """Smooth noise with a few bright dots, (C, *shape)."""
+    generator = torch.Generator().manual_seed(seed)
+    rough = torch.rand(*shape, generator=generator)
+    for axis in range(1, len(shape)):
+        rough = (rough + rough.roll(1, axis) + rough.roll(-1, axis)) / 3
+    return rough + 0.2 * (torch.rand(*shape, generator=generator) > 0.97)
+
+
+def copied(result, exemplar: torch.Tensor) -> torch.Tensor:
+    """The output as its offsets say it was copied; one source only."""
+    place = result.offset.numpy() + np.indices(result.patch.shape)
+    return exemplar[(slice(None), *[torch.from_numpy(p) for p in place])]
+
+
+@pytest.mark.parametrize("placement", ["random", "whole", "sub"])
+@pytest.mark.parametrize("normalized", [False, True])
+def test_every_pixel_is_a_copy_and_refining_never_raises_the_cost(placement: str, normalized: bool) -> None:
+    exemplar = texture(2, 24, 28)
+    settings = QuiltSettings(placement=placement, normalized=normalized, refine=15)
+    result = quilt(exemplar, (40, 45), settings)
+    torch.testing.assert_close(result.image, copied(result, exemplar), rtol=0, atol=0)
+    assert all(after <= before for before, after in zip(result.history, result.history[1:], strict=False))
+    assert result.cost == pytest.approx(result.history[-1])
+    assert result.cost == pytest.approx(float(result.seams.sum(dtype=torch.float64)), rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {},
+        {"tile": True},
+        {"rotate": True, "mirror": True},
+        {"normalized": True},
+        {"scale": (0.7, 1.0), "perspective": True},
+    ],
+)
+@pytest.mark.parametrize("shape", [(24, 28), (6, 12, 12)])
+def test_remembered_seams_are_those_of_the_offsets_at_every_step(options: dict, shape: tuple[int, ...]) -> None:
+    settings = QuiltSettings(**options)
+    canvas = new_canvas(sources_of(texture(2, *shape), settings), [n + 9 for n in shape], settings)
+    placer = new_placer(canvas, settings, error_region(shape, settings.region))
+
+    def check(what: str, part: float) -> None:
+        np.testing.assert_array_equal(canvas.recomputed_seams(), canvas.seams)
+        assert canvas.total == int(canvas.seams.sum(dtype=np.int64))
+
+    fill(canvas, placer, None, check)
+    refine(canvas, placer, Budget(8, 8), None, check)
+    assert canvas.filled.all()
+
+
+def test_a_checkerboard_is_continued_without_a_seam() -> None:
+    board = ((torch.arange(32)[:, None] // 4 + torch.arange(32) // 4) % 2).float()[None]
+    result = quilt(board, (64, 72), QuiltSettings(k=0.001))
+    whole = ((torch.arange(64)[:, None] // 4 + torch.arange(72) // 4) % 2).float()
+    assert result.cost == 0
+    # The board may begin anywhere in its period.
+    assert any(torch.equal(result.image[0], whole.roll((y, x), (0, 1))) for y in range(8) for x in range(8))
+
+
+def test_a_tile_repeats_without_a_seam_of_its_own() -> None:
+    exemplar = texture(1, 32, 32)
+    tiled = quilt(exemplar, (48, 48), QuiltSettings(tile=True))
+    cut = quilt(exemplar, (48, 48))
+    wrap = [(r.image[:, 0] - r.image[:, -1]).abs().mean() for r in (tiled, cut)]
+    inner = (tiled.image[:, 1:] - tiled.image[:, :-1]).abs().mean()
+    assert wrap[0] < 2 * inner
+    assert wrap[0] < wrap[1]
+
+
+def test_perspective_goes_from_small_to_large() -> None:
+    settings = QuiltSettings(scale=(0.4, 1.0), perspective=True, refine=5)
+    source = quilt(texture(1, 48, 48), (96, 64), settings).source
+    assert source[0].max() == 0
+    assert source[-1].min() == 4
+    means = source.float().mean(1)
+    assert bool((means[8:] - means[:-8] >= -0.5).all())
+
+
+def test_unused_offsets_only() -> None:
+    settings = QuiltSettings(refine=30)
+    canvas = new_canvas(sources_of(texture(1, 24, 24), settings), (40, 40), settings)
+    placer = new_placer(canvas, settings, (6, 6))
+    seen = set()
+    for _ in range(40):
+        patch = placer.choose(placer.anywhere(), filling=True)
+        assert patch is not None
+        canvas.lay(patch)
+        assert (patch.number, patch.shift) not in seen
+        seen.add((patch.number, patch.shift))
+
+
+def test_constant_colour_and_values_of_any_range() -> None:
+    flat = quilt(torch.full((3, 16, 16), 0.3), (20, 20))
+    assert bool((flat.image == np.float32(0.3)).all())
+    assert flat.cost == 0
+    exemplar = texture(1, 16, 16) * 1000 - 300
+    assert set(quilt(exemplar, (24, 24)).image.unique().tolist()) <= set(exemplar.unique().tolist())
+
+
+def test_blending_leaves_patches_alone_and_softens_seams() -> None:
+    settings = QuiltSettings(refine=0)
+    exemplar = texture(1, 24, 24)
+    canvas = new_canvas(sources_of(exemplar, settings), (40, 40), settings)
+    fill(canvas, new_placer(canvas, settings, (6, 6)), None, lambda what, part: None)
+    plain = canvas.sources.colors(canvas.places)
+    for blended in (feather(canvas, 1.0), spline(canvas)):
+        assert blended.shape == plain.shape
+        assert not np.allclose(blended, plain, atol=1e-3)
+        assert abs(blended.mean() - plain.mean()) < 0.02
+    one = new_canvas(canvas.sources, (20, 20), settings)
+    one.lay(Patch(0, (-2, -3), Box((0, 0), (20, 20))))
+    for blended in (feather(one, 1.0), spline(one)):
+        np.testing.assert_allclose(blended, one.sources.colors(one.places), atol=1e-5)
+
+
+def test_a_loop_ends_where_it_begins() -> None:
+    clip = texture(1, 14, 12, 12)
+    for mode, size in (("time", (12, 12)), ("spacetime", (15, 15))):
+        result = quilt_video(clip, 20, size, mode=mode, loop=True, hold=4)
+        assert result.image.shape == (1, 20, *size)
+        # The frames before the first are the last held ones, so their offsets run on from the end to the start.
+        gap = (result.image[:, 0] - result.image[:, -1]).abs().mean()
+        steps = (clip[:, 1:] - clip[:, :-1]).abs().mean((0, 2, 3))
+        assert gap <= 1.5 * steps.max()
+
+
+def test_a_larger_looping_video_says_where_each_pixel_is_from() -> None:
+    clip = texture(2, 12, 16, 16)
+    result = quilt_video(clip, size=(20, 20), mode="spacetime", loop=True, settings=QuiltSettings(refine=5))
+    torch.testing.assert_close(result.image, copied(result, clip), rtol=0, atol=0)
+    for axis in range(3):
+        borders = result.patch.narrow(axis, 1, result.patch.shape[axis] - 1) == result.patch.narrow(
+            axis, 0, result.patch.shape[axis] - 1
+        )
+        assert bool((result.seams[axis].narrow(axis, 0, borders.shape[axis])[borders] == 0).all())
+
+
+def test_a_periodic_clip_loops_without_any_cost() -> None:
+    base = texture(2, 8, 10, 10)
+    clip = base.repeat(1, 3, 1, 1)
+    result = quilt_video(clip, mode="transition", loop=True)
+    assert result.cost == 0
+    assert result.image.shape[1] % 8 == 0
+    twice = quilt_video(clip, 2 * result.image.shape[1], mode="transition", loop=True)
+    torch.testing.assert_close(twice.image, result.image.repeat(1, 2, 1, 1), rtol=0, atol=0)
+    torch.testing.assert_close(twice.image, copied(twice, clip), rtol=0, atol=0)
+
+
+def test_mode_time_moves_nothing_in_space() -> None:
+    result = quilt_video(texture(1, 10, 12, 12), 20, mode="time")
+    assert bool((result.offset[1:] == 0).all())
+
+
+def test_merge_finds_the_known_seam() -> None:
+    background, overlay = torch.zeros(1, 20, 30), torch.ones(1, 12, 12)
+    overlay[:, :3], overlay[:, -3:], overlay[..., :3], overlay[..., -3:] = 0, 0, 0, 0
+    keep = torch.zeros(12, 12, dtype=torch.bool)
+    keep[5, 5] = True
+    result = merge(background, [Overlay(overlay, (8, 4), keep)], QuiltSettings(normalized=False))
+    assert result.cost == 0
+    assert bool((result.image[:, 7:13, 11:17] == 1).all())
+    assert float(result.image.sum()) == 36
+
+
+def test_seams_are_drawn_in_red_and_elsewhere_nothing_changes() -> None:
+    result = quilt(texture(3, 24, 24), (40, 40))
+    drawn = seams_drawn(result)
+    red = (drawn == torch.tensor([1.0, 0.1, 0.1])[:, None, None]).all(0)
+    assert bool(red.any())
+    torch.testing.assert_close(drawn[:, ~red], result.image.clamp(0, 1)[:, ~red])
+
+
+@pytest.mark.parametrize(
+    ("call", "reason"),
+    [
+        (lambda: quilt(texture(1, 5, 5), (9, 9)), "smaller than the overlap"),
+        (lambda: quilt(texture(1, 16, 16), (9, 9, 9)), "must be 2 positive numbers"),
+        (lambda: quilt(texture(1, 16, 16) / 0, (9, 9)), "NaN or infinite"),
+        (lambda: quilt(texture(1, 16, 16), (5, 5), QuiltSettings(tile=True)), "cannot meet itself"),
+        (lambda: quilt_video(texture(1, 1, 16, 16)), "one frame"),
+        (lambda: quilt_video(texture(1, 3, 16, 16)), "at least 4"),
+        (lambda: quilt_video(texture(1, 9, 16, 16), mode="time", loop=True, hold=10), "hold is 10"),
+        (lambda: quilt_video(texture(1, 9, 16, 16), 5, mode="time", loop=True, hold=5), "needs more than that"),
+        (lambda: quilt_video(texture(1, 16, 16)), r"must be \(C, T, H, W\)"),
+        (lambda: QuiltSettings(placement="best"), "placement is 'best'"),
+    ],
+)
+def test_bad_input_is_refused_with_one_sentence(call, reason: str) -> None:
+    with pytest.raises(InputError, match=reason):
+        call()
