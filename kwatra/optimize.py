@@ -107,16 +107,8 @@ def block_start(
     there = coarse_shape(shape, factors)
     block = block_size(here, there, settings.block, grain)
     aligned = settings.start == "aligned"
-    best, least = None, math.inf
-    for _ in range(settings.starts):
-        blocks = BlockStart(
-            here, there, block, grain, generator, wrap=settings.wrap, usage=settings.usage, aligned=aligned
-        )
-        where = blocks.run()
-        if best is None or blocks.cost < least:
-            best, least = where, blocks.cost
-    assert best is not None
-    return best, factors
+    blocks = BlockStart(here, there, block, grain, generator, wrap=settings.wrap, usage=settings.usage, aligned=aligned)
+    return blocks.run(), factors
 
 
 def _factors(factor: int, axes: int) -> tuple[int, ...]:

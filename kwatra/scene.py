@@ -21,9 +21,6 @@ from kwatra.settings import Settings
 from kwatra.terms import TermLike, Wish, resized, wish_of
 from kwatra.windows import Grid, step_of
 
-EXACT = 1 << 26
-"""Window pairs (output times exemplar) up to which the exact search is cheap, about a tenth of a second."""
-
 SETTLED = 1e-7
 """Squared distance (mean over a window, colors in [0, 1]) up to which a match counts as a verbatim copy."""
 
@@ -75,7 +72,7 @@ class Scene:
         wanted = self.level.route
         if wanted is not None and (inherited or wanted != "coherent"):
             return wanted
-        if len(self.grid) * len(self.source.numbers) <= EXACT:
+        if len(self.grid) * len(self.source.numbers) <= self.settings.exact_pairs:
             return "exact"
         return "coherent" if inherited else "approximate"
 

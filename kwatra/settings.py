@@ -18,9 +18,10 @@ class Settings:
     wrap: windows run over the border, so that the output tiles. features: linear features psi compared beside color.
     start: "aligned" (blocks that continue each other), "blocks" (blocks at random) or "windows" (the average of
     random windows, as in the thesis). block: size of start blocks as a share of the exemplar's. usage: how strongly
-    much-used parts of the exemplar are avoided, in the start and in the search. iterations: per planned level.
-    candidates: how many matches are compared exactly. tolerance: a level ends when fewer than this share of the
-    matches change.
+    the aligned start avoids much-used parts of the exemplar. iterations: per planned level. candidates: how many
+    matches are compared exactly. exact_pairs: up to so many pairs of output and exemplar windows the search is exact
+    where a level leaves the route open; beyond, it is coherent or approximate. tolerance: a level ends when fewer
+    than this share of the matches change.
     """
 
     levels: tuple[Level, ...] | None = None
@@ -30,9 +31,9 @@ class Settings:
     start: str = "aligned"
     block: float = 0.5
     usage: float = 0.35
-    starts: int = 1
     iterations: int = 4
     candidates: int = 3
+    exact_pairs: int = 1 << 26
     tolerance: float = 0.005
 
     def __post_init__(self) -> None:

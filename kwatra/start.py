@@ -75,7 +75,6 @@ class BlockStart:
         self.known = torch.zeros(self.shape, device=device)
         self.where = torch.zeros(len(self.shape), *self.shape, dtype=torch.long, device=device)
         self.used = torch.zeros(exemplar.shape, device=device)
-        self.cost = 0.0
         self.laid: list[tuple[tuple[int, ...], list[int]]] = []
         self.share = (exemplar.weights / exemplar.weights.sum().clamp(min=1e-9)).view(-1, *[1] * len(self.shape))
         self.weighted = exemplar.canvas * self.share
@@ -160,7 +159,6 @@ class BlockStart:
         allowed = cost.min() + TOLERANCE
         good = (cost <= allowed).flatten().nonzero()[:, 0]
         pick = good[int(torch.randint(len(good), (1,), generator=self.generator))]
-        self.cost += float(cost.flatten()[pick])
         place = torch.unravel_index(pick, cost.shape)
         return [int(p) * g for p, g in zip(place, self.grain, strict=True)]
 

@@ -57,7 +57,7 @@ VARIANTS: dict[str, Variant] = {
     "random blocks": with_settings(replace(PLAIN, start="blocks")),
     "smaller blocks": with_settings(replace(PLAIN, block=0.25)),
     "usage ignored": with_settings(replace(PLAIN, usage=0.0)),
-    "usage 0.3": with_settings(replace(PLAIN, usage=0.3)),
+    "usage 1.0": with_settings(replace(PLAIN, usage=1.0)),
     "thesis levels": with_settings(replace(PLAIN, levels=THESIS)),
     "finest only": with_settings(replace(PLAIN, levels=(Level(1, 16), Level(1, 8)))),
     "colors carried": colors_carried,

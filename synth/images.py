@@ -15,7 +15,7 @@ Image = TypeVar("Image", Tensor, np.ndarray)
 Map = TypeVar("Map", Tensor, np.ndarray)
 
 PRESETS = {
-    "fast": (Settings(iterations=2, candidates=2), 1),
+    "fast": (Settings(iterations=2, candidates=2, exact_pairs=1 << 22), 1),
     "default": (Settings(), 1),
     "best": (Settings(iterations=6), 4),
 }
@@ -153,7 +153,7 @@ class _Form(Generic[Image]):
                     f"an exemplar is a {type(image).__name__} of shape {tuple(image.shape)}; give tensors (C, H, W), "
                     "or arrays (H, W) or (H, W, C), all of one kind and not empty"
                 )
-            values = torch.as_tensor(image).float()
+            values = torch.as_tensor(image).double()
             if not bool(values.isfinite().all()):
                 raise InputError("an exemplar holds NaN or infinite pixels; replace them first")
             low, high = min(low, float(values.min())), max(high, float(values.max()))
@@ -161,14 +161,14 @@ class _Form(Generic[Image]):
 
     def normalized(self, image: Image) -> Tensor:
         """As a float tensor (C, H, W) with values in [0, 1]."""
-        values = torch.as_tensor(np.ascontiguousarray(image) if isinstance(image, np.ndarray) else image).float()
+        values = torch.as_tensor(np.ascontiguousarray(image) if isinstance(image, np.ndarray) else image).double()
         if not self.tensor:
             values = values[None] if self.flat else values.permute(2, 0, 1)
-        return ((values - self.low) / ((self.high - self.low) or 1.0)).contiguous()
+        return ((values - self.low) / ((self.high - self.low) or 1.0)).float().contiguous()
 
     def restored(self, image: Tensor) -> Image:
         """The inverse of `normalized`, in the user's kind and dtype."""
-        values: Any = (image * (self.high - self.low) + self.low).clamp(self.low, self.high)
+        values: Any = (image.double() * (self.high - self.low) + self.low).clamp(self.low, self.high)
         if isinstance(self.dtype, torch.dtype):
             return (values if self.dtype.is_floating_point else values.round()).to(self.dtype)
         values = (values[0] if self.flat else values.permute(1, 2, 0)).numpy()

@@ -212,13 +212,16 @@ def test_an_operator_term_and_a_feature_work_together():
 
 
 def test_videos_are_synthesized_by_the_same_loop():
-    video = torch.rand(1, 8, 16, 16, generator=generator()).repeat_interleave(2, 2).repeat_interleave(2, 3)
+    noise = torch.rand(1, 10, 36, 36, generator=generator())
+    video = torch.nn.functional.avg_pool3d(noise, (3, 5, 5), 1)
+    video = (video - video.amin()) / (video.amax() - video.amin())
     settings = Settings(levels=(Level(2, 8, 2), Level(1, 8, 2)))
     result = optimize(Exemplar.of(video), (10, 40, 36), settings=settings)
     assert result.image.shape == (1, 10, 40, 36)
     assert result.source.shape == (4, 10, 40, 36)
     seen = video[(slice(None), *result.source[1:])]
-    assert float((result.image - seen).abs().median()) < 0.02
+    assert float((result.image - seen).abs().median()) < 0.03
+    assert result.image.std() > 0.7 * video.std()
 
 
 def test_a_twirled_checkerboard_is_projected_back():
