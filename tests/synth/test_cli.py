@@ -40,31 +40,6 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-@pytest.fixture
-def refused(folder: Path, capsys: pytest.CaptureFixture[str]) -> Callable[..., str]:
-    """Runs the command line, which must fail with one sentence and leave the folder as it was; returns the sentence."""
-
-    def run(*arguments: str) -> str:
-        before = contents(folder)
-        try:
-            code = main(arguments)
-        except SystemExit as exit:
-            code = exit.code
-        out, err = capsys.readouterr()
-        assert code == 2
-        assert out == ""
-        assert err.startswith("kwatra: error: ")
-        assert err.count("\n") == 1
-        assert contents(folder) == before
-        return err
-
-    return run
-
-
-def contents(folder: Path) -> dict[Path, bytes]:
-    return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
-
-
 # ---- what it does
 
 
@@ -380,7 +355,7 @@ def python(*arguments: str, **options: object) -> "subprocess.Popen[str]":
 
 
 def test_interrupt_in_the_middle(folder: Path) -> None:
-    before = contents(folder)
+    before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
     program = """
 import signal, sys
 from synth import cli, commands
@@ -399,7 +374,7 @@ sys.exit(cli.main(["synth", "brick.png", "--preset", "best", "--progress-images"
         process.send_signal(signal.SIGINT)
         assert process.wait(60) == 130
         assert process.stderr.read() == "kwatra: interrupted, nothing was written\n"
-    assert contents(folder) == before
+    assert {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()} == before
 
 
 def test_help_is_quick_because_nothing_heavy_is_imported() -> None:

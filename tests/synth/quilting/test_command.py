@@ -32,29 +32,6 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def names(folder: Path) -> set[str]:
-    return {str(p.relative_to(folder)) for p in folder.rglob("*")}
-
-
-@pytest.fixture
-def refused(folder: Path, capsys: pytest.CaptureFixture[str]) -> Callable[..., str]:
-    def run(*arguments: str) -> str:
-        before = names(folder)
-        try:
-            code = main(arguments)
-        except SystemExit as exit:
-            code = exit.code
-        out, err = capsys.readouterr()
-        assert code == 2
-        assert out == ""
-        assert err.startswith("kwatra: error: ")
-        assert err.count("\n") == 1
-        assert names(folder) == before
-        return err
-
-    return run
-
-
 def test_quilt_writes_the_picture_its_seams_and_its_map(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     command = [
         "quilt",
