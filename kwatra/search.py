@@ -130,10 +130,10 @@ class SourceWindows:
         table = self._indexed()
         lists = max(min(int(2 * math.sqrt(len(table))), len(table) // 39), 1)
         index = faiss.IndexIVFFlat(faiss.IndexFlatL2(table.shape[1]), table.shape[1], lists)
-        index.cp.niter, index.cp.seed = 8, 1
+        index.cp.niter, index.cp.seed, index.cp.max_points_per_centroid = 6, 1, 64
         index.train(table)
         index.add(table)
-        index.nprobe = max(lists // 32, 4)
+        index.nprobe = max(lists // 128, 4)
         return index
 
     def _indexed(self) -> np.ndarray:
