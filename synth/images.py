@@ -15,7 +15,7 @@ Image = TypeVar("Image", Tensor, np.ndarray)
 Map = TypeVar("Map", Tensor, np.ndarray)
 
 PRESETS = {
-    "fast": (Settings(iterations=2, candidates=2, exact_pairs=1 << 22), 1),
+    "fast": (Settings(iterations=1, candidates=2, exact_pairs=1 << 22), 1),
     "default": (Settings(), 1),
     "best": (Settings(iterations=6), 4),
 }

@@ -57,7 +57,7 @@ def test_a_map_is_rearranged_exactly_like_the_pixels():
 
 
 def test_several_exemplars_are_all_used_and_told_apart():
-    a, b = brick(48), 255 - brick(60)
+    a, b = data.gravel()[:48, :48], data.gravel()[200:260, 200:260]
     made = synthesize([a, b], (120, 130), **QUICK)
     assert set(np.unique(made.source[0])) == {0, 1}
     taken = made.take([np.zeros((48, 48), int), np.ones((60, 60), int)])
