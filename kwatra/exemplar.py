@@ -13,12 +13,11 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
+from kwatra.axes import AVERAGE, LARGEST
 from kwatra.errors import InputError
 
 ALIGNMENT = 8
 """Images start at multiples of this on the canvas, so that their pyramids sample them in phase."""
-
-_POOLS = {2: (F.avg_pool2d, F.max_pool2d), 3: (F.avg_pool3d, F.max_pool3d)}
 
 
 @dataclass(frozen=True)
@@ -100,7 +99,7 @@ class Exemplar:
         factor = tuple(factor)
         if all(f == 1 for f in factor):
             return self
-        average, largest = _POOLS[len(self.shape)]
+        average, largest = AVERAGE[len(self.shape)], LARGEST[len(self.shape)]
         high = largest(self.owner[None], factor)[0]
         low = -largest(-self.owner[None], factor)[0]
         every = (slice(None), *(slice(f // 2, f * s, f) for f, s in zip(factor, high.shape, strict=True)))
@@ -109,7 +108,7 @@ class Exemplar:
 
     def corners(self, width: Sequence[int]) -> Tensor:
         """Where windows of `width` may start: boolean, shape S - width + 1."""
-        _, largest = _POOLS[len(self.shape)]
+        largest = LARGEST[len(self.shape)]
         width = tuple(width)
         if any(w > s for w, s in zip(width, self.shape, strict=True)):
             return torch.zeros([0] * len(width), dtype=torch.bool)

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
+from kwatra.axes import factors_of
 from kwatra.errors import InputError
 from kwatra.exemplar import ALIGNMENT, Exemplar
 from kwatra.search import ROUTES
@@ -43,7 +44,7 @@ class Level:
 
     def factors(self, axes: int) -> tuple[int, ...]:
         """The factor per axis: time, the first of three axes, keeps its resolution."""
-        return (1,) * (axes - 2) + (self.factor,) * 2
+        return factors_of(self.factor, axes)
 
     def window(self, axes: int) -> tuple[int, ...]:
         """The window's width per axis."""

@@ -14,6 +14,7 @@ import torch
 from torch import Tensor
 
 from kwatra import sourcemap
+from kwatra.axes import factors_of
 from kwatra.errors import InputError
 from kwatra.exemplar import Exemplar
 from kwatra.levels import Level, planned_levels
@@ -102,17 +103,13 @@ def block_start(
     factor = 1
     while factor < coarsest and min(exemplar.extent[-2:]) / factor > 160:
         factor *= 2
-    factors, grain = _factors(factor, axes), _factors(coarsest // factor, axes)
+    factors, grain = factors_of(factor, axes), factors_of(coarsest // factor, axes)
     here = exemplar.coarser(factors)
     there = coarse_shape(shape, factors)
     block = block_size(here, there, settings.block, grain)
     aligned = settings.start == "aligned"
     blocks = BlockStart(here, there, block, grain, generator, wrap=settings.wrap, usage=settings.usage, aligned=aligned)
     return blocks.run(), factors
-
-
-def _factors(factor: int, axes: int) -> tuple[int, ...]:
-    return (1,) * (axes - 2) + (factor,) * 2
 
 
 class _Report:

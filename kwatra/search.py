@@ -14,10 +14,10 @@ from functools import cached_property
 import faiss
 import numpy as np
 import torch
-import torch.nn.functional as F
 from scipy import ndimage
 from torch import Tensor
 
+from kwatra.axes import CONVOLUTION
 from kwatra.errors import InputError
 from kwatra.exemplar import Exemplar
 from kwatra.metric import Feature, Metric
@@ -26,8 +26,6 @@ from kwatra.windows import channels_last, windows_at
 ROUTES = ("exact", "approximate", "coherent")
 CHUNK = 1 << 24
 """Values in one temporary of a search pass: bounds its memory to a few times 64 MiB."""
-
-_CONVOLUTIONS = {2: F.conv2d, 3: F.conv3d}
 
 
 class SourceWindows:
@@ -94,7 +92,7 @@ class SourceWindows:
     def _correlated(self, kernels: Tensor, squared: bool = False) -> Tensor:
         """Inner products (K, positions) of window-shaped kernels (K, *width, C) with every window of the canvas."""
         canvas = self.exemplar.canvas[None]
-        convolve = _CONVOLUTIONS[len(self.width)]
+        convolve = CONVOLUTION[len(self.width)]
         return convolve(canvas.square() if squared else canvas, kernels.movedim(-1, 1).contiguous())[0].flatten(1)
 
     def _lengths(self) -> Tensor:

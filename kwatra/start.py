@@ -17,14 +17,12 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
+from kwatra.axes import AVERAGE, CONVOLUTION
 from kwatra.coarsecut import along
 from kwatra.cut import FREE, KEEP, TAKE, best_cut
 from kwatra.errors import InputError
 from kwatra.exemplar import Exemplar
 from kwatra.reductions import mean, total
-
-_CONVOLUTIONS = {2: F.conv2d, 3: F.conv3d}
-_AVERAGES = {2: F.avg_pool2d, 3: F.avg_pool3d}
 
 COST_LEVELS = 1000
 """Seam costs are counted in this many steps of the color range: minimum cuts are found in whole numbers."""
@@ -153,7 +151,7 @@ class BlockStart:
         if len(others) == 0:
             others = mismatch[self.valid]
         unit = (others.min().clamp(min=MISMATCH_FLOOR) * others.quantile(GOOD).clamp(min=MISMATCH_FLOOR)).sqrt()
-        used = _AVERAGES[known.ndim](self.used[None], self.block, self.grain)[0]
+        used = AVERAGE[known.ndim](self.used[None], self.block, self.grain)[0]
         cost = mismatch / unit + self.usage * (used - mean(self.used)) + CONTINUATION * again
         cost = torch.where(self.valid, cost, math.inf)
         allowed = cost.min() + TOLERANCE
@@ -175,7 +173,7 @@ class BlockStart:
 
     def _correlated(self, image: Tensor, block: Tensor) -> Tensor:
         """Inner products of a block (C, *block) with the image (C, *canvas) at every position on the grain."""
-        return _CONVOLUTIONS[block.ndim - 1](image[None], block[None], stride=self.grain)[0, 0]
+        return CONVOLUTION[block.ndim - 1](image[None], block[None], stride=self.grain)[0, 0]
 
     def _fresh(self, new: Tensor, old: Tensor, known: Tensor, axes: Sequence[Tensor]) -> Tensor:
         """Which pixels the new block takes: all unknown ones, and those on its side of the cheapest seam."""

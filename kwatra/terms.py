@@ -17,6 +17,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
+from kwatra.axes import AVERAGE
 from kwatra.errors import InputError
 from kwatra.reductions import mean
 
@@ -153,13 +154,11 @@ def parts_of(terms: "TermLike | Sum | Sequence[TermLike | Sum]") -> tuple[TermLi
 
 def resized(image: Tensor, factor: tuple[int, ...], shape: tuple[int, ...]) -> Tensor:
     """An image (C, *S) averaged over blocks of `factor` pixels; a block that the border cuts averages what it has."""
-    rank = len(shape)
-    pool = {2: F.avg_pool2d, 3: F.avg_pool3d}[rank]
     padding = []
     for size, f, there in zip(reversed(image.shape[1:]), reversed(factor), reversed(shape), strict=True):
         padding += [0, there * f - size]
     padded = F.pad(image[None], padding, mode="replicate") if any(padding) else image[None]
-    return pool(padded, factor)[0]
+    return AVERAGE[len(shape)](padded, factor)[0]
 
 
 @dataclass(frozen=True)
