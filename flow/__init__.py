@@ -1,7 +1,26 @@
-"""Motion: flow fields, warps and their file formats, and textures that flow along them.
+"""Motion: flow fields, warps and their file formats, and textures that flow along them."""
 
-Nothing lives here yet. The package stands so that its place is fixed: it may import
-``kwatra``, and ``synth`` may import it.
-"""
+from flow.analytic import noise, rotation, saddle, shear, sink, source, stream, uniform, vortices, waves
+from flow.fields import Field, resampled, sampled
+from flow.unknown import filled
+from flow.warps import Lookup, lookup, warp
 
-__all__: list[str] = []
+__all__ = [
+    "Field",
+    "Lookup",
+    "filled",
+    "lookup",
+    "noise",
+    "resampled",
+    "rotation",
+    "saddle",
+    "sampled",
+    "shear",
+    "sink",
+    "source",
+    "stream",
+    "uniform",
+    "vortices",
+    "warp",
+    "waves",
+]

@@ -1,0 +1,43 @@
+"""What a flow and a mask must be: one place that says so, in a sentence."""
+
+from collections.abc import Sequence
+
+import torch
+from torch import Tensor
+
+from kwatra.errors import InputError
+
+
+def check_flow(flow: Tensor, shape: Sequence[int] | None = None) -> None:
+    """Refuse with InputError what is no flow (2, H, W): another size, vectors that are not finite or leave the frame.
+
+    shape: the (height, width) it must have; None allows any.
+    """
+    if flow.ndim != 3 or flow.shape[0] != 2 or not flow.is_floating_point():
+        raise InputError(f"a flow has shape {tuple(flow.shape)} and type {flow.dtype}; give floats (2, H, W), x first")
+    height, width = flow.shape[1:]
+    if shape is not None and (height, width) != tuple(shape):
+        raise InputError(
+            f"a flow is {width}x{height} but the frame {shape[1]}x{shape[0]}; give one of that size, or resample it"
+        )
+    finite = flow.isfinite().all(0)
+    if not bool(finite.all()):
+        raise InputError(
+            f"a flow has {int((~finite).sum())} vectors that are NaN or infinite; fill them (flow.filled) or mend them"
+        )
+    far = (flow[0].abs() >= width) | (flow[1].abs() >= height)
+    if bool(far.any()):
+        longest = float(flow.norm(dim=0).max())
+        raise InputError(
+            f"a flow moves pixels by up to {longest:.4g} px, beyond the {width}x{height} frame; give a lower speed"
+        )
+
+
+def check_mask(mask: Tensor, shape: Sequence[int]) -> None:
+    """Refuse with InputError a mask that is not boolean (H, W) = shape, or is False everywhere."""
+    if mask.dtype != torch.bool or tuple(mask.shape) != tuple(shape):
+        raise InputError(
+            f"a mask has shape {tuple(mask.shape)} and type {mask.dtype}; give booleans of shape {tuple(shape)}"
+        )
+    if not bool(mask.any()):
+        raise InputError("a mask covers the whole frame; leave some pixels True")
