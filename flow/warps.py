@@ -9,13 +9,13 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import torch
-import torch.nn.functional as F
 from torch import Tensor
 
 from flow.checks import check_flow, check_mask
 from flow.unknown import filled
 from kwatra.errors import InputError
 
+_CHUNK = 1 << 14
 _ITERATIONS = 40
 _SETTLED = 1e-4
 _TOLERANCE = 1e-2
@@ -71,60 +71,72 @@ def warp(image: Tensor, coordinates: Tensor, mode: str = "bicubic", wrap: bool =
 
     mode: "nearest", "bilinear", "bicubic" (Catmull-Rom) or "lanczos" (three lobes), each sharper than the one before;
     the last two may overshoot the image's range. All are exact at whole pixels. Beyond the border the border's pixels
-    are read again; with `wrap` the image is periodic. Memory: 4 numbers per pixel read and tap (1, 4, 16 or 36 taps).
+    are read again; with `wrap` the image is periodic. Memory: three times the result, and 24 floats per place.
 
     Raises InputError for another mode.
     """
     if mode not in KERNELS:
         raise InputError(f"the interpolation is {mode!r}; give one of {', '.join(KERNELS)}")
-    height, width = image.shape[1:]
-    columns, across = _taps(coordinates[0].flatten(), width, mode, wrap)
-    rows, down = _taps(coordinates[1].flatten(), height, mode, wrap)
-    index = (rows[:, :, None] * width + columns[:, None, :]).flatten(1)
-    weights = (down[:, :, None] * across[:, None, :]).flatten(1).to(image.dtype)
-    table = image.flatten(1).T.contiguous()
-    read = F.embedding_bag(index, table, mode="sum", per_sample_weights=weights)
-    return read.T.reshape(image.shape[0], *coordinates.shape[1:])
+    flat = image.flatten(1).contiguous()
+    places = coordinates.flatten(1).split(_CHUNK, 1)
+    read = [_read(flat, image.shape[1:], place, mode, wrap) for place in places]
+    return torch.cat(read, 1).view(len(image), *coordinates.shape[1:])
 
 
-def _nearest(distance: Tensor) -> Tensor:
-    return torch.ones_like(distance)
+def _read(flat: Tensor, shape: torch.Size, place: Tensor, mode: str, wrap: bool) -> Tensor:
+    """Values (C, N) at places (2, N) of an image of `shape` given as (C, H * W)."""
+    columns = _taps(place[0], shape[1], mode, wrap)
+    rows = _taps(place[1], shape[0], mode, wrap)
+    read = flat.new_zeros(len(flat), place.shape[1])
+    for row, down in rows:
+        line = torch.zeros_like(read)
+        for column, across in columns:
+            line.addcmul_(flat.index_select(1, row * shape[1] + column), across)
+        read.addcmul_(line, down)
+    return read
 
 
-def _linear(distance: Tensor) -> Tensor:
-    return 1 - distance.abs()
+def _nearest(f: Tensor) -> list[Tensor]:
+    return [torch.ones_like(f)]
 
 
-def _catmull_rom(distance: Tensor) -> Tensor:
-    d = distance.abs()
-    return torch.where(d <= 1, (1.5 * d - 2.5) * d * d + 1, ((-0.5 * d + 2.5) * d - 4) * d + 2)
+def _linear(f: Tensor) -> list[Tensor]:
+    return [1 - f, f]
 
 
-def _lanczos(distance: Tensor) -> Tensor:
-    # a whole distance has weight 0 or 1, which the sine of a rounded pi is not
-    weights = torch.sinc(distance) * torch.sinc(distance / 3)
-    return torch.where(distance == distance.round(), (distance == 0).to(weights.dtype), weights)
+def _catmull_rom(f: Tensor) -> list[Tensor]:
+    square = f * f
+    return [((1 - 0.5 * f) * f - 0.5) * f, (1.5 * f - 2.5) * square + 1, ((2 - 1.5 * f) * f + 0.5) * f,
+            (0.5 * f - 0.5) * square]  # fmt: skip
 
 
-KERNELS: dict[str, tuple[int, Callable[[Tensor], Tensor]]] = {
+def _lanczos(f: Tensor) -> list[Tensor]:
+    distances = [f - k for k in range(-2, 4)]
+    weights = [torch.sinc(d) * torch.sinc(d / 3) for d in distances]
+    # the sine of a rounded pi is not zero
+    exact = [torch.where(f == 0, float(k == 0), w) for k, w in zip(range(-2, 4), weights, strict=True)]
+    total = sum(exact[1:], exact[0])
+    return [w / total for w in exact]
+
+
+KERNELS: dict[str, tuple[int, Callable[[Tensor], list[Tensor]]]] = {
     "nearest": (1, _nearest),
     "bilinear": (2, _linear),
     "bicubic": (4, _catmull_rom),
     "lanczos": (6, _lanczos),
 }
-"""For each mode how many pixels it reads along an axis, and their weight by distance."""
+"""For each mode how many pixels it reads along an axis, and their weights by how far the place lies past the middle
+one (or the left one of two), in [0, 1)."""
 
 
-def _taps(place: Tensor, size: int, mode: str, wrap: bool) -> tuple[Tensor, Tensor]:
-    """The pixels read at each place along an axis, and their weights, which sum to 1: both (N, taps)."""
+def _taps(place: Tensor, size: int, mode: str, wrap: bool) -> list[tuple[Tensor, Tensor]]:
+    """The pixels (N,) read along an axis for each place (N,), each with its weights (N,), which sum to 1."""
     count, kernel = KERNELS[mode]
-    first = place.add(0.5).floor() if count == 1 else place.floor() - (count // 2 - 1)
-    offsets = torch.arange(count, device=place.device)
-    weights = kernel((place - first)[:, None] - offsets)
-    if mode == "lanczos":
-        weights = weights / weights.sum(1, keepdim=True)
-    index = first.long()[:, None] + offsets
-    return index % size if wrap else index.clamp_(0, size - 1), weights
+    base = place.add(0.5).floor() if count == 1 else place.floor()
+    first = base.long() - (count - 1) // 2
+    pixels = [first + k for k in range(count)]
+    indices = [pixel % size if wrap else pixel.clamp_(0, size - 1) for pixel in pixels]
+    return list(zip(indices, kernel(place - base), strict=True))
 
 
 def _fixed_point(forward: Tensor, pixels: Tensor, wrap: bool) -> tuple[Tensor, Tensor]:
