@@ -1,20 +1,37 @@
 """Motion: flow fields, warps and their file formats, and textures that flow along them."""
 
 from flow.analytic import noise, rotation, saddle, shear, sink, source, stream, uniform, vortices, waves
-from flow.fields import Field, resampled, sampled
+from flow.catalog import NAMES, named
+from flow.disc import disc, disc_mask
+from flow.fields import Field, at_speed, resampled, sampled
+from flow.files import Recording, read_flow, write_flow
+from flow.obstacles import around
+from flow.pictures import picture, wheel
+from flow.seen import end_point_error, seen
 from flow.unknown import filled
 from flow.warps import Lookup, lookup, warp
 
 __all__ = [
+    "NAMES",
     "Field",
     "Lookup",
+    "Recording",
+    "around",
+    "at_speed",
+    "disc",
+    "disc_mask",
+    "end_point_error",
     "filled",
     "lookup",
+    "named",
     "noise",
+    "picture",
+    "read_flow",
     "resampled",
     "rotation",
     "saddle",
     "sampled",
+    "seen",
     "shear",
     "sink",
     "source",
@@ -23,4 +40,6 @@ __all__ = [
     "vortices",
     "warp",
     "waves",
+    "wheel",
+    "write_flow",
 ]

@@ -17,12 +17,12 @@ from kwatra.errors import InputError
 
 def uniform(speed: float = 2.0, angle: float = 0.0) -> Field:
     """Every pixel moves in the direction of `angle`."""
-    return at_speed(lambda t, shape: _turned(torch.stack([torch.ones(shape), torch.zeros(shape)]), angle), speed)
+    return at_speed(lambda t, shape: turned(torch.stack([torch.ones(shape), torch.zeros(shape)]), angle), speed)
 
 
 def rotation(speed: float = 2.0) -> Field:
     """The frame turns about its center, clockwise."""
-    return at_speed(lambda t, shape: _turned(_centered(shape), 90), speed)
+    return at_speed(lambda t, shape: turned(_centered(shape), 90), speed)
 
 
 def source(speed: float = 2.0) -> Field:
@@ -40,7 +40,7 @@ def saddle(speed: float = 2.0, angle: float = 0.0) -> Field:
 
     def formula(t: float, shape: Shape) -> Tensor:
         along, across = _centered(shape, angle)
-        return _turned(torch.stack([along, -across]), angle)
+        return turned(torch.stack([along, -across]), angle)
 
     return at_speed(formula, speed)
 
@@ -50,7 +50,7 @@ def shear(speed: float = 2.0, angle: float = 0.0) -> Field:
 
     def formula(t: float, shape: Shape) -> Tensor:
         across = _centered(shape, angle)[1]
-        return _turned(torch.stack([across, 0 * across]), angle)
+        return turned(torch.stack([across, 0 * across]), angle)
 
     return at_speed(formula, speed)
 
@@ -63,7 +63,7 @@ def vortices(speed: float = 2.0, angle: float = 0.0) -> Field:
         apart, core = min(shape) / 4, min(shape) / 10
         squares = [along**2 + (across - side) ** 2 + core**2 for side in (apart, -apart)]
         x = (across + apart) / squares[1] - (across - apart) / squares[0]
-        return _turned(torch.stack([x, along / squares[0] - along / squares[1]]), angle)
+        return turned(torch.stack([x, along / squares[0] - along / squares[1]]), angle)
 
     return at_speed(formula, speed)
 
@@ -75,7 +75,7 @@ def stream(speed: float = 2.0, angle: float = 0.0) -> Field:
         along, across = _centered(shape, angle)
         wave, bend, half = 2 * math.pi / max(shape), min(shape) / 6, min(shape) / 5
         current = torch.exp(-(((across + bend * torch.cos(wave * along)) / half) ** 2))
-        return _turned(torch.stack([current, current * bend * wave * torch.sin(wave * along)]), angle)
+        return turned(torch.stack([current, current * bend * wave * torch.sin(wave * along)]), angle)
 
     return at_speed(formula, speed)
 
@@ -90,7 +90,7 @@ def waves(speed: float = 2.0, angle: float = 0.0, wavelength: float | None = Non
     def formula(t: float, shape: Shape) -> Tensor:
         along = _centered(shape, angle)[0]
         swing = torch.sin(2 * math.pi * (along / (wavelength or min(shape) / 2) - t / period))
-        return _turned(torch.stack([0 * swing, swing]), angle)
+        return turned(torch.stack([0 * swing, swing]), angle)
 
     return at_speed(formula, speed, steady=False)
 
@@ -127,10 +127,10 @@ def noise(
 def _centered(shape: Shape, angle: float = 0.0) -> Tensor:
     """Pixels' places (2, H, W) from the frame's center, along and across the direction of `angle`."""
     centers = torch.tensor([(shape[1] - 1) / 2, (shape[0] - 1) / 2]).view(2, 1, 1)
-    return _turned(pixel_coordinates(shape) - centers, -angle)
+    return turned(pixel_coordinates(shape) - centers, -angle)
 
 
-def _turned(vectors: Tensor, angle: float) -> Tensor:
+def turned(vectors: Tensor, angle: float) -> Tensor:
     """Vectors (2, H, W) turned by `angle` degrees, from x to y. Quarter turns are exact."""
     cosine, sine = (round(f(math.radians(angle)), 15) for f in (math.cos, math.sin))
     x, y = vectors

@@ -4,8 +4,10 @@ A field gives for any time and frame size how far each pixel moves within the fr
 first, in pixels. x grows to the right and y down, so an angle of 0 degrees points right, one of 90 down.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import torch
 import torch.nn.functional as F
@@ -32,7 +34,7 @@ class Field:
 
         Raises InputError if the field has another size, has vectors that are not finite, or leaves the frame.
         """
-        flow = self.at(t, shape).float()
+        flow = self.at(t, shape).to(torch.float32, copy=True)
         check_flow(flow, shape)
         return flow
 
@@ -49,6 +51,7 @@ def at_speed(formula: Callable[[float, Shape], Tensor], speed: float, steady: bo
     """The field of a formula for the flow's directions, scaled at all times so that the fastest pixel of the frame
     moves `speed` px per frame; a negative speed turns it around.
     """  # fmt: skip
+    _check_speed(speed)
 
     def at(t: float, shape: Shape) -> Tensor:
         flow = formula(t, shape)
@@ -72,17 +75,22 @@ def sampled(flows: Tensor, resample: bool = False, speed: float | None = None) -
     for flow in flows:
         check_flow(flow)
     if speed is not None:
-        fastest = float(flows.norm(dim=1).max())
-        if fastest == 0:
-            raise InputError(f"a flow is zero everywhere and cannot be scaled to a speed of {speed:g}; leave it out")
-        flows = flows * (speed / fastest)
+        _check_speed(speed)
+        if not bool(flows.any()):
+            raise InputError(f"a flow is zero everywhere and cannot be brought to a speed of {speed:g}; leave that out")
+
+    def fitted(flow: Tensor, shape: Shape) -> Tensor:
+        return resampled(flow, shape) if resample else flow
+
+    @lru_cache(1)
+    def factor(shape: Shape) -> float:
+        return 1.0 if speed is None else speed / max(float(fitted(flow, shape).norm(dim=0).max()) for flow in flows)
 
     def at(t: float, shape: Shape) -> Tensor:
         place = min(max(t, 0.0), len(flows) - 1.0)
         before = int(place)
         after = min(before + 1, len(flows) - 1)
-        flow = torch.lerp(flows[before], flows[after], place - before)
-        return resampled(flow, shape) if resample else flow
+        return factor(tuple(shape)) * fitted(torch.lerp(flows[before], flows[after], place - before), shape)
 
     return Field(at, steady=len(flows) == 1)
 
@@ -94,3 +102,8 @@ def resampled(flow: Tensor, shape: Shape) -> Tensor:
         return flow
     factor = flow.new_tensor([shape[1] / width, shape[0] / height]).view(2, 1, 1)
     return F.interpolate(flow[None], shape, mode="bilinear", align_corners=False, antialias=True)[0] * factor
+
+
+def _check_speed(speed: float) -> None:
+    if not math.isfinite(speed):
+        raise InputError(f"a flow's speed is {speed}; give a finite number of pixels per frame")

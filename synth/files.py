@@ -1,14 +1,9 @@
 """Images in and out of files: read with their kind, written whole or not at all.
 
-Integer pixels become [0, 1] and come back exactly; float pixels keep their values, whatever their range. Nothing is
-written in place: every file is made beside its target, forced to disk, and moved there when all files of the call
-are complete.
+Integer pixels become [0, 1] and come back exactly; float pixels keep their values, whatever their range.
 """
 
-import errno
-import os
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,10 +11,11 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from flow.outputs import Writer as Writer
+from flow.outputs import check_writable
+from flow.outputs import write_files as write_files
 from kwatra.errors import InputError
 from synth.formats import Array, Kind, decode, encode, suffixes_for
-
-Writer = Callable[[Path], None]
 
 _DTYPES = ("bool", "uint8", "uint16", "float16", "float32", "float64")
 
@@ -94,35 +90,7 @@ def check_output(path: str | Path, kind: Kind | None, overwrite: bool, suffixes:
     if path.suffix.lower() not in allowed:
         what = "it" if kind is None else f"{kind} pixels"
         raise InputError(f"{path} has an ending that cannot hold {what}; end it with {' or '.join(allowed)}")
-    if path.is_dir():
-        raise InputError(f"{path} is a folder; name a file")
-    if path.exists() and not overwrite:
-        raise InputError(f"{path} exists; name another file or allow it with --overwrite (overwrite=True)")
-    if not path.parent.is_dir():
-        raise InputError(f"{path} cannot be written because the folder {path.parent} does not exist; make it first")
-    if not os.access(path.parent, os.W_OK):
-        raise InputError(f"{path} cannot be written because the folder {path.parent} is read-only; choose another")
-
-
-def write_files(writers: Mapping[Path, Writer]) -> None:
-    """Write several files, all or none: each writer gets the path of a temporary file beside its target.
-
-    Raises InputError when a file cannot be written; the temporary files are removed then, whatever ends the call.
-    """
-    temporary: dict[Path, Path] = {}
-    try:
-        for path, writer in writers.items():
-            target = path.resolve()
-            temporary[target] = target.with_name(f".{os.getpid()}.{target.name[-200:]}")
-            with _told(path):
-                writer(temporary[target])
-                _force_to_disk(temporary[target])
-        for target, made in temporary.items():
-            with _told(target):
-                os.replace(made, target)
-    finally:
-        for made in temporary.values():
-            made.unlink(missing_ok=True)
+    check_writable(path, overwrite)
 
 
 def _to_pixels(array: Array) -> Tensor:
@@ -145,19 +113,3 @@ def _from_pixels(pixels: Tensor, kind: Kind) -> Array:
         return values > 0.5
     most = np.iinfo(dtype).max
     return np.rint(values.clip(0, 1) * np.float32(most)).astype(dtype)
-
-
-@contextmanager
-def _told(path: Path) -> Iterator[None]:
-    """Say an OSError in one sentence that names the file."""
-    try:
-        yield
-    except OSError as error:
-        if error.errno in (errno.ENOSPC, errno.EDQUOT):
-            raise InputError(f"{path} was not written because the disk is full; free some space") from error
-        raise InputError(f"{path} was not written ({error.strerror or error}); choose another place") from error
-
-
-def _force_to_disk(path: Path) -> None:
-    with path.open("rb+") as file:
-        os.fsync(file.fileno())

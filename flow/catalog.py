@@ -1,0 +1,57 @@
+"""Fields by name, for programs: `rotation`, `uniform:90`, `noise:7`, or a file."""
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+from flow import analytic
+from flow.disc import disc
+from flow.fields import Field, sampled
+from flow.files import SUFFIXES, read_flow
+from kwatra.errors import InputError
+
+NAMES: dict[str, tuple[Callable[..., Field], str | None]] = {
+    "uniform": (analytic.uniform, "angle"),
+    "rotation": (analytic.rotation, None),
+    "sink": (analytic.sink, None),
+    "source": (analytic.source, None),
+    "saddle": (analytic.saddle, "angle"),
+    "shear": (analytic.shear, "angle"),
+    "vortices": (analytic.vortices, "angle"),
+    "stream": (analytic.stream, "angle"),
+    "waves": (analytic.waves, "angle"),
+    "noise": (analytic.noise, "seed"),
+    "disc": (disc, "angle"),
+}
+"""By name: what makes the field, and what a number after the name means."""
+
+
+def named(text: str | Path, speed: float | None = None, resample: bool = False) -> Field:
+    """The field that a text names: "NAME", "NAME:NUMBER" (an angle in degrees, 0 right and 90 down; a seed for noise),
+    or a flow file, whose unknown vectors get the nearest known one.
+
+    speed: px per frame of the fastest pixel (default: 2, a file's own). resample: stretch a file's flow over frames of
+    another size. Raises InputError for a name that is none, and as `read_flow` does.
+    """  # fmt: skip
+    if Path(text).suffix.lower() in SUFFIXES:
+        return sampled(read_flow(text).filled(), resample, speed)
+    name, colon, number = str(text).partition(":")
+    if name not in NAMES:
+        raise InputError(
+            f"{str(text)!r} names no flow; give one of {', '.join(NAMES)}, or a file ending with {', '.join(SUFFIXES)}"
+        )
+    make, meaning = NAMES[name]
+    given = {} if speed is None else {"speed": speed}
+    return make(**given, **_number(str(text), meaning, number) if colon else {})
+
+
+def _number(text: str, meaning: str | None, number: str) -> dict[str, float]:
+    if meaning is None:
+        raise InputError(f"{text!r} has a number, but this flow takes none; leave it out")
+    try:
+        value = int(number) if meaning == "seed" else float(number)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise InputError(f"{text!r} has no number for its {meaning}; write it as in uniform:90 or noise:7")
+    return {meaning: value}
