@@ -21,14 +21,16 @@ from flow.fields import Field, Shape
 
 Array = NDArray[np.float64]
 
+_MOST, _TINY = 0.98, 1e-30
 _LITTLE = 1e-7  # what an obstacle encloses has its phi but for a constant, which this chooses
 
 
 def around(field: Field, mask: Tensor) -> Field:
     """A field that flows around what the mask (H, W) leaves out (False = obstacle), for frames of the mask's size.
 
-    No pixel's center is carried into an obstacle, and inside it all is at rest. The fastest pixel is as fast as that
-    of the field given; to make it faster, scale the field given, not the result.
+    No pixel's center is carried into an obstacle, and inside it all is at rest. Where the way is narrow the flow would
+    be faster than the field given; it is slowed until 98% of the pixels are as fast as theirs were, and the rest, at
+    sharp corners, no faster than the fastest. To make it faster, scale the field given, not the result.
 
     Setting it up factorizes a sparse matrix with a row per pixel (256x256: about a second); a steady field is solved
     for once, another at each time. Raises InputError if the mask is not boolean (H, W) or covers everything.
@@ -54,11 +56,13 @@ class _Obstacle:
         self.solve = linalg.splu(laplacian, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}).solve
 
     def bent(self, flow: Tensor) -> Tensor:
-        """The flow (2, H, W) led around the obstacle, as fast as before."""
+        """The flow (2, H, W) led around the obstacle, on the whole as fast as before and nowhere faster."""
         correction = torch.from_numpy(self._correction(flow.double().numpy())).float()
         bent = (flow + correction) * self.edge.mask
-        fastest = float(bent.norm(dim=0).max())
-        return self.edge.keep_out(bent * (float(flow.norm(dim=0).max()) / fastest) if fastest > 0 else bent)
+        here, before = (float(np.quantile(f.norm(dim=0)[self.edge.mask], _MOST)) for f in (bent, flow))
+        slowed = bent * min(1.0, before / max(here, _TINY))
+        limit = flow.norm(dim=0).max() / slowed.norm(dim=0).clamp(min=_TINY)
+        return self.edge.keep_out(slowed * limit.clamp(max=1))
 
     def _correction(self, flow: Array) -> Array:
         """What bends the flow: at the edge -v.n, elsewhere -grad phi, first on pixels' sides, then averaged."""

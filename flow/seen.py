@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib import import_module
 from typing import Any
 
 import torch
@@ -27,8 +28,7 @@ def seen(first: Tensor, second: Tensor) -> Tensor:
             f"images have shapes {tuple(first.shape)} and {tuple(second.shape)}; give two (C, H, W) of one size, at "
             f"least {BORDER}x{BORDER}"
         )
-    import cv2
-
+    cv2: Any = import_module("cv2")  # its stubs do not know the search
     with _one_thread(cv2):
         search = cv2.DISOpticalFlow_create(cv2.DISOPTICAL_FLOW_PRESET_MEDIUM)
         flow = search.calc(_gray(first), _gray(second), None)
