@@ -8,11 +8,8 @@ from torch import Tensor
 from kwatra.errors import InputError
 
 
-def check_flow(flow: Tensor, shape: Sequence[int] | None = None) -> None:
-    """Refuse with InputError what is no flow (2, H, W): another size, vectors that are not finite or leave the frame.
-
-    shape: the (height, width) it must have; None allows any.
-    """
+def check_vectors(flow: Tensor, shape: Sequence[int] | None = None) -> None:
+    """Refuse with InputError what is not (2, H, W) of finite numbers, or of another (height, width) than `shape`."""
     if flow.ndim != 3 or flow.shape[0] != 2 or not flow.is_floating_point():
         raise InputError(f"a flow has shape {tuple(flow.shape)} and type {flow.dtype}; give floats (2, H, W), x first")
     height, width = flow.shape[1:]
@@ -25,6 +22,12 @@ def check_flow(flow: Tensor, shape: Sequence[int] | None = None) -> None:
         raise InputError(
             f"a flow has {int((~finite).sum())} vectors that are NaN or infinite; fill them (flow.filled) or mend them"
         )
+
+
+def check_flow(flow: Tensor, shape: Sequence[int] | None = None) -> None:
+    """Refuse with InputError what `check_vectors` does, and a flow that moves pixels beyond the frame."""
+    check_vectors(flow, shape)
+    height, width = flow.shape[1:]
     far = (flow[0].abs() >= width) | (flow[1].abs() >= height)
     if bool(far.any()):
         longest = float(flow.norm(dim=0).max())

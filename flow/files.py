@@ -7,7 +7,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from flow.checks import check_flow
+from flow.checks import check_vectors
 from flow.formats import ENCODERS, READERS, UNKNOWN
 from flow.outputs import Writer, check_writable, write_files
 from flow.unknown import filled
@@ -93,7 +93,7 @@ def flow_writer(path: Path, flow: Tensor, known: Tensor | None = None) -> Writer
     known = torch.ones_like(flow.select(-3, 0), dtype=torch.bool) if known is None else known
     vectors = torch.where(known.unsqueeze(-3), flow, 0.0).float().cpu()
     for frame in vectors[None] if vectors.ndim == 3 else vectors:
-        check_flow(frame)
+        check_vectors(frame)
     data = ENCODERS[suffix](path, vectors.numpy(), known.cpu().numpy())
     return lambda target: _write(target, data)
 

@@ -8,7 +8,7 @@ from typing import Any
 import torch
 from torch import Tensor
 
-from flow.checks import check_flow, check_mask
+from flow.checks import check_mask, check_vectors
 from kwatra.errors import InputError
 from kwatra.reductions import mean
 
@@ -42,8 +42,8 @@ def end_point_error(flow: Tensor, truth: Tensor, known: Tensor | None = None, bo
 
     Raises InputError if the sizes differ or no pixel is left to count.
     """
-    check_flow(truth)
-    check_flow(flow, truth.shape[1:])
+    check_vectors(truth)
+    check_vectors(flow, truth.shape[1:])
     counted = torch.zeros(flow.shape[1:], dtype=torch.bool, device=flow.device)
     counted[border : flow.shape[1] - border, border : flow.shape[2] - border] = True
     if known is not None:

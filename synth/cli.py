@@ -1,4 +1,4 @@
-"""The command line: `kwatra synth`, `kwatra score`, `kwatra quilt` and `kwatra merge`.
+"""The command line: `kwatra synth`, `kwatra score`, `kwatra flow`, `kwatra quilt` and `kwatra merge`.
 
 Bad input ends with one sentence on stderr and exit code 2, Ctrl-C with 130. What takes long to import is imported
 when a command runs, so that `--help` answers at once.
@@ -63,6 +63,10 @@ def _command(name: str) -> Callable[[argparse.Namespace], str]:
         from synth.quilting import command
 
         return {"quilt": command.run_quilt, "merge": command.run_merge}[name]
+    if name == "flow":
+        from synth.flows import run_flow
+
+        return run_flow
     from synth import commands
 
     return {"synth": commands.run_synth, "score": commands.run_score}[name]
@@ -83,6 +87,7 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     _add_synth(commands)
     _add_score(commands)
+    _add_flow(commands)
     add_arguments(commands)
     return parser
 
@@ -140,6 +145,26 @@ def _add_score(commands: "argparse._SubParsersAction[_Parser]") -> None:
     parser.add_argument("exemplar", type=Path, metavar="EXEMPLAR", help="image of the texture")
     parser.add_argument("outputs", nargs="+", type=Path, metavar="OUTPUT", help="image to measure")
     parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
+
+
+def _add_flow(commands: "argparse._SubParsersAction[_Parser]") -> None:
+    parser = commands.add_parser(
+        "flow",
+        help="a flow field by name or from a file, as a file or a picture",
+        description="Write a flow field as a file of another format or draw a picture of it.",
+        allow_abbrev=False,
+    )
+    add = parser.add_argument
+    add("field", metavar="FIELD", help="uniform:ANGLE, rotation, sink, ... (another name lists them all), or a file")
+    add("-o", "--output", type=Path, metavar="OUT", help="the file to write: .flo, .png (KITTI), .npy or .npz")
+    add("--picture", type=Path, metavar="FILE", help="draw it into this image: hue is direction, full color is fastest")
+    add(
+        "--arrows", type=_whole(0), default=16, metavar="PX", help="distance of the arrows in it (default: 16; 0: none)"
+    )
+    add("--size", type=_size, metavar="WIDTHxHEIGHT", help="size in pixels (default: 256x256; a file's own)")
+    add("--speed", type=float, metavar="PX", help="px per frame of the fastest pixel (default: 2; a file's own)")
+    add("--frames", type=_whole(1), metavar="N", help="how many in time (default: 1; as many as a file holds)")
+    add("--overwrite", action="store_true", help="replace files that exist")
 
 
 def _size(text: str) -> tuple[int, int]:

@@ -31,6 +31,15 @@ def test_the_term_of_ones_own_shades_the_picture():
     assert names["result"].energies[-1]["shade"] > 0
 
 
+def test_the_flow_around_the_stone_is_the_one_that_is_seen():
+    names: dict = {}
+    exec(BLOCKS[2], names)
+    assert names["moved"].shape == (1, 240, 320)
+    assert names["error"] < 0.25
+    assert names["drawn"].shape == (3, 240, 320)
+    assert float(names["forward"][:, ~names["stone"]].abs().max()) == 0
+
+
 def test_every_picture_the_readme_shows_is_there():
     pictures = re.findall(r"!\[.*?\]\((.*?)\)", README)
     assert pictures

@@ -341,16 +341,6 @@ def test_device_that_is_always_full(tmp_path: Path, suffix: str, dtype: str) -> 
     assert not list(tmp_path.iterdir())
 
 
-def test_several_files_are_written_all_or_none(tmp_path: Path) -> None:
-    def broken(path: Path) -> None:
-        path.write_text("half")
-        raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        write_files({tmp_path / "a.txt": lambda path: path.write_text("whole"), tmp_path / "b.txt": broken})
-    assert not list(tmp_path.iterdir())
-
-
 def test_a_link_stays_a_link(tmp_path: Path) -> None:
     (tmp_path / "real").mkdir()
     target, link = tmp_path / "real" / "a.png", tmp_path / "link.png"
