@@ -1,7 +1,5 @@
 """The motion that is seen between two images, and how far it is from the motion that was wanted."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from importlib import import_module
 from typing import Any
 
@@ -29,9 +27,8 @@ def seen(first: Tensor, second: Tensor) -> Tensor:
             f"least {BORDER}x{BORDER}"
         )
     cv2: Any = import_module("cv2")  # its stubs do not know the search
-    with _one_thread(cv2):
-        search = cv2.DISOpticalFlow_create(cv2.DISOPTICAL_FLOW_PRESET_MEDIUM)
-        flow = search.calc(_gray(first), _gray(second), None)
+    search = cv2.DISOpticalFlow_create(cv2.DISOPTICAL_FLOW_PRESET_MEDIUM)
+    flow = search.calc(_gray(first), _gray(second), None)
     return torch.from_numpy(flow).permute(2, 0, 1).contiguous().to(first.device)
 
 
@@ -56,14 +53,3 @@ def end_point_error(flow: Tensor, truth: Tensor, known: Tensor | None = None, bo
 
 def _gray(image: Tensor) -> Any:
     return (image.detach().mean(0).clamp(0, 1) * 255).byte().cpu().numpy()
-
-
-@contextmanager
-def _one_thread(cv2: Any) -> Iterator[None]:
-    """Dense inverse search cuts the image in a stripe per thread, and finds something else at every cut."""
-    threads = cv2.getNumThreads()
-    cv2.setNumThreads(1)
-    try:
-        yield
-    finally:
-        cv2.setNumThreads(threads)

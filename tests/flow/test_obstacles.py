@@ -7,6 +7,7 @@ from PIL import Image, ImageDraw
 from torch import Tensor
 
 import flow
+from flow.edge import Edge
 from flow.fields import Field
 from flow.warps import pixel_coordinates
 from kwatra import InputError
@@ -99,3 +100,13 @@ def test_a_frame_of_another_size_or_without_texture_is_refused() -> None:
         flow.around(flow.uniform(), star())(0.0, (50, 50))
     with pytest.raises(InputError, match="a mask covers the whole frame"):
         flow.around(flow.uniform(), torch.zeros(SHAPE, dtype=torch.bool))
+
+
+def test_what_would_land_in_a_wall_slides_along_it() -> None:
+    mask = torch.ones(SHAPE, dtype=torch.bool)
+    mask[:, 70:] = False
+    kept = Edge(mask).keep_out(torch.tensor([1.2, 0.9]).view(2, 1, 1).expand(2, *SHAPE))
+    assert torch.allclose(kept[1, 5:-5, 60:70], torch.tensor(0.9), atol=0.05)
+    assert float(kept[0, 5:-5, 69].abs().max()) < 0.15
+    assert torch.allclose(kept[0, 5:-5, :67], torch.tensor(1.2))
+    assert float(kept[:, :, 70:].abs().max()) == 0

@@ -33,7 +33,6 @@ def test_no_motion_is_seen_between_equal_images_and_threads_do_not_matter() -> N
         for count in (1, 4):
             cv2.setNumThreads(count)
             seen.append(flow.seen(gravel(), moved))
-            assert cv2.getNumThreads() == count
     finally:
         cv2.setNumThreads(threads)
     assert torch.equal(*seen)
