@@ -33,15 +33,23 @@ MOST_AT_ONCE = 100_000
 Costs = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
-def best_cut(state: np.ndarray, pairs: Sequence[Costs], use_maxflow: bool | None = None) -> np.ndarray:
+def best_cut(
+    state: np.ndarray,
+    pairs: Sequence[Costs],
+    use_maxflow: bool | None = None,
+    taking: np.ndarray | None = None,
+) -> np.ndarray:
     """Which pixels take the new patch in the cheapest labeling; boolean, shaped as `state`.
 
     `state`: KEEP, TAKE, FREE or VOID per pixel. `pairs`: per axis the integer costs (a, b, c) of the pairs
-    (p, p + 1 along the axis), one shorter than `state` along that axis. Of several cheapest labelings the one that
-    takes fewest pixels (with PyMaxflow, any). `use_maxflow`: whether PyMaxflow solves; None for yes if installed.
+    (p, p + 1 along the axis), one shorter than `state` along that axis. `taking`: what a pixel costs more when it
+    takes than when it keeps, integer, shaped as `state`. Of several cheapest labelings the one that takes fewest
+    pixels (with PyMaxflow, any). `use_maxflow`: whether PyMaxflow solves; None for yes if installed.
     """
     free = state == FREE
     unary, arcs = _energy(state, pairs)
+    if taking is not None:
+        unary += taking
     take = state == TAKE
     if (unary[free] < 0).any():
         solve = _solve_maxflow if (maxflow() is not None if use_maxflow is None else use_maxflow) else _solve_scipy

@@ -1,0 +1,198 @@
+"""Textures that flow: a sequence made frame by frame, for as long as one likes (thesis algorithm 3).
+
+The first frame is ordinary synthesis. Every other one is the frame before it carried along the flow, x+, and then
+optimized: its texture energy against the flow energy. Frames are carried as source coordinates (`flow.carrying`), and
+optimized by copying windows where the texture has worn (`flow.renewal`), so that nothing is ever blurred and a
+sequence never wears out. Memory does not grow with the number of frames.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from itertools import count
+
+import torch
+from torch import Tensor
+
+from flow.carrying import carried
+from flow.checks import check_mask
+from flow.fields import Field
+from flow.renewal import Renewal, Renewing
+from flow.warps import Lookup, lookup
+from kwatra import Exemplar, InputError, Level, Result, Settings, optimize
+from kwatra.sourcemap import look_up
+
+SIDES = ("left", "right", "top", "bottom", "all")
+"""Where texture may enter an empty frame from."""
+
+_PROJECTION = (Level(1, 16), Level(1, 8))
+"""How a given first picture is brought to the exemplar: at full resolution, keeping what is texture already."""
+
+Mask = Tensor | Callable[[int], Tensor] | None
+
+
+@dataclass(frozen=True)
+class State:
+    """All that the next frame follows from.
+
+    number: of the frame, from 0. source (2, H, W) float32: where on the exemplar's canvas each pixel is read, x first.
+    inside (H, W): where there is texture.
+    """
+
+    number: int
+    source: Tensor
+    inside: Tensor
+
+
+@dataclass(frozen=True)
+class Frame(Result):
+    """A frame of an animation: a result, and the state that the next one follows from.
+
+    Its image is 0 where there is no texture. Its one row of energies has frame, texture (mean wear before renewal),
+    flow (mean squared change against the carried frame; both in variances of the exemplar) and renewed (the share of
+    its pixels).
+    """
+
+    state: State
+
+
+def animate(
+    exemplar: Exemplar | Tensor,
+    field: Field,
+    shape: tuple[int, int] = (256, 256),
+    *,
+    frames: int | None = None,
+    first: Tensor | None = None,
+    mask: Mask = None,
+    enter: str | None = None,
+    renewing: Renewing | None = None,
+    synthesis: Settings | None = None,
+    seed: int = 0,
+    after: State | None = None,
+) -> Iterator[Frame]:
+    """The frames, of `shape` (H, W), of a texture that flows along a field.
+
+    exemplar: an Exemplar, or an image (C, H, W). frames: how many; None for no end. first: a picture (C, H, W) to begin
+    with, brought to the exemplar first. mask: True where texture belongs, (H, W), or a function of the frame's number.
+    enter: begin with an empty frame into which the flow carries texture from this side, one of SIDES. synthesis: how
+    the first frame is made; renewing: how the others are. after: go on after this state instead of beginning; the
+    frames are the same bits as without the break.
+
+    Raises InputError for what cannot be done, at once where it can be seen at once.
+    """
+    if frames is not None and frames < 1:
+        raise InputError(f"the number of frames is {frames}; give at least 1, or None for no end")
+    if enter is not None and enter not in SIDES:
+        raise InputError(f"texture is to enter from {enter!r}; give one of {', '.join(SIDES)}")
+    if enter is not None and first is not None:
+        raise InputError("texture is to enter an empty frame, but a first frame is given; leave out one of the two")
+    exemplar = Exemplar.of(exemplar) if isinstance(exemplar, Tensor) else exemplar
+    motion = Motion(exemplar, field, shape, mask, enter, renewing or Renewing(), seed)
+    motion.check(after)
+    return _frames(motion, frames, first, synthesis, after)
+
+
+def _frames(
+    motion: "Motion", frames: int | None, first: Tensor | None, synthesis: Settings | None, after: State | None
+) -> Iterator[Frame]:
+    if after is None:
+        frame = motion.begin(first, synthesis or Settings())
+        yield frame
+        state = frame.state
+    else:
+        state = after
+    numbers = count(state.number + 1) if frames is None else range(state.number + 1, frames)
+    for _ in numbers:
+        frame = motion.step(state)
+        yield frame
+        state = frame.state
+
+
+class Motion:
+    """An exemplar's texture moving along a field: makes a first frame, and the next one of a state."""
+
+    def __init__(
+        self,
+        exemplar: Exemplar,
+        field: Field,
+        shape: tuple[int, int],
+        mask: Mask,
+        enter: str | None,
+        renewing: Renewing,
+        seed: int,
+    ) -> None:
+        if len(exemplar.shape) != 2:
+            raise InputError("an animation needs an image to copy from, but the exemplar is a video; give one frame")
+        self.exemplar, self.field, self.shape = exemplar, field, shape
+        self.mask, self.enter, self.seed = mask, enter, seed
+        self.device = exemplar.canvas.device
+        self.renewal = Renewal(exemplar, shape, renewing)
+        self._steady: tuple[Tensor, Lookup] | None = None
+        self._whole = torch.ones(shape, dtype=torch.bool, device=self.device)
+
+    def check(self, state: State | None) -> None:
+        """Refuse with InputError a field or a mask that does not fit the frame, or a state of another size."""
+        self.field(0 if state is None else state.number, self.shape)
+        self.allowed(0 if state is None else state.number)
+        if state is not None and tuple(state.inside.shape) != tuple(self.shape):
+            size, asked = "x".join(map(str, state.inside.shape)), "x".join(map(str, self.shape))
+            raise InputError(f"the state to go on from has frames of {size} (HxW), not {asked}; give that shape")
+
+    def allowed(self, number: int) -> Tensor:
+        """Where (H, W) texture may be in a frame."""
+        if self.mask is None:
+            return self._whole
+        mask = self.mask if isinstance(self.mask, Tensor) else self.mask(number)
+        check_mask(mask, self.shape)
+        return mask.to(self.device)
+
+    def begin(self, first: Tensor | None, synthesis: Settings) -> Frame:
+        """Frame 0: empty if texture is to enter it, else synthesized, or a given picture brought to the exemplar."""
+        inside = self.allowed(0)
+        if self.enter is not None:
+            inside = torch.zeros_like(inside)
+            return self._frame(State(0, torch.zeros(2, *self.shape, device=self.device), inside), {})
+        if first is not None:
+            synthesis = replace(synthesis, levels=_PROJECTION)
+        mask = None if self.mask is None else inside
+        still = optimize(self.exemplar, self.shape, settings=synthesis, start=first, mask=mask, seed=self.seed)
+        return self._frame(State(0, still.where.flip(0).float(), inside), {})
+
+    def step(self, state: State) -> Frame:
+        """The frame that follows a state."""
+        number = state.number + 1
+        flow = self.field(state.number, self.shape).to(self.device)
+        look = self._lookup(flow, state.inside)
+        inside = self.allowed(number)
+        if self.enter is not None:
+            inside = inside & (look.known | _enters(flow, self.enter))
+        generator = torch.Generator().manual_seed((self.seed << 32) + number)
+        source, image, report = self.renewal(carried(state.source, look), inside, generator)
+        return self._frame(State(number, source, inside), report, image)
+
+    def _lookup(self, flow: Tensor, inside: Tensor) -> Lookup:
+        if not bool(inside.any()):
+            return Lookup(torch.zeros_like(flow), inside)
+        if self.field.steady and self._steady is not None and torch.equal(self._steady[0], inside):
+            return self._steady[1]
+        look = lookup(flow, None if bool(inside.all()) else inside)
+        self._steady = inside, look
+        return look
+
+    def _frame(self, state: State, report: dict[str, float], image: Tensor | None = None) -> Frame:
+        image = self.renewal.show(state.source) if image is None else image
+        height, width = self.exemplar.shape
+        x, y = state.source.round().long()
+        origin = look_up(self.exemplar.origin, torch.stack([y.clamp(0, height - 1), x.clamp(0, width - 1)]))
+        origin[:1] = torch.where(state.inside, origin[:1], -1)
+        rows = [{"frame": state.number, **report}]
+        shown = torch.where(state.inside, image, 0.0)
+        return Frame(shown, origin, state.source.flip(0).round().long(), rows, [], "", state)
+
+
+def _enters(flow: Tensor, side: str) -> Tensor:
+    """Where (H, W) the flow comes from beyond a side of the frame."""
+    height, width = flow.shape[1:]
+    x = torch.arange(width, device=flow.device) - flow[0]
+    y = torch.arange(height, device=flow.device)[:, None] - flow[1]
+    beyond = {"left": x < 0, "right": x > width - 1, "top": y < 0, "bottom": y > height - 1}
+    return torch.stack(list(beyond.values())).any(0) if side == "all" else beyond[side]

@@ -1,0 +1,57 @@
+"""Texture carried along a flow as source coordinates, not as colors.
+
+A frame is kept as the place in the exemplar that each of its pixels shows, (2, H, W), x first, in fractions of a
+pixel. Carried along, coordinates lose nothing that matters: every frame reads the exemplar once, so the thousandth is
+as sharp as the first. Where two copies of the exemplar meet, coordinates jump; there they are not interpolated.
+"""
+
+import torch
+import torch.nn.functional as F
+from torch import Tensor
+
+from flow.unknown import filled
+from flow.warps import Lookup, pixel_coordinates
+
+JUMP = 1.5
+"""Offsets between a pixel and its source that differ by more px than this belong to two copies."""
+
+
+def carried(source: Tensor, look: Lookup) -> Tensor:
+    """The source coordinates (2, H, W) of the next frame, where `look` says what flows to each pixel.
+
+    What flows in from elsewhere continues the nearest copy that is there: its coordinates may lie outside the
+    exemplar. If nothing is known, the coordinates stay as they are.
+    """
+    if not bool(look.known.any()):
+        return source
+    height, width = source.shape[1:]
+    pixels = pixel_coordinates(source.shape[1:], source.device)
+    offset = (source - pixels).flatten(1)
+    x, y = look.coordinates[0].clamp(0, width - 1).flatten(), look.coordinates[1].clamp(0, height - 1).flatten()
+    left, top = x.floor().clamp(max=max(width - 2, 0)), y.floor().clamp(max=max(height - 2, 0))
+    across, down = x - left, y - top
+    nearest = offset[:, (y.round() * width + x.round()).long()]
+    first = (top * width + left).long()
+    total, mass = torch.zeros_like(nearest), torch.zeros_like(x)
+    for step, share in (
+        (0, (1 - across) * (1 - down)),
+        (1, across * (1 - down)),
+        (width, (1 - across) * down),
+        (width + 1, across * down),
+    ):
+        corner = offset[:, (first + step).clamp(max=height * width - 1)]
+        share = share * ((corner - nearest).square().sum(0) < JUMP**2)
+        total, mass = total + share * corner, mass + share
+    arrived = torch.where(mass > 0, total / mass.clamp(min=1e-12), nearest)
+    moved = arrived.view_as(source) + look.coordinates - pixels
+    return pixels + filled(moved, look.known)
+
+
+def stretch(source: Tensor) -> Tensor:
+    """How far a copy is from rigid at each pixel: |gradient of (source - pixel)|^2, (H, W); 0 between copies."""
+    offset = source - pixel_coordinates(source.shape[1:], source.device)
+    total = torch.zeros_like(offset[0])
+    for axis, padding in ((1, (0, 0, 0, 1)), (2, (0, 1, 0, 0))):
+        change = offset.diff(dim=axis).square().sum(0)
+        total += F.pad(torch.where(change < JUMP**2, change, 0.0), padding)
+    return total

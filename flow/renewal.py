@@ -1,0 +1,231 @@
+"""Worn texture is renewed: what is left of the energy's minimization for a frame that was carried along.
+
+A frame carried along is x+, the best there is for the flow term (x - x+)^T K (x - x+) (thesis equation 27). What it
+loses is texture: copies of the exemplar stretch and turn, and where they meet they cease to agree. So the texture
+energy (thesis equation 18) is measured, window by window; where it is highest, blocks of the exemplar are found that
+come closest to what is there; and of each block those pixels are taken that lower
+
+    U(x) = sum_p wear(p) + lambda sum_p K(p) |x(p) - x+(p)|^2 + seams,
+
+by a minimum cut (a fusion of two labelings: Lempitsky, Rother, Roth and Blake 2010). Windows are copied, never
+averaged, so nothing blurs; and a pixel changes only where that buys more texture than it costs in motion.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+import torch.nn.functional as F
+from torch import Tensor
+
+from flow.blocks import Blocks
+from flow.unknown import filled
+from flow.warps import pixel_coordinates, warp
+from flow.wear import Wear
+from kwatra import Exemplar
+from kwatra.coarsecut import along
+from kwatra.cut import FREE, KEEP, TAKE, VOID, best_cut
+from kwatra.errors import InputError
+from kwatra.reductions import mean, total
+
+_COUNTS = 10_000
+"""Costs are counted in whole numbers, so many to one variance of the exemplar."""
+
+_LEAST = 0.005
+"""Blocks with less wear than this, on average, are left as they are."""
+
+_BETWEEN = 4
+"""Blocks start at multiples of this many px, and flush with the frame's borders."""
+
+
+@dataclass(frozen=True)
+class Renewing:
+    """How texture is renewed.
+
+    flow_weight: lambda, what a change costs against the motion. seam: what disagreement along a seam costs. rigidity:
+    what stretch adds to wear. blocks: at most so many a frame, besides those that new texture needs. block: their
+    size. window, step: the windows whose energy is measured, and their distance. interpolation: see `flow.warp`.
+    Energies are in variances of the exemplar, sizes in px.
+    """
+
+    flow_weight: float = 0.02
+    seam: float = 0.1
+    tolerance: float = 0.0
+    usage: float = 0.0
+    rigidity: float = 0.1
+    blocks: int = 16
+    block: int = 32
+    window: int = 16
+    step: int = 4
+    interpolation: str = "lanczos"
+
+    def __post_init__(self) -> None:
+        if min(self.flow_weight, self.seam, self.rigidity) < 0 or self.blocks < 0:
+            raise InputError(f"{self} has a negative weight or number of blocks; give 0 or more")
+        if min(self.block, self.window, self.step) < 2:
+            raise InputError(f"{self} has a size below 2 px; give at least 2")
+
+
+@dataclass
+class Carried:
+    """A frame at work: source coordinates (2, H, W), the image (C, H, W) they show, and what is changed in it."""
+
+    source: Tensor
+    image: Tensor
+    wear: Tensor
+    usable: Tensor
+
+
+class Renewal:
+    """Renews frames of `shape` (H, W) with texture from an exemplar."""
+
+    def __init__(self, exemplar: Exemplar, shape: tuple[int, int], settings: Renewing) -> None:
+        self.exemplar, self.shape, self.settings = exemplar, shape, settings
+        self.wear = Wear(exemplar, shape, settings.window, settings.step, settings.rigidity)
+        self.blocks = Blocks(exemplar, min(settings.block, *shape))
+        self._pixels = pixel_coordinates(shape, exemplar.canvas.device)
+        self._canvas = filled(exemplar.canvas, exemplar.owner >= 0)
+        inside = exemplar.canvas[:, exemplar.owner >= 0]
+        self._low, self._high = inside.amin(1)[:, None, None], inside.amax(1)[:, None, None]
+        self._share = (exemplar.weights / exemplar.weights.sum().clamp(min=1e-9)).view(-1, 1, 1)
+        t = (torch.arange(self.blocks.size) - (self.blocks.size - 1) / 2) / (0.4 * self.blocks.size)
+        bell = torch.exp(-t.square()).to(exemplar.canvas.device)
+        self._bell = bell[:, None] * bell
+
+    def show(self, source: Tensor) -> Tensor:
+        """What the exemplar has at source coordinates (2, *S), x first: (C, *S), within the exemplar's range."""
+        read = warp(self._canvas, source, self.settings.interpolation)
+        return torch.minimum(torch.maximum(read, self._low), self._high)
+
+    def __call__(self, source: Tensor, inside: Tensor, generator: torch.Generator) -> tuple[Tensor, Tensor, dict[str, float]]:
+        """Renew a carried frame: its source coordinates (2, H, W), image (C, H, W), and what that took.
+
+        inside (H, W): True where texture belongs; elsewhere coordinates are left alone. generator: chooses what enters
+        where there is nothing to agree with. The report holds "texture", mean wear before; "flow", mean change; and
+        "renewed", the share of pixels.
+        """
+        usable = self._usable(source)
+        image = self.show(source)
+        wear = (self.wear(image, source, inside & usable) - self.settings.tolerance).clamp(min=0)
+        frame = Carried(source.clone(), image.clone(), wear.clone(), usable.clone())
+        cost = self.settings.flow_weight * _gradient_weight(image, self._share) / self.wear.variance
+        self._renew(frame, cost, inside, self._places(wear, inside & ~usable), generator)
+        while bool((missing := inside & ~frame.usable).any()):
+            self._renew(frame, cost, inside, self._places(torch.zeros_like(wear), missing), generator)
+        changed = inside & usable & (frame.source != source).any(0)
+        area = total(inside.float()).clamp(min=1)
+        flow = total(((frame.image - image).square() * self._share).sum(0) * changed) / self.wear.variance
+        return frame.source, frame.image, {
+            "texture": float(total(wear) / area),
+            "flow": float(flow / area),
+            "renewed": float(total(changed.float()) / area),
+        }  # fmt: skip
+
+    def _usable(self, source: Tensor) -> Tensor:
+        """Where (H, W) source coordinates lie in an exemplar, not beyond its border or in a hole."""
+        size = torch.tensor(self.exemplar.shape[::-1], device=source.device).view(2, 1, 1)
+        within = ((source >= 0) & (source <= size - 1)).all(0)
+        corners = [end.long().clamp(min=0).minimum(size - 1) for end in (source.floor(), source.ceil())]
+        owners = [self.exemplar.owner[y[1], x[0]] for y in corners for x in corners]
+        same = torch.stack([owner == owners[0] for owner in owners[1:]]).all(0)
+        return within & same & (owners[0] >= 0)
+
+    def _places(self, wear: Tensor, missing: Tensor) -> list[tuple[int, int]]:
+        """Corners (row, column) of the blocks to renew: those most worn, and all that miss texture."""
+        size = self.blocks.size
+        rows, columns = (_starts(side, size) for side in self.shape)
+        worn = _block_sums(wear, rows, columns, size) / size**2
+        holes = _block_sums(missing.float(), rows, columns, size)
+        need = np.where(holes > 0.5, 10 + holes, np.where(worn > _LEAST, worn, 0))
+        places: list[tuple[int, int]] = []
+        while need.max() > 0:
+            row, column = np.unravel_index(int(need.argmax()), need.shape)
+            if len(places) >= self.settings.blocks and need[row, column] < 10:
+                break
+            places.append((int(rows[row]), int(columns[column])))
+            near = (np.abs(rows - rows[row]) < 3 / 8 * size)[:, None] & (np.abs(columns - columns[column]) < 3 / 8 * size)
+            need[near] = 0
+        return places
+
+    def _renew(
+        self, frame: Carried, cost: Tensor, inside: Tensor, places: list[tuple[int, int]], generator: torch.Generator
+    ) -> None:
+        """Find a block for each place and take of it what lowers the energy."""
+        if not places:
+            return
+        size = self.blocks.size
+        spots = [(slice(row, row + size), slice(column, column + size)) for row, column in places]
+        content = torch.stack([frame.image[(slice(None), *spot)] for spot in spots])
+        known = torch.stack([(inside & frame.usable)[spot] * self._bell for spot in spots])[:, None]
+        corners = self.blocks.nearest(content, known, self._used(frame.source, inside), generator)
+        for spot, corner in zip(spots, corners, strict=True):
+            source = self._pixels[(slice(None), *spot)]
+            source = source - source[:, :1, :1] + corner.view(2, 1, 1)
+            self._fuse(frame, spot, source, cost[spot], inside[spot])
+
+    def _used(self, source: Tensor, inside: Tensor) -> Tensor:
+        """What using each exemplar pixel (canvas) once more costs: in proportion to how much it is used already."""
+        height, width = self.exemplar.shape
+        x, y = source[:, inside].round().long()
+        place = y.clamp(0, height - 1) * width + x.clamp(0, width - 1)
+        used = torch.bincount(place, minlength=height * width).view(height, width).float()
+        return self.settings.usage * self.wear.variance * used / mean(used).clamp(min=1e-6)
+
+    def _fuse(
+        self, frame: Carried, spot: tuple[slice, slice], source: Tensor, cost: Tensor, inside: Tensor
+    ) -> None:
+        """Take of a block, given by its source coordinates, the pixels that lower the energy."""
+        here = (slice(None), *spot)
+        usable, new, old = frame.usable[spot], self.show(source), frame.image[here]
+        change = ((new - old).square() * self._share).sum(0) * usable
+        taking = torch.where(usable, cost * change - frame.wear[spot], 0.0)
+        rough = (change / self.wear.variance).sqrt() * self.settings.seam
+        state = torch.where(inside, FREE, VOID)
+        state[self._rim(spot) & inside & usable] = KEEP
+        state[inside & ~usable] = TAKE
+        take = torch.from_numpy(_cut(state, rough, taking)).to(new.device)
+        frame.source[here] = torch.where(take, source, frame.source[here])
+        frame.image[here] = torch.where(take, new, old)
+        frame.wear[spot] = torch.where(take, 0.0, frame.wear[spot])
+        frame.usable[spot] = usable | take
+
+    def _rim(self, spot: tuple[slice, slice]) -> Tensor:
+        """The block's outermost pixels, but for those on the frame's border."""
+        size = self.blocks.size
+        rim = torch.zeros(size, size, dtype=torch.bool, device=self._pixels.device)
+        for axis, (part, side) in enumerate(zip(spot, self.shape, strict=True)):
+            if part.start > 0:
+                rim.select(axis, 0).fill_(True)
+            if part.stop < side:
+                rim.select(axis, size - 1).fill_(True)
+        return rim
+
+
+def _cut(state: Tensor, rough: Tensor, taking: Tensor) -> np.ndarray:
+    """The cheapest cut: `rough` is the cost of a seam at each pixel, `taking` that of taking it."""
+    rough_counts, taking_counts = ((v * _COUNTS).round().long().cpu().numpy() for v in (rough, taking))
+    pairs = []
+    for axis in range(2):
+        cost = rough_counts[along(axis, None, -1, 2)] + rough_counts[along(axis, 1, None, 2)]
+        pairs.append((np.zeros_like(cost), cost, cost))
+    return best_cut(state.cpu().numpy(), pairs, use_maxflow=False, taking=taking_counts)
+
+
+def _gradient_weight(image: Tensor, share: Tensor) -> Tensor:
+    """K (H, W): motion is seen where colors change, so there the flow counts more (thesis 6.2.1); mean 1."""
+    padded = F.pad(image[None], (0, 1, 0, 1), mode="replicate")[0]
+    steps = (padded[:, :-1, 1:] - image).abs() + (padded[:, 1:, :-1] - image).abs()
+    slope = (steps * share).sum(0)
+    return 0.5 + 0.5 * slope / mean(slope).clamp(min=1e-6)
+
+
+def _starts(side: int, size: int) -> np.ndarray:
+    starts = np.arange(0, side - size + 1, _BETWEEN)
+    return starts if starts[-1] == side - size else np.append(starts, side - size)
+
+
+def _block_sums(values: Tensor, rows: np.ndarray, columns: np.ndarray, size: int) -> np.ndarray:
+    """Sums of values (H, W) over the blocks that start at rows and columns, by a summed-area table."""
+    table = np.pad(values.double().cpu().numpy().cumsum(0).cumsum(1), ((1, 0), (1, 0)))
+    strips = table[rows + size] - table[rows]
+    return strips[:, columns + size] - strips[:, columns]
