@@ -7,6 +7,7 @@ from kwatra.levels import THESIS, Level, texture_element
 from kwatra.measure import measure
 from kwatra.metric import Feature, gradient
 from kwatra.optimize import optimize
+from kwatra.prepared import Prepared
 from kwatra.result import Progress, Result, Stage
 from kwatra.settings import Settings
 from kwatra.terms import Quadratic, Scaled, SoftPixels, Sum, Term, TermLike
@@ -19,6 +20,7 @@ __all__ = [
     "Grid",
     "InputError",
     "Level",
+    "Prepared",
     "Progress",
     "Quadratic",
     "Result",

@@ -18,6 +18,7 @@ from kwatra.axes import factors_of
 from kwatra.errors import InputError
 from kwatra.exemplar import Exemplar
 from kwatra.levels import Level, planned_levels
+from kwatra.prepared import Prepared
 from kwatra.result import Progress, Result, Row, Stage
 from kwatra.scene import Scene, State, coarse_shape
 from kwatra.settings import Settings
@@ -26,7 +27,7 @@ from kwatra.terms import Sum, TermLike, parts_of
 
 
 def optimize(
-    exemplar: Exemplar,
+    exemplar: Exemplar | Prepared,
     shape: Sequence[int],
     *,
     settings: Settings | None = None,
@@ -40,10 +41,13 @@ def optimize(
 
     shape: (H, W) or (T, H, W). start: an image (C, *shape) to improve instead of beginning anew. between: applied to
     the image after each blend, with the exemplar at the level's resolution. callback: told after each iteration.
+    A `Prepared` exemplar keeps its windows for the next call.
     Runs on the exemplar's device. Memory grows with the output and with the exemplar, never with their product.
     Raises InputError for what cannot be done, FloatingPointError should the energy cease to be finite.
     """
     settings, shape = settings or Settings(), tuple(shape)
+    prepared = exemplar if isinstance(exemplar, Prepared) else None
+    exemplar = exemplar.exemplar if isinstance(exemplar, Prepared) else exemplar
     _check(exemplar, shape, start)
     single_terms = parts_of(terms)
     generator = torch.Generator().manual_seed(seed)
@@ -54,7 +58,7 @@ def optimize(
     if start is None and settings.start != "windows":
         where, factors = block_start(exemplar, shape, levels, settings, generator)
     for number, level in enumerate(levels):
-        scene = Scene(exemplar, shape, single_terms, level, settings, generator)
+        scene = Scene(prepared or Prepared(exemplar), shape, single_terms, level, settings, generator)
         state = scene.enter(image, where, factors)
         state, stopped = _iterate(scene, state, report, number, between)
         assert state.matches is not None

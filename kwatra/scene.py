@@ -12,11 +12,11 @@ from torch import Tensor
 
 from kwatra import sourcemap
 from kwatra.blend import bands, blend
-from kwatra.exemplar import Exemplar
 from kwatra.levels import Level
+from kwatra.prepared import Prepared
 from kwatra.reductions import mean
 from kwatra.robust import rho, weight
-from kwatra.search import SourceWindows, cheapest
+from kwatra.search import cheapest
 from kwatra.settings import Settings
 from kwatra.terms import TermLike, Wish, resized, wish_of
 from kwatra.windows import Grid, step_of
@@ -50,7 +50,7 @@ class Scene:
 
     def __init__(
         self,
-        exemplar: Exemplar,
+        exemplar: Prepared,
         shape: tuple[int, ...],
         terms: Sequence[TermLike],
         level: Level,
@@ -62,9 +62,8 @@ class Scene:
         self.factors = level.factors(axes)
         self.shape = coarse_shape(shape, self.factors)
         width = level.window(axes)
-        here = exemplar.coarser(self.factors)
-        self.source = SourceWindows(here, width, generator, features=settings.features)
-        self.grid = Grid(self.shape, width, tuple(map(step_of, width)), settings.wrap, device=here.canvas.device)
+        self.source = exemplar.windows(self.factors, width, generator, settings.features)
+        self.grid = Grid(self.shape, width, tuple(map(step_of, width)), settings.wrap, device=self.source.device)
         self.terms = [term.at(self.factors, self.shape) for term in terms]
 
     def route(self, inherited: bool) -> str:
