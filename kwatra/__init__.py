@@ -7,10 +7,11 @@ from kwatra.levels import THESIS, Level, texture_element
 from kwatra.measure import measure
 from kwatra.metric import Feature, gradient
 from kwatra.optimize import optimize
+from kwatra.pixels import HardPixels, SoftPixels
 from kwatra.prepared import Prepared
 from kwatra.result import Progress, Result, Stage
 from kwatra.settings import Settings
-from kwatra.terms import Quadratic, Scaled, SoftPixels, Sum, Term, TermLike
+from kwatra.terms import Quadratic, Scaled, Sum, Term, TermLike
 from kwatra.windows import Grid
 
 __all__ = [
@@ -18,6 +19,7 @@ __all__ = [
     "Exemplar",
     "Feature",
     "Grid",
+    "HardPixels",
     "InputError",
     "Level",
     "Prepared",
