@@ -5,6 +5,9 @@ the exemplar window to what the terms wish for. Candidates come from the index a
 had, and those of its grid neighbors, shifted); the most promising are compared exactly. Windows without a free pixel
 are skipped.
 
+Fixed pixels take part in choosing a match, not in weighing it against others: the robust weights look at what the
+blend can change. Else where much is fixed every window would seem equally bad, and their mean a blur.
+
 A partly masked window has no descriptor. Its missing pixels are filled in with their expected values given the others
 (`SourceWindows.completed`), it is described, and more candidates than usual are compared on the unmasked pixels alone.
 """
@@ -87,12 +90,24 @@ class Asked:
         return wanted
 
 
+@dataclass(frozen=True)
+class Found:
+    """The matches (N,) of all windows, their squared distances (N,) as a mean over the unmasked pixels, and the same
+    over the free values alone, which weighs them. Windows without a free pixel have distances of 0.
+    """
+
+    matches: Tensor
+    squared: Tensor
+    free: Tensor
+
+
 class Matching:
     """Finds the matches of all windows of a grid; `given` says which pixels are masked or fixed."""
 
     def __init__(self, source: SourceWindows, grid: Grid, candidates: int, given: Given | None) -> None:
         self.source, self.grid, self.candidates = source, grid, candidates
         self.mask = None if given is None else given.mask
+        self.free = None if given is None else (~given.fixed).float()
         self.active = None if given is None else self._any(given.free)
 
     def _any(self, pixels: Tensor) -> Tensor:
@@ -100,23 +115,30 @@ class Matching:
         parts = [band.gather(pixels.float()).flatten(1).any(1) for _, band in bands(self.grid, self.source.metric)]
         return torch.cat(parts)
 
-    def best(self, image: Tensor, matches: Tensor | None, wish: Wish | None, route: str) -> tuple[Tensor, Tensor]:
-        """Best matches (N,) and their squared distances (N,), 0 for windows without a free pixel.
-
-        matches: those of the last iteration, if any. Windows that match without cost are not searched for.
-        """
+    def best(self, image: Tensor, matches: Tensor | None, wish: Wish | None, route: str) -> Found:
+        """The best match of every window; `matches` are those of the last iteration, if any."""
         coherent = None if matches is None else self._coherent(matches)
-        found, distances = [], []
+        found, distances, free = [], [], []
         for part, band in bands(self.grid, self.source.metric):
             asked = Asked.of(band, image, wish, self.mask)
             near = None if coherent is None else coherent[part]
             number, squared = self._matched(asked, near, None if self.active is None else self.active[part], route)
             found.append(number)
             distances.append(squared)
-        return torch.cat(found), torch.cat(distances)
+            free.append(squared if self.free is None else self._free(asked, number, band.gather(self.free)))
+        return Found(torch.cat(found), torch.cat(distances), torch.cat(free))
+
+    def _free(self, asked: Asked, number: Tensor, free: Tensor) -> Tensor:
+        """Squared distances (N,) of windows to their matches over the values where `free` (N, *width, C) is 1."""
+        metric = self.source.metric
+        share = (metric.weight * free).flatten(1).sum(1)
+        return metric.squared(free * (asked.windows - self.source.windows(number))) / share.clamp(min=1e-12)
 
     def _matched(self, asked: Asked, near: Tensor | None, active: Tensor | None, route: str) -> tuple[Tensor, Tensor]:
-        """Best matches of the windows and their squared distances; `near` are coherent candidates."""
+        """Best matches of the windows and their squared distances; `near` are coherent candidates.
+
+        Windows that match without cost are not searched for.
+        """
         if near is None:
             number = self.source.numbers[:1].expand(len(asked.windows)).clone()
             squared = asked.windows.new_zeros(len(number))

@@ -95,12 +95,12 @@ class Scene:
         route, given = self.route(state.matches is not None), self.controls.given
         quadratics = self.controls.quadratics(state.image)
         wish = wish_of(quadratics, state.image)
-        matches, squared = self.matching.best(state.image, state.matches, wish, route)
-        weights = weight(squared, self.settings.r)
+        found = self.matching.best(state.image, state.matches, wish, route)
+        matches, weights = found.matches, weight(found.free, self.settings.r)
         if self.matching.active is not None:
             weights = weights * self.matching.active
         image = blend(self.grid, self.source, matches, weights, quadratics, state.image, given)
-        energies = {"texture": self._mean(rho(squared, self.settings.r))}
+        energies = {"texture": self._mean(rho(found.squared, self.settings.r))}
         for name, value in self.controls.energies(image):
             energies[name] = energies.get(name, 0.0) + value
         sum_ = sum(energies.values())
