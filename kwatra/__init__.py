@@ -3,7 +3,7 @@
 from kwatra.errors import InputError
 from kwatra.exemplar import Exemplar
 from kwatra.histogram import match_histogram
-from kwatra.levels import THESIS, Level, texture_element
+from kwatra.levels import THESIS, Level, planned_levels, texture_element
 from kwatra.measure import measure
 from kwatra.metric import Feature, gradient
 from kwatra.optimize import optimize
@@ -37,5 +37,6 @@ __all__ = [
     "match_histogram",
     "measure",
     "optimize",
+    "planned_levels",
     "texture_element",
 ]

@@ -60,23 +60,30 @@ class Asked:
         """Squared distances (N,) to exemplar windows (N, *width, C): a mean over the unmasked pixels."""
         if self.present is None:
             return metric.squared(self.windows - there)
-        share = (metric.falloff * self.present).flatten(1).sum(1)
-        return metric.squared(self.present * (self.windows - there)) / share.clamp(min=1e-12)
+        return metric.squared(self.present * (self.windows - there)) / self._share(metric)
 
     def cost(self, metric: Metric, there: Tensor) -> tuple[Tensor, Tensor]:
-        """What exemplar windows (N, *width, C) cost with the wish (thesis equation 26), and squared distances (N,)."""
+        """What exemplar windows (N, *width, C) cost with the wish (thesis equation 26), and squared distances (N,).
+
+        The wish counts by the same falloff as likeness: so much does a window contribute to a pixel.
+        """
         squared = self.squared(metric, there)
         if self.weight is None or self.value is None:
             return squared, squared
-        wish = (self.weight * (there - self.value) ** 2).flatten(1).mean(1)
-        if self.present is not None:
-            wish = wish / self.present.flatten(1).mean(1).clamp(min=1e-12)
-        return squared + wish, squared
+        wish = (metric.weight * self.weight * (there - self.value) ** 2).flatten(1).sum(1)
+        return squared + wish / self._share(metric), squared
+
+    def _share(self, metric: Metric) -> Tensor:
+        """The part (N,) of each window that is not masked, by weight."""
+        if self.present is None:
+            return metric.weight.new_ones(())
+        return (metric.falloff * self.present).flatten(1).sum(1).clamp(min=1e-12)
 
     def target(self, source: SourceWindows) -> Tensor:
         """The windows (N, *width, C) to look for.
 
-        With a wish (w, c) that is (x + w c) / (1 + w), the minimum of both distances; what is masked is filled in.
+        With a wish (w, c) that is (x + w c) / (1 + w), where the sum of both distances is least; what is masked is
+        filled in.
         """
         wanted = self.windows
         if self.weight is not None and self.value is not None:

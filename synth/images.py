@@ -10,8 +10,8 @@ from torch import Tensor
 
 import kwatra
 from kwatra import Exemplar, InputError, Level, Progress, Result, Settings, Sum, TermLike
+from synth.form import Form, Image
 
-Image = TypeVar("Image", Tensor, np.ndarray)
 Map = TypeVar("Map", Tensor, np.ndarray)
 
 PRESETS = {
@@ -27,13 +27,14 @@ class Synthesis(Generic[Image]):
     """A synthesized picture.
 
     image: of the same kind as the exemplar. source (3, H, W) int64: for each pixel the number of the image it comes
-    from and its row and column there. result: what the engine returned (its image normalized, channels first).
+    from, -1 for pixels that were given, and its row and column there. result: what the engine returned (its image
+    normalized, channels first).
     """
 
     image: Image
     source: np.ndarray
     result: Result
-    form: "_Form[Image]"
+    form: "Form[Image]"
 
     @property
     def stages(self) -> list[Image]:
@@ -43,13 +44,14 @@ class Synthesis(Generic[Image]):
     def take(self, maps: Map | Sequence[Map]) -> Map:
         """Rearrange a map that belongs to the exemplar (one per image) just as the exemplar's pixels were.
 
-        Arrays are (H, W) or (H, W, C), tensors (C, H, W); values and dtype stay exactly as they are.
+        Arrays are (H, W) or (H, W, C), tensors (C, H, W); values and dtype stay exactly as they are. Pixels that come
+        from no exemplar, because they were given, are 0.
         """
         several: list[Map] = [maps] if isinstance(maps, (Tensor, np.ndarray)) else list(maps)
         if len(several) <= self.source[0].max():
             raise InputError(f"{len(several)} maps were given, but the exemplar has more images; give one for each")
         arrays: list[np.ndarray] = [m.movedim(0, -1).numpy() if isinstance(m, Tensor) else m for m in several]
-        taken = np.empty((*self.source.shape[1:], *arrays[0].shape[2:]), arrays[0].dtype)
+        taken = np.zeros((*self.source.shape[1:], *arrays[0].shape[2:]), arrays[0].dtype)
         for number, array in enumerate(arrays):
             here = self.source[0] == number
             taken[here] = array[self.source[1][here], self.source[2][here]]
@@ -86,7 +88,7 @@ def synthesize(
     images = [exemplar] if isinstance(exemplar, (Tensor, np.ndarray)) else list(exemplar)
     if not images:
         raise InputError("no exemplar was given; give at least one image")
-    form = _Form.of(images)
+    form = Form.of(images)
     if preset not in PRESETS:
         raise InputError(f"the preset is {preset!r}; allowed are {', '.join(PRESETS)}")
     settings, tries = PRESETS[preset]
@@ -130,49 +132,6 @@ class _Runs:
             return None
         whole = self.callback
         return lambda p: whole(replace(p, fraction=(number + p.fraction) / self.count))
-
-
-@dataclass(frozen=True)
-class _Form(Generic[Image]):
-    """The kind of image the user gave, and the affine map of its values to [0, 1]."""
-
-    tensor: bool
-    flat: bool
-    dtype: torch.dtype | np.dtype
-    low: float
-    high: float
-
-    @classmethod
-    def of(cls, images: Sequence[Image]) -> "_Form[Image]":
-        first = images[0]
-        low, high = float("inf"), float("-inf")
-        for image in images:
-            wanted = (3,) if isinstance(image, Tensor) else (2, 3)
-            if type(image) is not type(first) or image.ndim not in wanted or 0 in image.shape:
-                raise InputError(
-                    f"an exemplar is a {type(image).__name__} of shape {tuple(image.shape)}; give tensors (C, H, W), "
-                    "or arrays (H, W) or (H, W, C), all of one kind and not empty"
-                )
-            values = torch.as_tensor(image).double()
-            if not bool(values.isfinite().all()):
-                raise InputError("an exemplar holds NaN or infinite pixels; replace them first")
-            low, high = min(low, float(values.min())), max(high, float(values.max()))
-        return cls(isinstance(first, Tensor), first.ndim == 2, first.dtype, low, high)
-
-    def normalized(self, image: Image) -> Tensor:
-        """As a float tensor (C, H, W) with values in [0, 1]."""
-        values = torch.as_tensor(np.ascontiguousarray(image) if isinstance(image, np.ndarray) else image).double()
-        if not self.tensor:
-            values = values[None] if self.flat else values.permute(2, 0, 1)
-        return ((values - self.low) / ((self.high - self.low) or 1.0)).float().contiguous()
-
-    def restored(self, image: Tensor) -> Image:
-        """The inverse of `normalized`, in the user's kind and dtype."""
-        values: Any = (image.double() * (self.high - self.low) + self.low).clamp(self.low, self.high)
-        if isinstance(self.dtype, torch.dtype):
-            return (values if self.dtype.is_floating_point else values.round()).to(self.dtype)
-        values = (values[0] if self.flat else values.permute(1, 2, 0)).numpy()
-        return (values if np.issubdtype(self.dtype, np.floating) else values.round()).astype(self.dtype)
 
 
 def _levels(levels: str | Sequence[tuple[int, int]] | None) -> tuple[Level, ...] | None:
