@@ -84,8 +84,11 @@ class BlockStart:
         self.weighted = exemplar.canvas * self.share
         self.square = (self.weighted * exemplar.canvas).sum(0)
         inside = exemplar.canvas[:, exemplar.owner >= 0]
-        variance = torch.stack([mean((c - mean(c)).square()) for c in inside])
-        self.variance = max(float(total(variance * self.share.flatten())), 1e-8)
+        variance = torch.stack([mean((c - mean(c)).square()) for c in inside]) * self.share.flatten()
+        if self.wish is not None:  # guidance says where a texture goes, not what it looks like
+            guided = (self.wish.weight > 0).flatten(1).all(1)
+            variance = variance[~guided] if not bool(guided.all()) else variance
+        self.variance = max(float(total(variance)), 1e-8)
 
     def _that_fits(self, block: tuple[int, ...]) -> tuple[tuple[int, ...], Tensor]:
         """The block, halved until it fits between the exemplar's holes, and where it may start (on the grain)."""

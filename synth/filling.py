@@ -57,7 +57,7 @@ def fill(
     if preset not in PRESETS:
         raise InputError(f"the preset is {preset!r}; allowed are {', '.join(PRESETS)}")
     others: list[Any] = _listed(exemplar)
-    missing = _checked_hole(image, torch.as_tensor(hole).cpu(), bool(others))
+    missing: Tensor = _checked_hole(image, torch.as_tensor(hole).cpu(), bool(others))
     filled: Image = image.detach().cpu().clone() if isinstance(image, Tensor) else image.copy()
     pixels = _memory(filled)
     pixels[:, missing.numpy()] = 0 if bool(missing.all()) else pixels[:, ~missing.numpy()][:, :1]

@@ -11,6 +11,7 @@ from torch import Tensor
 import kwatra
 from kwatra import Exemplar, InputError, Level, Progress, Result, Settings, Sum, TermLike
 from synth.form import Form, Image
+from synth.guidance import Guide
 
 Map = TypeVar("Map", Tensor, np.ndarray)
 
@@ -61,7 +62,7 @@ class Synthesis(Generic[Image]):
 
 def synthesize(
     exemplar: Image | Sequence[Image],
-    size: tuple[int, int],
+    size: tuple[int, int] | None = None,
     *,
     preset: str = "default",
     seed: int = 0,
@@ -72,6 +73,9 @@ def synthesize(
     rotate: Sequence[float] = (),
     scale: Sequence[float] = (),
     terms: TermLike | Sum | Sequence[TermLike | Sum] = (),
+    mask: Tensor | np.ndarray | None = None,
+    guide: tuple[Any, Any] | None = None,
+    guide_weight: float = 2.0,
     device: str = "cpu",
     callback: Callable[[Progress], None] | None = None,
 ) -> Synthesis[Image]:
@@ -83,7 +87,11 @@ def synthesize(
     the output's size to improve, instead of beginning anew. levels: (factor, window width) pairs, coarse to fine, or
     "thesis". mirror, rotate (degrees, counterclockwise), scale (factors): also copy from such copies of the exemplar.
     terms: control terms; their values are those of the exemplar scaled so that its least value is 0 and its largest
-    is 1. Same seed, same bits, for any number of threads. Raises InputError for what cannot be used.
+    is 1. mask: boolean (height, width), True where texture belongs. guide: a map of the exemplar (one for each) and
+    one of the output, images of one kind and any number of channels: where the output's has a value, texture goes
+    that has a like one in the exemplar; `size` may be left out, it is the output map's. guide_weight: what the guide
+    counts beside the colors. Same seed, same bits, for any number of threads. Raises InputError for what cannot be
+    used.
     """
     images = [exemplar] if isinstance(exemplar, (Tensor, np.ndarray)) else list(exemplar)
     if not images:
@@ -93,38 +101,69 @@ def synthesize(
         raise InputError(f"the preset is {preset!r}; allowed are {', '.join(PRESETS)}")
     settings, tries = PRESETS[preset]
     settings = replace(settings, wrap=tile, levels=_levels(levels))
-    source = Exemplar.of(
-        [form.normalized(image) for image in images], mirror=mirror, rotate=rotate, scale=scale, device=device
-    )
-    begin = None if start is None else form.normalized(start).to(device)
-    runs = _Runs(tries, callback)
-    result = runs.best(
+    pictures = [form.normalized(image) for image in images]
+    begin = None if start is None else form.normalized(start)
+    channels, weights = len(pictures[0]), None
+    guidance = None if guide is None else Guide.of(guide, guide_weight, pictures)
+    size = _size_of(size, guidance)
+    if guidance is not None:
+        settings = guidance.settings(settings, pictures, size)
+        terms = guidance.terms(terms, channels, device)
+        pictures, weights = guidance.joined(pictures), guidance.weights(channels)
+        begin = None if begin is None else guidance.beside(begin)
+    source = Exemplar.of(pictures, weights=weights, mirror=mirror, rotate=rotate, scale=scale, device=device)
+    result = _Runs(tries, callback, channels).best(
         lambda number, call: kwatra.optimize(
-            source, size, settings=settings, terms=terms, start=begin, seed=seed + 1000 * number, callback=call
+            source,
+            size,
+            settings=settings,
+            terms=terms,
+            mask=None if mask is None else torch.as_tensor(mask).to(device),
+            start=None if begin is None else begin.to(device),
+            seed=seed + 1000 * number,
+            callback=call,
         ),
         source,
     )
     return Synthesis(form.restored(result.image.cpu()), result.source.cpu().numpy(), result, form)
 
 
-class _Runs:
-    """Several runs of which the best is kept."""
+def _size_of(size: tuple[int, int] | None, guidance: Guide | None) -> tuple[int, int]:
+    """The output's size: as asked, or that of its guide; where both are given they must agree."""
+    if guidance is None:
+        if size is None:
+            raise InputError("no size was given; give the output's height and width")
+        return size
+    there = (guidance.output.shape[1], guidance.output.shape[2])
+    if size is not None and tuple(size) != there:
+        raise InputError(f"the size is {tuple(size)} but the guide's output map has {there}; leave the size out")
+    return there
 
-    def __init__(self, count: int, callback: Callable[[Progress], None] | None) -> None:
-        self.count, self.callback = count, callback
+
+class _Runs:
+    """Several runs of which the best is kept; of images, only the first `channels` are."""
+
+    def __init__(self, count: int, callback: Callable[[Progress], None] | None, channels: int) -> None:
+        self.count, self.callback, self.channels = count, callback, channels
 
     def best(self, run: Callable[[int, Callable[[Progress], None] | None], Result], source: Exemplar) -> Result:
         """The run whose result measures best against the exemplar."""
         if self.count == 1:
-            return run(0, self.callback)
+            return self._image_of(run(0, self.callback))
         best, least = None, float("inf")
+        pictures = [picture[: self.channels] for picture in source.pictures()]
         for number in range(self.count):
-            result = run(number, self._part(number))
-            overall = kwatra.measure(result.image.cpu(), source.pictures())["overall"]
+            result = self._image_of(run(number, self._part(number)))
+            overall = kwatra.measure(result.image.cpu(), pictures)["overall"]
             if best is None or overall < least:
                 best, least = result, overall
         assert best is not None
         return best
+
+    def _image_of(self, result: Result) -> Result:
+        """The result without guide channels."""
+        stages = [replace(stage, image=stage.image[: self.channels]) for stage in result.stages]
+        return replace(result, image=result.image[: self.channels], stages=stages)
 
     def _part(self, number: int) -> Callable[[Progress], None] | None:
         """The callback for one run, with its fraction as a share of all runs."""
