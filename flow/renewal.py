@@ -108,7 +108,7 @@ class Renewal:
         image = self.show(source)
         wear = (self.wear(image, source, inside & usable) - self.settings.tolerance).clamp(min=0)
         frame = Carried(source.clone(), image.clone(), wear.clone(), usable.clone())
-        cost = self.settings.flow_weight * _gradient_weight(image, self._share) / self.wear.variance
+        cost = self.settings.flow_weight * gradient_weight(image, self._share) / self.wear.variance
         self._renew(frame, cost, inside, self._places(wear, inside & ~usable), generator)
         while bool((missing := inside & ~frame.usable).any()):
             self._renew(frame, cost, inside, self._places(torch.zeros_like(wear), missing), generator)
@@ -211,7 +211,7 @@ def _cut(state: Tensor, rough: Tensor, taking: Tensor) -> np.ndarray:
     return best_cut(state.cpu().numpy(), pairs, use_maxflow=False, taking=taking_counts)
 
 
-def _gradient_weight(image: Tensor, share: Tensor) -> Tensor:
+def gradient_weight(image: Tensor, share: Tensor) -> Tensor:
     """K (H, W): motion is seen where colors change, so there the flow counts more (thesis 6.2.1); mean 1."""
     padded = F.pad(image[None], (0, 1, 0, 1), mode="replicate")[0]
     steps = (padded[:, :-1, 1:] - image).abs() + (padded[:, 1:, :-1] - image).abs()

@@ -3,13 +3,15 @@
 from kwatra.errors import InputError
 from kwatra.exemplar import Exemplar
 from kwatra.histogram import match_histogram
-from kwatra.levels import THESIS, Level, texture_element
+from kwatra.levels import THESIS, Level, planned_levels, texture_element
 from kwatra.measure import measure
 from kwatra.metric import Feature, gradient
 from kwatra.optimize import optimize
+from kwatra.pixels import HardPixels, SoftPixels
+from kwatra.prepared import Prepared
 from kwatra.result import Progress, Result, Stage
 from kwatra.settings import Settings
-from kwatra.terms import Quadratic, Scaled, SoftPixels, Sum, Term, TermLike
+from kwatra.terms import Quadratic, Scaled, Sum, Term, TermLike
 from kwatra.windows import Grid
 
 __all__ = [
@@ -17,8 +19,10 @@ __all__ = [
     "Exemplar",
     "Feature",
     "Grid",
+    "HardPixels",
     "InputError",
     "Level",
+    "Prepared",
     "Progress",
     "Quadratic",
     "Result",
@@ -33,5 +37,6 @@ __all__ = [
     "match_histogram",
     "measure",
     "optimize",
+    "planned_levels",
     "texture_element",
 ]

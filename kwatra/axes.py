@@ -1,6 +1,9 @@
 """What differs between images (two axes) and videos (three): torch's functions by number of axes, and resolutions."""
 
+from collections.abc import Sequence
+
 import torch.nn.functional as F
+from torch import Tensor
 
 CONVOLUTION = {2: F.conv2d, 3: F.conv3d}
 AVERAGE = {2: F.avg_pool2d, 3: F.avg_pool3d}
@@ -10,3 +13,17 @@ LARGEST = {2: F.max_pool2d, 3: F.max_pool3d}
 def factors_of(factor: int, axes: int) -> tuple[int, ...]:
     """A resolution's factor per axis: time, the first of three axes, keeps its resolution (thesis 5.5)."""
     return (1,) * (axes - 2) + (factor,) * 2
+
+
+def coarse_shape(shape: Sequence[int], factors: Sequence[int]) -> tuple[int, ...]:
+    """Shape of an output at a coarser resolution: blocks that the border cuts count as whole."""
+    return tuple(-(-size // f) for size, f in zip(shape, factors, strict=True))
+
+
+def resized(image: Tensor, factor: tuple[int, ...], shape: tuple[int, ...]) -> Tensor:
+    """An image (C, *S) averaged over blocks of `factor` pixels; a block that the border cuts averages what it has."""
+    padding = []
+    for size, f, there in zip(reversed(image.shape[1:]), reversed(factor), reversed(shape), strict=True):
+        padding += [0, there * f - size]
+    padded = F.pad(image[None], padding, mode="replicate") if any(padding) else image[None]
+    return AVERAGE[len(shape)](padded, factor)[0]

@@ -2,7 +2,8 @@
 
 Minimizes sum_p w_p (W_p x - z_p)^T G (W_p x - z_p) + terms over x. Without features and with diagonal terms the
 normal equations (thesis 19, with G and w_p of 5.2) are diagonal and solved in closed form. Otherwise (equation 22,
-or an F that is not diagonal) by preconditioned conjugate gradients with the diagonal as preconditioner.
+or an F that is not diagonal) by preconditioned conjugate gradients with the diagonal as preconditioner. Fixed pixels
+keep their values and masked ones are left out: what is solved for is what is free.
 """
 
 from collections.abc import Callable, Sequence
@@ -10,6 +11,7 @@ from collections.abc import Callable, Sequence
 import torch
 from torch import Tensor
 
+from kwatra.controls import Given
 from kwatra.metric import Metric
 from kwatra.reductions import mean
 from kwatra.reductions import total as sum_of
@@ -25,10 +27,12 @@ def blend(
     weights: Tensor,
     quadratics: Sequence[Quadratic] = (),
     start: Tensor | None = None,
+    given: Given | None = None,
 ) -> Tensor:
-    """The image (C, *S) that minimizes the energy for given matches (N,) and window weights (N,) > 0.
+    """The image (C, *S) that minimizes the energy for given matches (N,) and window weights (N,) >= 0.
 
-    start: first guess for the iterative solution. Memory: windows are summed in bands of bounded size.
+    Weights are positive for windows with a free pixel. start: first guess for the iterative solution. given: values
+    that are fixed, and the mask. Memory: windows are summed in bands of bounded size.
     """
     metric = source.metric
     channels = source.pixels.shape[-1]
@@ -38,19 +42,19 @@ def blend(
         weight = weights[part].view(-1, *[1] * (len(grid.shape) + 1)) * metric.falloff
         total += band.scatter(weight * source.windows(matches[part]))
         mass += band.scatter(weight)
-    unit = mean(mass)
+    unit = mean(mass) if given is None else sum_of(mass * given.free) / given.free.sum().clamp(min=1)
     total, mass = total / unit, mass / unit
     for q in quadratics:
         if q.apply is None:
             total, mass = total + q.diagonal * q.target, mass + q.diagonal
     operators = [q for q in quadratics if q.apply is not None]
     if metric.plain and not operators:
-        return total / mass
+        return total / mass if given is None else given.held(total / mass)
     right, diagonal = total, mass.expand_as(total).clone()
     for q in operators:
         right = right + q.times(q.target.expand_as(total))
         diagonal += q.diagonal
-    feature = _FeatureEnergy(grid, metric, weights / unit)
+    feature = _FeatureEnergy(grid, metric, weights / unit, None if given is None else given.mask)
     if not metric.plain:
         right = right + feature.pull(source, matches)
         diagonal += feature.diagonal()
@@ -61,7 +65,17 @@ def blend(
             y = y + q.times(x)
         return y if metric.plain else y + feature.times(x)
 
-    return conjugate_gradients(system, right, diagonal, total / mass if start is None else start)
+    if given is None:
+        return conjugate_gradients(system, right, diagonal, total / mass if start is None else start)
+    blank, fixed = torch.zeros_like(right), given.held(torch.zeros_like(right))
+    right = torch.where(given.fixed, blank, right - system(fixed))
+    free = conjugate_gradients(
+        lambda x: torch.where(given.fixed, blank, system(x)),
+        right,
+        torch.where(given.fixed, 1.0, diagonal),
+        torch.where(given.fixed, blank, total / mass if start is None else start),
+    )
+    return given.held(free)
 
 
 def bands(grid: Grid, metric: Metric) -> list[tuple[slice, Grid]]:
@@ -74,16 +88,24 @@ def bands(grid: Grid, metric: Metric) -> list[tuple[slice, Grid]]:
 
 
 class _FeatureEnergy:
-    """sum_p w_p W_p^T psi^T psi W_p, the features' part of the normal equations (thesis equation 22)."""
+    """sum_p w_p W_p^T psi^T psi W_p, the features' part of the normal equations (thesis equation 22).
 
-    def __init__(self, grid: Grid, metric: Metric, weights: Tensor) -> None:
+    With a mask, windows are compared on their unmasked pixels alone: W_p leaves the others out, for features as for
+    colors.
+    """
+
+    def __init__(self, grid: Grid, metric: Metric, weights: Tensor, mask: Tensor | None) -> None:
         self.grid, self.metric = grid, metric
         self.weights = weights[:, None]
+        self.mask = None if mask is None else mask.float()
 
     def _sum(self, windows_of: Callable[[slice, Grid], Tensor]) -> Tensor:
         parts = []
         for part, band in bands(self.grid, self.metric):
-            values = self.weights[part] * self.metric.features(windows_of(part, band))
+            windows = windows_of(part, band)
+            if self.mask is not None:
+                windows = windows * band.gather(self.mask)
+            values = self.weights[part] * self.metric.features(windows)
             parts.append(band.scatter(self.metric.features_transposed(values)))
         return torch.stack(parts).sum(0)
 

@@ -15,6 +15,9 @@ from kwatra.errors import InputError
 from kwatra.exemplar import ALIGNMENT, Exemplar
 from kwatra.search import ROUTES
 
+FEWEST = 64
+"""A level needs at least so many windows to choose from."""
+
 
 @dataclass(frozen=True)
 class Level:
@@ -89,7 +92,7 @@ def planned_levels(exemplar: Exemplar, shape: Sequence[int], iterations: int) ->
 
     The coarsest resolution is the one at which the exemplar still has 24 pixels, at most 1/4 (1/8 where the element
     spans 64 pixels or more). Its window spans the texture element, within 8 to 16 pixels; the finer resolutions
-    mend what is left with 16 and 8.
+    mend what is left with 16 and 8. Windows that hardly fit between the exemplar's holes are left out.
     """
     least = min(*exemplar.extent[-2:], *shape[-2:])
     element = texture_element(exemplar.canvas)
@@ -103,7 +106,23 @@ def planned_levels(exemplar: Exemplar, shape: Sequence[int], iterations: int) ->
             widths = [16, 8]
         fit = [w for w in widths if w <= least // factor] or [_largest_window(least // factor)]
         levels += [Level(factor, w, iterations) for w in fit]
-    return tuple(levels)
+    return _between_holes(exemplar, levels)
+
+
+def _between_holes(exemplar: Exemplar, levels: Sequence[Level]) -> tuple[Level, ...]:
+    """The levels of whose windows enough fit between an exemplar's holes; or else the largest window that fits."""
+    if bool((exemplar.owner >= 0).all()):
+        return tuple(levels)
+    axes = len(exemplar.shape)
+
+    def count(level: Level) -> int:
+        return int(exemplar.coarser(level.factors(axes)).corners(level.window(axes)).sum())
+
+    small = [Level(1, width, levels[-1].iterations) for width in range(levels[-1].width, 2, -2)]
+    kept = [level for level in levels if count(level) >= FEWEST] or [level for level in small if count(level)][:1]
+    if not kept:
+        raise InputError("no 4x4 window fits between the exemplar's holes; they leave too little to copy from")
+    return tuple(kept)
 
 
 def _largest_window(size: int) -> int:

@@ -48,7 +48,7 @@ class Metric:
         self.falloff = falloff(width).to(channel_weights.device)[..., None]
         share = channel_weights / channel_weights.sum().clamp(min=1e-9)
         self.weight = self.falloff * share
-        self._root = self.weight.sqrt()
+        self.root = self.weight.sqrt()
         self._probe = self.weight.new_zeros(1, *self.weight.shape)
         self._features = [(f.psi, self._scale(f)) for f in features if f.mu > 0]
         self.plain = not self._features
@@ -85,13 +85,13 @@ class Metric:
 
     def embed(self, windows: Tensor) -> Tensor:
         """E: windows (N, *width, C) to (N, M)."""
-        color = (windows * self._root).flatten(1)
+        color = (windows * self.root).flatten(1)
         return color if self.plain else torch.cat([color, self.features(windows)], 1)
 
     def transposed(self, embedded: Tensor) -> Tensor:
         """E transposed: (N, M) to (N, *width, C)."""
         size = self._probe.numel()
-        color = embedded[:, :size].view(-1, *self._probe.shape[1:]) * self._root
+        color = embedded[:, :size].view(-1, *self._probe.shape[1:]) * self.root
         return color if self.plain else color + self.features_transposed(embedded[:, size:])
 
     def squared(self, difference: Tensor) -> Tensor:

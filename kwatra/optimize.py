@@ -15,22 +15,25 @@ from torch import Tensor
 
 from kwatra import sourcemap
 from kwatra.axes import factors_of
+from kwatra.controls import Controls, check_controls, check_mask
 from kwatra.errors import InputError
 from kwatra.exemplar import Exemplar
 from kwatra.levels import Level, planned_levels
+from kwatra.prepared import Prepared
 from kwatra.result import Progress, Result, Row, Stage
-from kwatra.scene import Scene, State, coarse_shape
+from kwatra.scene import Scene, State
 from kwatra.settings import Settings
 from kwatra.start import BlockStart, block_size
 from kwatra.terms import Sum, TermLike, parts_of
 
 
 def optimize(
-    exemplar: Exemplar,
+    exemplar: Exemplar | Prepared,
     shape: Sequence[int],
     *,
     settings: Settings | None = None,
     terms: TermLike | Sum | Sequence[TermLike | Sum] = (),
+    mask: Tensor | None = None,
     start: Tensor | None = None,
     seed: int = 0,
     between: Callable[[Tensor, Exemplar], Tensor] | None = None,
@@ -38,23 +41,28 @@ def optimize(
 ) -> Result:
     """Synthesize an image or video of spatial `shape` that looks like the exemplar and satisfies the terms.
 
-    shape: (H, W) or (T, H, W). start: an image (C, *shape) to improve instead of beginning anew. between: applied to
-    the image after each blend, with the exemplar at the level's resolution. callback: told after each iteration.
-    Runs on the exemplar's device. Memory grows with the output and with the exemplar, never with their product.
+    shape: (H, W) or (T, H, W). mask: boolean (*shape), True where texture belongs; what the start and the terms hold
+    behind it has no influence, and the result has the start's pixels there, or 0. start: an image (C, *shape) to
+    improve instead of beginning anew. between: applied to the image after each blend, with the exemplar at the
+    level's resolution. callback: told after each iteration. A `Prepared` exemplar keeps its windows for the next
+    call. Runs on the exemplar's device. Memory grows with the output and with the exemplar, never with their product.
     Raises InputError for what cannot be done, FloatingPointError should the energy cease to be finite.
     """
     settings, shape = settings or Settings(), tuple(shape)
-    _check(exemplar, shape, start)
-    single_terms = parts_of(terms)
+    prepared = exemplar if isinstance(exemplar, Prepared) else None
+    exemplar = exemplar.exemplar if isinstance(exemplar, Prepared) else exemplar
+    single_terms, mask = parts_of(terms), check_mask(mask, shape)
+    _check(exemplar, shape, start, mask)
+    full = _full_controls(exemplar, shape, single_terms, mask)
     generator = torch.Generator().manual_seed(seed)
     levels = settings.levels or planned_levels(exemplar, shape, settings.iterations)
     report = _Report(levels, callback)
     image, where, factors = start, None, (1,) * len(shape)
     stopped = ""
     if start is None and settings.start != "windows":
-        where, factors = block_start(exemplar, shape, levels, settings, generator)
+        where, factors = block_start(exemplar, shape, levels, settings, generator, single_terms, mask)
     for number, level in enumerate(levels):
-        scene = Scene(exemplar, shape, single_terms, level, settings, generator)
+        scene = Scene(prepared or Prepared(exemplar), shape, single_terms, level, settings, generator, mask)
         state = scene.enter(image, where, factors)
         state, stopped = _iterate(scene, state, report, number, between)
         assert state.matches is not None
@@ -65,8 +73,13 @@ def optimize(
     assert where is not None
     if max(factors) > 1:  # the levels asked for end below full resolution: show their matches at it
         where = sourcemap.finer(where, factors, shape)
-        image = sourcemap.look_up(exemplar.canvas, where)
-    return Result(image, sourcemap.look_up(exemplar.origin, where), report.rows, report.stages, stopped)
+        image = full.held(sourcemap.look_up(exemplar.canvas, where))
+    source = sourcemap.look_up(exemplar.origin, where)
+    if full.given is not None:
+        source[:1] = torch.where(full.given.free, source[:1], -1)
+    if mask is not None and start is not None:
+        image = torch.where(mask, image, start)
+    return Result(image, source, where, report.rows, report.stages, stopped)
 
 
 def _iterate(
@@ -83,7 +96,8 @@ def _iterate(
         if not math.isfinite(state.energy):
             raise FloatingPointError(f"the energy became {state.energy} in iteration {state.iteration}")
         if between is not None:
-            state = replace(state, image=between(state.image, scene.source.exemplar))
+            image = scene.controls.held(between(state.image, scene.source.exemplar))
+            state = replace(state, image=image)
         report.add(number, state, row)
         if state.changed < tolerance:
             return state, f"the matches settled: fewer than {tolerance:.1%} changed in iteration {state.iteration}"
@@ -96,8 +110,13 @@ def block_start(
     levels: Sequence[Level],
     settings: Settings,
     generator: torch.Generator,
+    terms: Sequence[TermLike] = (),
+    mask: Tensor | None = None,
 ) -> tuple[Tensor, tuple[int, ...]]:
-    """A source map of copied blocks and its resolution: the finest at which laying them costs little."""
+    """A source map of copied blocks and its resolution: the finest at which laying them costs little.
+
+    Blocks agree with what the terms want; a mask only hides that, blocks run on behind it.
+    """
     axes = len(shape)
     coarsest = max(level.factor for level in levels)
     factor = 1
@@ -105,11 +124,25 @@ def block_start(
         factor *= 2
     factors, grain = factors_of(factor, axes), factors_of(coarsest // factor, axes)
     here = exemplar.coarser(factors)
-    there = coarse_shape(shape, factors)
+    controls = Controls(terms, mask, factors, shape, len(here.weights), here.canvas.device)
+    there = controls.shape
+    wish = controls.wish(torch.zeros(len(here.weights), *there, device=here.canvas.device))
     block = block_size(here, there, settings.block, grain)
     aligned = settings.start == "aligned"
-    blocks = BlockStart(here, there, block, grain, generator, wrap=settings.wrap, usage=settings.usage, aligned=aligned)
+    blocks = BlockStart(
+        here, there, block, grain, generator, wrap=settings.wrap, usage=settings.usage, aligned=aligned, wish=wish
+    )
     return blocks.run(), factors
+
+
+def _full_controls(
+    exemplar: Exemplar, shape: tuple[int, ...], terms: Sequence[TermLike], mask: Tensor | None
+) -> Controls:
+    """The controls at full resolution, checked."""
+    channels, device = len(exemplar.weights), exemplar.canvas.device
+    controls = Controls(terms, mask, (1,) * len(shape), shape, channels, device)
+    check_controls(controls, torch.zeros(channels, *shape, device=device))
+    return controls
 
 
 class _Report:
@@ -132,7 +165,7 @@ class _Report:
             self.callback(Progress(fraction, number, state.iteration, state.energy, state.image))
 
 
-def _check(exemplar: Exemplar, shape: tuple[int, ...], start: Tensor | None) -> None:
+def _check(exemplar: Exemplar, shape: tuple[int, ...], start: Tensor | None, mask: Tensor | None) -> None:
     axes = len(exemplar.shape)
     if len(shape) != axes or any(int(s) != s or s < 1 for s in shape):
         raise InputError(f"the output's shape is {shape}; give {axes} whole numbers of pixels, each at least 1")
@@ -142,5 +175,5 @@ def _check(exemplar: Exemplar, shape: tuple[int, ...], start: Tensor | None) -> 
         raise InputError(
             f"the start image has shape {tuple(start.shape)}; the output needs {(len(exemplar.weights), *shape)}"
         )
-    if not bool(start.isfinite().all()):
+    if not bool((start if mask is None else start[:, mask]).isfinite().all()):
         raise InputError("the start image holds NaN or infinite pixels; replace them first")

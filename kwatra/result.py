@@ -32,13 +32,16 @@ class Progress:
 class Result:
     """What an optimization returns.
 
-    image (C, *S). source (1 + n, *S) int64: for each pixel the exemplar image it comes from and the pixel there.
+    image (C, *S). source (1 + n, *S) int64: for each pixel the exemplar image it comes from and the pixel there; the
+    image is -1 for pixels that were given or are masked and so come from none. where (n, *S) int64: the same pixel on
+    the exemplar's canvas.
     energies: one row per iteration with level, factor, width, iteration, route, changed (share of matches), texture,
     each term by name, and total. stages: the image after each level. stopped: why the last level ended.
     """
 
     image: Tensor
     source: Tensor
+    where: Tensor
     energies: list[Row]
     stages: list[Stage]
     stopped: str

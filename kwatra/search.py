@@ -112,6 +112,29 @@ class SourceWindows:
         descriptor = centered @ self._basis
         return descriptor, ((centered**2).sum(1) - (descriptor**2).sum(1)).clamp(min=0).sqrt()
 
+    def completed(self, windows: Tensor, present: Tensor) -> Tensor:
+        """Windows (N, *width, C) whose pixels without `present` (N, *width, 1) are replaced by their expected values.
+
+        Expected given the present pixels, for exemplar windows distributed normally in their principal components
+        and evenly outside of them: probabilistic PCA with missing data (Tipping and Bishop 1999, appendix B).
+        """
+        root = self.metric.root
+        size = root.numel()
+        mean, basis = self._mean[:size], self._basis[:size]
+        spread = self.descriptors[self.numbers].square().mean(0)
+        noise = self.remainder[self.numbers].square().mean() / max(size - basis.shape[1], 1)
+        ridge = torch.diag(noise.clamp(min=1e-9) / spread.clamp(min=1e-12))
+        products = (basis[:, :, None] * basis[:, None]).flatten(1)
+        result = []
+        for part, seen in zip(*(t.split(max(CHUNK // size, 1)) for t in (windows, present)), strict=True):
+            weight = seen.expand_as(part).flatten(1)
+            system = (weight @ products).view(-1, *ridge.shape) + ridge
+            known = weight * ((part * root).flatten(1) - mean)
+            expected = mean + torch.linalg.solve(system, (known @ basis)[..., None])[..., 0] @ basis.T
+            expected = expected.view_as(part) / root.clamp(min=1e-12)
+            result.append(torch.where(seen > 0, part, expected))
+        return torch.cat(result)
+
     def estimate(self, descriptor: Tensor, remainder: Tensor, numbers: Tensor) -> Tensor:
         """Estimated squared distances (N, k) between described windows and exemplar windows (N, k)."""
         between = self.descriptors[numbers] - descriptor[:, None]
@@ -170,24 +193,17 @@ def _orthonormal(columns: Tensor) -> Tensor:
 
 
 def cheapest(
-    source: SourceWindows,
-    windows: Tensor,
-    candidates: Tensor,
-    cost: Callable[[Tensor, Tensor], Tensor],
+    source: SourceWindows, candidates: Tensor, cost: Callable[[Tensor], tuple[Tensor, Tensor]]
 ) -> tuple[Tensor, Tensor]:
-    """Choose among candidates (N, k) for windows (N, *width, C) by exact cost; the first of equals wins.
+    """Choose among candidates (N, k) by exact cost; the first of equals wins.
 
-    `cost(squared distances (N,), exemplar windows)` is what is compared. Returns the chosen numbers
-    (N,) and their squared distances (N,).
+    `cost` maps exemplar windows (N, *width, C) to what is compared (N,) and to squared distances (N,). Returns the
+    chosen numbers (N,) and their squared distances (N,).
     """
     best = candidates[:, 0]
-    there = source.windows(best)
-    distance = source.metric.squared(windows - there)
-    least = cost(distance, there)
+    least, distance = cost(source.windows(best))
     for column in candidates.T[1:]:
-        there = source.windows(column)
-        d = source.metric.squared(windows - there)
-        c = cost(d, there)
+        c, d = cost(source.windows(column))
         better = c < least
         best = torch.where(better, column, best)
         distance = torch.where(better, d, distance)

@@ -2,10 +2,10 @@
 
 EM only mends what lies within a window's reach, so rows, courses and lattices have to be right before it begins.
 Blocks are laid one after the other; each is chosen among the exemplar's blocks for how well it agrees with what
-already lies under it, and for how little its content has been used so far (coverage). Both are correlations of the
-exemplar with the block's known pixels. The seam between old and new is a minimum cut (thesis 3.1). Offsets between
-output and exemplar are multiples of `grain`, the coarsest level's pixel, so that every level of the pyramid can
-represent the start exactly.
+already lies under it and with what terms wish for there, and for how little its content has been used so far
+(coverage). All are correlations of the exemplar with the block's known pixels. The seam between old and new is a
+minimum cut (thesis 3.1). Offsets between output and exemplar are multiples of `grain`, the coarsest level's pixel, so
+that every level of the pyramid can represent the start exactly.
 """
 
 import math
@@ -19,6 +19,7 @@ from torch import Tensor
 
 from kwatra.axes import AVERAGE, CONVOLUTION
 from kwatra.coarsecut import along
+from kwatra.controls import Wish
 from kwatra.cut import FREE, KEEP, TAKE, best_cut
 from kwatra.errors import InputError
 from kwatra.exemplar import Exemplar
@@ -50,7 +51,10 @@ def block_size(exemplar: Exemplar, shape: Sequence[int], share: float, grain: Se
 
 
 class BlockStart:
-    """Lays blocks of an exemplar on an output of spatial `shape`; `run` returns the source map (n, *shape)."""
+    """Lays blocks of an exemplar on an output of spatial `shape`; `run` returns the source map (n, *shape).
+
+    wish: values that pixels should have, with weights; a weight of 1 counts as much as a pixel that is laid already.
+    """
 
     def __init__(
         self,
@@ -63,9 +67,11 @@ class BlockStart:
         wrap: bool = False,
         usage: float = 0.35,
         aligned: bool = True,
+        wish: Wish | None = None,
     ) -> None:
         self.exemplar, self.shape, self.wrap = exemplar, tuple(shape), wrap
         self.grain, self.generator, self.usage, self.aligned = tuple(grain), generator, usage, aligned
+        self.wish = wish if wish is not None and bool((wish.weight > 0).any()) else None
         self.block, self.valid = self._that_fits(tuple(block))
         self.overlap = tuple(max(b // 4, 1) for b in self.block)
         device = exemplar.canvas.device
@@ -78,8 +84,11 @@ class BlockStart:
         self.weighted = exemplar.canvas * self.share
         self.square = (self.weighted * exemplar.canvas).sum(0)
         inside = exemplar.canvas[:, exemplar.owner >= 0]
-        variance = torch.stack([mean((c - mean(c)).square()) for c in inside])
-        self.variance = max(float(total(variance * self.share.flatten())), 1e-8)
+        variance = torch.stack([mean((c - mean(c)).square()) for c in inside]) * self.share.flatten()
+        if self.wish is not None:  # guidance says where a texture goes, not what it looks like
+            guided = (self.wish.weight > 0).flatten(1).all(1)
+            variance = variance[~guided] if not bool(guided.all()) else variance
+        self.variance = max(float(total(variance)), 1e-8)
 
     def _that_fits(self, block: tuple[int, ...]) -> tuple[tuple[int, ...], Tensor]:
         """The block, halved until it fits between the exemplar's holes, and where it may start (on the grain)."""
@@ -119,7 +128,10 @@ class BlockStart:
         here = tuple(a.view(-1, *[1] * (len(axes) - 1 - i)) for i, a in enumerate(axes))
         pixels: tuple[slice | Tensor, ...] = (slice(None), *here)
         known = F.pad(self.known[here], self._missing(axes))
-        there = self._choose(corner, known, F.pad(self.x[pixels], self._missing(axes)))
+        wish = None
+        if self.wish is not None:
+            wish = Wish(*(F.pad(t[pixels], self._missing(axes)) for t in (self.wish.weight, self.wish.value)))
+        there = self._choose(corner, known, F.pad(self.x[pixels], self._missing(axes)), wish)
         self.laid.append((corner, there))
         source = tuple(slice(t, t + len(a)) for t, a in zip(there, axes, strict=True))
         places = torch.meshgrid(*(torch.arange(s.start, s.stop, device=self.x.device) for s in source), indexing="ij")
@@ -137,14 +149,9 @@ class BlockStart:
             padding += [0, block - len(axis)]
         return padding
 
-    def _choose(self, corner: tuple[int, ...], known: Tensor, content: Tensor) -> list[int]:
-        """Corner of the block to copy: good agreement with what is known, little used so far."""
-        mismatch = torch.zeros(self.valid.shape, device=known.device)
-        if self.aligned and bool(known.any()):
-            cross = self._correlated(self.weighted, content * known)
-            square = self._correlated(self.square[None], known[None])
-            constant = total(content.square() * known * self.share)
-            mismatch = (square - 2 * cross + constant).clamp(min=0) / (total(known) * self.variance)
+    def _choose(self, corner: tuple[int, ...], known: Tensor, content: Tensor, wish: Wish | None) -> list[int]:
+        """Corner of the block to copy: good agreement with what is known and wished for, little used so far."""
+        mismatch = self._mismatch(known, content, wish)
         again = self._continuations(corner)
         # in units of what agreement this texture affords: rows that can line up are not torn for the sake of even use
         others = mismatch[self.valid & ~again]
@@ -159,6 +166,21 @@ class BlockStart:
         pick = good[int(torch.randint(len(good), (1,), generator=self.generator))]
         place = torch.unravel_index(pick, cost.shape)
         return [int(p) * g for p, g in zip(place, self.grain, strict=True)]
+
+    def _mismatch(self, known: Tensor, content: Tensor, wish: Wish | None) -> Tensor:
+        """How little the blocks at all places agree with a block's content and wish, relative to the variance."""
+        square, count = torch.zeros(self.valid.shape, device=known.device), known.new_zeros(())
+        if self.aligned and bool(known.any()):
+            cross = self._correlated(self.weighted, content * known)
+            square = self._correlated(self.square[None], known[None])
+            square = square - 2 * cross + total(content.square() * known * self.share)
+            count = total(known)
+        if wish is not None and bool((wish.weight > 0).any()):
+            cross = self._correlated(self.weighted, wish.weight * wish.value)
+            there = self._correlated(self.weighted * self.exemplar.canvas, wish.weight)
+            square = square + there - 2 * cross + total(wish.value.square() * wish.weight * self.share)
+            count = count + total(wish.weight * self.share)
+        return square.clamp(min=0) / (count.clamp(min=1e-9) * self.variance)
 
     def _continuations(self, corner: tuple[int, ...]) -> Tensor:
         """Which blocks would only continue what an overlapping block copied, shaped as `valid`."""

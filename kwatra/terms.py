@@ -13,11 +13,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
-import torch
-import torch.nn.functional as F
 from torch import Tensor
 
-from kwatra.axes import AVERAGE
 from kwatra.errors import InputError
 from kwatra.reductions import mean
 
@@ -27,12 +24,15 @@ class Quadratic:
     """lambda F and c of a term on one level.
 
     diagonal: weights (C or 1, *S) >= 0, the diagonal of lambda F. target: c (C or 1, *S). apply: the product of
-    lambda F with an image (C, *S), for an F that is not diagonal; None where the diagonal is all of it.
+    lambda F with an image (C, *S), for an F that is not diagonal; None where the diagonal is all of it. fixed:
+    boolean (C or 1, *S), where the image must be the target exactly; there the diagonal only says how much the
+    search should mind.
     """
 
     diagonal: Tensor
     target: Tensor
     apply: Callable[[Tensor], Tensor] | None = None
+    fixed: Tensor | None = None
 
     def times(self, x: Tensor) -> Tensor:
         """lambda F x."""
@@ -82,6 +82,14 @@ class Term(ABC):
         """See `TermLike.energy`."""
         return self.quadratic(x).value(x)
 
+    def within(self, mask: Tensor) -> TermLike:
+        """This term without what it wants behind the output's mask (*S), which is False there.
+
+        Only for terms whose coarser versions would mix pixels before and behind the mask; others are cut off by the
+        engine, level by level. A class of your own may leave this out.
+        """
+        return self
+
     def __mul__(self, factor: float) -> "Term":
         return Scaled(factor, self)
 
@@ -111,6 +119,10 @@ class Scaled(Term):
         """See `TermLike.at`."""
         return Scaled(self.factor, self.term.at(factor, shape))
 
+    def within(self, mask: Tensor) -> "Scaled":
+        """See `Term.within`."""
+        return Scaled(self.factor, within(self.term, mask))
+
     def energy(self, x: Tensor) -> float:
         """The factor times the inner term's energy."""
         return self.factor * self.term.energy(x)
@@ -119,7 +131,7 @@ class Scaled(Term):
         """The inner quadratic with lambda F scaled."""
         inner, factor = self.term.quadratic(x), self.factor
         apply = None if inner.apply is None else lambda v: factor * inner.times(v)
-        return Quadratic(factor * inner.diagonal, inner.target, apply)
+        return Quadratic(factor * inner.diagonal, inner.target, apply, inner.fixed if factor > 0 else None)
 
 
 @dataclass(frozen=True)
@@ -152,70 +164,6 @@ def parts_of(terms: "TermLike | Sum | Sequence[TermLike | Sum]") -> tuple[TermLi
     return (terms,)
 
 
-def resized(image: Tensor, factor: tuple[int, ...], shape: tuple[int, ...]) -> Tensor:
-    """An image (C, *S) averaged over blocks of `factor` pixels; a block that the border cuts averages what it has."""
-    padding = []
-    for size, f, there in zip(reversed(image.shape[1:]), reversed(factor), reversed(shape), strict=True):
-        padding += [0, there * f - size]
-    padded = F.pad(image[None], padding, mode="replicate") if any(padding) else image[None]
-    return AVERAGE[len(shape)](padded, factor)[0]
-
-
-@dataclass(frozen=True)
-class SoftPixels(Term):
-    """Pixels wanted close to given values: sum_k w_k (x_k - c_k)^2 (thesis equations 23 and 25).
-
-    target: c (C, *S) at the output's resolution. weight: w (C or 1, *S) >= 0, 0 where nothing is wanted.
-    """
-
-    target: Tensor
-    weight: Tensor
-    label: str = "soft pixels"
-
-    def __post_init__(self) -> None:
-        if self.weight.shape[1:] != self.target.shape[1:] or self.weight.shape[0] not in (1, self.target.shape[0]):
-            raise InputError(
-                f"soft pixels have targets {tuple(self.target.shape)} but weights {tuple(self.weight.shape)}; give "
-                "weights of the same size with one channel or as many"
-            )
-        if not bool(self.weight.isfinite().all()) or bool((self.weight < 0).any()):
-            raise InputError("a soft pixel's weight is negative, NaN or infinite; weights are finite and >= 0")
-
-    @property
-    def name(self) -> str:
-        """The label."""
-        return self.label
-
-    def at(self, factor: tuple[int, ...], shape: tuple[int, ...]) -> "SoftPixels":
-        """Weights are averaged over blocks, targets averaged by weight."""
-        weight = resized(self.weight, factor, shape)
-        total = resized(torch.where(self.weight > 0, self.weight * self.target, 0.0), factor, shape)
-        return SoftPixels(total / weight.clamp(min=1e-12), weight, self.label)
-
-    def quadratic(self, x: Tensor) -> Quadratic:
-        """Diagonal: the weights."""
-        return Quadratic(self.weight, self.target)
-
-
-@dataclass(frozen=True)
-class Wish:
-    """What all terms together want of each pixel: weights (C or 1, *S), values (C, *S)."""
-
-    weight: Tensor
-    value: Tensor
-
-
-def wish_of(quadratics: Sequence[Quadratic], x: Tensor) -> Wish | None:
-    """The terms as one diagonal wish about the current image, for the search (thesis equation 26).
-
-    A diagonal F is taken as it is. Another is replaced by its diagonal and by the value that one Jacobi step from x
-    would reach, c = x - F (x - c) / diag F, which has the same gradient at x.
-    """
-    if not quadratics:
-        return None
-    weight = torch.zeros_like(x)
-    pull = torch.zeros_like(x)
-    for q in quadratics:
-        weight = weight + q.diagonal
-        pull = pull + q.times(x - q.target)
-    return Wish(weight, torch.where(weight > 0, x - pull / weight.clamp(min=1e-12), x))
+def within(term: TermLike, mask: Tensor) -> TermLike:
+    """The term without what it wants behind the mask, where it has a say in that (see `Term.within`)."""
+    return term.within(mask) if hasattr(term, "within") else term

@@ -11,15 +11,17 @@ os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
 
 if TYPE_CHECKING:
     from synth.files import Picture, read_image, write_image
+    from synth.filling import fill
     from synth.formats import Kind
     from synth.images import Synthesis, synthesize
 
-__all__ = ["Kind", "Picture", "Synthesis", "read_image", "synthesize", "write_image"]
+__all__ = ["Kind", "Picture", "Synthesis", "fill", "read_image", "synthesize", "write_image"]
 
 _HOMES = {
     "Kind": "synth.formats",
     "Picture": "synth.files",
     "Synthesis": "synth.images",
+    "fill": "synth.filling",
     "read_image": "synth.files",
     "synthesize": "synth.images",
     "write_image": "synth.files",

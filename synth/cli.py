@@ -1,4 +1,4 @@
-"""The command line: `kwatra synth`, `kwatra score`, `kwatra flow`, `kwatra quilt` and `kwatra merge`.
+"""The command line: `kwatra synth`, `fill`, `score`, `flow`, `quilt` and `merge`.
 
 Bad input ends with one sentence on stderr and exit code 2, Ctrl-C with 130. What takes long to import is imported
 when a command runs, so that `--help` answers at once.
@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NoReturn, TypeVar
 
+from synth.parsing import levels, numbers, positive, size, whole
 from synth.quilting.arguments import add_arguments
 
 T = TypeVar("T")
@@ -19,6 +20,11 @@ _SYNTH_EPILOG = """examples:
   kwatra synth brick.png                               twice the size, as brick_synth.png
   kwatra synth brick.png -o wall.png --size 1024x768 --tile
   kwatra synth brick.png --also normal=brick_n.png     also writes brick_synth_normal.png
+  kwatra synth field.png --guide field_labels.png=wanted_labels.png
+"""
+_FILL_EPILOG = """examples:
+  kwatra fill wall.png --hole scratch.png              as wall_fill.png, from the rest of the wall
+  kwatra fill wall.png --hole scratch.png --exemplar brick.png
 """
 
 
@@ -67,6 +73,10 @@ def _command(name: str) -> Callable[[argparse.Namespace], str]:
         from synth.flows import run_flow
 
         return run_flow
+    if name == "fill":
+        from synth.fill_command import run_fill
+
+        return run_fill
     from synth import commands
 
     return {"synth": commands.run_synth, "score": commands.run_score}[name]
@@ -86,6 +96,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action=_Version, nargs=0, help="print the version and exit")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     _add_synth(commands)
+    _add_fill(commands)
     _add_score(commands)
     _add_flow(commands)
     add_arguments(commands)
@@ -114,24 +125,54 @@ def _add_synth(commands: "argparse._SubParsersAction[_Parser]") -> None:
     add = parser.add_argument
     add("exemplars", nargs="+", type=Path, metavar="EXEMPLAR", help="image of the texture, or several of it")
     add("-o", "--output", type=Path, metavar="OUT", help="the file to write (default: EXEMPLAR_synth in this folder)")
-    add("--size", type=_size, metavar="WIDTHxHEIGHT", help="size in pixels, as 512x384 (default: twice the exemplar)")
-    add("--seed", type=_whole(0), default=0, metavar="N", help="another seed, another image (default: 0)")
+    add("--size", type=size, metavar="WIDTHxHEIGHT", help="size in pixels, as 512x384 (default: twice the exemplar)")
+    add("--seed", type=whole(0), default=0, metavar="N", help="another seed, another image (default: 0)")
     add("--preset", choices=("fast", "default", "best"), default="default", help="how much work to spend")
     add("--tile", action="store_true", help="make an image that repeats without a seam in both directions")
     add("--start", type=Path, metavar="IMAGE", help="image to start from, of the size to make")
-    add("--levels", type=_levels, metavar="SCALE:WIDTH,...", help='"4:32,2:16,1:8": windows 32 wide at 1/4 size, and '
+    add("--levels", type=levels, metavar="SCALE:WIDTH,...", help='"4:32,2:16,1:8": windows 32 wide at 1/4 size, and '
         'so on; or "thesis", the levels of Kwatra\'s thesis (default: planned from the exemplar)')  # fmt: skip
     add("--mirror", action="store_true", help="use mirrored copies of the exemplars too")
-    add("--rotate", type=_numbers, default=(), metavar="DEG,...", help="use rotated copies too (--rotate=-90,90)")
-    add("--scale", type=_numbers, default=(), metavar="FACTOR,...", help="use scaled copies too")
+    add("--rotate", type=numbers, default=(), metavar="DEG,...", help="use rotated copies too (--rotate=-90,90)")
+    add("--scale", type=numbers, default=(), metavar="FACTOR,...", help="use scaled copies too")
     add("--progress-images", type=Path, metavar="DIR", help="write the image after each level into this folder")
     add("--energy", type=Path, metavar="FILE", help="write the energy per iteration as .csv or drawn as .png")
     add("--map", type=Path, metavar="FILE", help="write where each pixel comes from: .npy int32 (exemplar, y, x) by "
         "(3, H, W), or 16-bit .png with R = x, G = y, B = exemplar")  # fmt: skip
     add("--also", action="append", default=[], metavar="NAME=FILE", help="carry a map of the exemplar along, exactly, "
         "to OUT_NAME; with several exemplars NAME=FILE1,FILE2; may be given again")  # fmt: skip
+    add("--guide", metavar="MAP=MAP", help="EXEMPLAR_MAP=OUTPUT_MAP: put texture where the output's map is like the "
+        "exemplar's (labels, a density, a direction); with several exemplars A,B=OUTPUT_MAP")  # fmt: skip
+    add("--guide-weight", type=positive, default=0.3, metavar="W", help="what the guide counts beside the colors; "
+        "less suits maps that vary smoothly (default: 0.3)")  # fmt: skip
+    _add_common(parser)
+
+
+def _add_fill(commands: "argparse._SubParsersAction[_Parser]") -> None:
+    parser = commands.add_parser(
+        "fill",
+        help="fill a hole in an image with texture",
+        description="Fill the hole in an image with the texture around it, or with that of exemplars.\n"
+        "Pixels outside of the hole stay exactly as they are.",
+        epilog=_FILL_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    add = parser.add_argument
+    add("image", type=Path, metavar="IMAGE", help="the image with a hole")
+    add("--hole", type=Path, required=True, metavar="MASK", help="image of the same size, white where to fill")
+    add("--exemplar", type=Path, action="append", default=[], metavar="FILE", help="fill from this image instead of "
+        "from the rest of IMAGE; may be given again")  # fmt: skip
+    add("-o", "--output", type=Path, metavar="OUT", help="the file to write (default: IMAGE_fill in this folder)")
+    add("--seed", type=whole(0), default=0, metavar="N", help="another seed, another filling (default: 0)")
+    add("--preset", choices=("fast", "default", "best"), default="default", help="how much work to spend")
+    _add_common(parser)
+
+
+def _add_common(parser: argparse.ArgumentParser) -> None:
+    add = parser.add_argument
     add("--device", choices=("cpu", "cuda"), default="cpu", help="where to compute (default: cpu)")
-    add("--threads", type=_whole(1), metavar="N", help="threads to use (default: as many as cores)")
+    add("--threads", type=whole(1), metavar="N", help="threads to use (default: as many as cores)")
     add("--overwrite", action="store_true", help="replace files that exist")
 
 
@@ -159,45 +200,12 @@ def _add_flow(commands: "argparse._SubParsersAction[_Parser]") -> None:
     add("-o", "--output", type=Path, metavar="OUT", help="the file to write: .flo, .png (KITTI), .npy or .npz")
     add("--picture", type=Path, metavar="FILE", help="draw it into this image: hue is direction, full color is fastest")
     add(
-        "--arrows", type=_whole(0), default=16, metavar="PX", help="distance of the arrows in it (default: 16; 0: none)"
+        "--arrows", type=whole(0), default=16, metavar="PX", help="distance of the arrows in it (default: 16; 0: none)"
     )
-    add("--size", type=_size, metavar="WIDTHxHEIGHT", help="size in pixels (default: 256x256; a file's own)")
+    add("--size", type=size, metavar="WIDTHxHEIGHT", help="size in pixels (default: 256x256; a file's own)")
     add("--speed", type=float, metavar="PX", help="px per frame of the fastest pixel (default: 2; a file's own)")
-    add("--frames", type=_whole(1), metavar="N", help="how many in time (default: 1; as many as a file holds)")
+    add("--frames", type=whole(1), metavar="N", help="how many in time (default: 1; as many as a file holds)")
     add("--overwrite", action="store_true", help="replace files that exist")
-
-
-def _size(text: str) -> tuple[int, int]:
-    """WIDTHxHEIGHT as (height, width)."""
-    width, _, height = text.lower().partition("x")
-    if not (width.isdecimal() and height.isdecimal()):
-        raise argparse.ArgumentTypeError(f"{text!r} is no size; write WIDTHxHEIGHT in pixels, for example 512x384")
-    return int(height), int(width)
-
-
-def _levels(text: str) -> str | tuple[tuple[int, int], ...]:
-    if text == "thesis":
-        return text
-    pairs = [part.split(":") for part in text.split(",")]
-    if not all(len(pair) == 2 and all(number.isdecimal() for number in pair) for pair in pairs):
-        raise argparse.ArgumentTypeError(f'{text!r} are no levels; write SCALE:WIDTH,... as "4:32,2:16,1:8", or thesis')
-    return tuple((int(scale), int(width)) for scale, width in pairs)
-
-
-def _numbers(text: str) -> tuple[float, ...]:
-    try:
-        return tuple(float(part) for part in text.split(","))
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} are no numbers; write them with commas, as 90,180") from None
-
-
-def _whole(least: int) -> Callable[[str], int]:
-    def parse(text: str) -> int:
-        if not text.isdecimal() or int(text) < least:
-            raise argparse.ArgumentTypeError(f"{text!r} is no whole number from {least} on")
-        return int(text)
-
-    return parse
 
 
 if __name__ == "__main__":

@@ -11,9 +11,9 @@ from torch import Tensor
 
 from kwatra import InputError, measure
 from synth.files import Picture, Writer, check_output, image_writer, read_image, write_files
-from synth.formats import Kind
+from synth.formats import Array, Kind
 from synth.images import Synthesis, synthesize
-from synth.maps import Map, check_source_output, map_writer, read_map, source_writer
+from synth.maps import Map, check_source_output, map_writer, read_guide, read_map, source_writer
 from synth.progress import progress_line
 from synth.report import ENERGY_SUFFIXES, energy_writer, score_table
 
@@ -22,11 +22,12 @@ _MOST_SIDE, _MOST_PIXELS = 2**16, 2**28
 
 def run_synth(arguments: argparse.Namespace) -> str:
     """`kwatra synth`: returns the summary."""
-    _set_up(arguments.device, arguments.threads)
+    set_up(arguments.device, arguments.threads)
     exemplars = [read_image(path) for path in arguments.exemplars]
     _check_alike(arguments.exemplars, exemplars)
     start = None if arguments.start is None else _read_start(arguments.start, exemplars[0], arguments.size)
-    height, width = _output_size(arguments.size, exemplars[0], start)
+    guide = None if arguments.guide is None else read_guide(arguments.guide, len(exemplars))
+    height, width = _output_size(arguments.size, exemplars[0], start, guide)
     first = arguments.exemplars[0]
     output = arguments.output or Path(f"{first.stem}_synth{first.suffix}")
     sizes = [_size_of(exemplar) for exemplar in exemplars]
@@ -45,6 +46,8 @@ def run_synth(arguments: argparse.Namespace) -> str:
             mirror=arguments.mirror,
             rotate=arguments.rotate,
             scale=arguments.scale,
+            guide=guide,
+            guide_weight=arguments.guide_weight,
             device=arguments.device,
             callback=callback,
         )
@@ -78,7 +81,8 @@ def run_score(arguments: argparse.Namespace) -> str:
     return score_table(scores)
 
 
-def _set_up(device: str, threads: int | None) -> None:
+def set_up(device: str, threads: int | None) -> None:
+    """Set the number of threads; InputError for a device that is not there."""
     if device == "cuda" and not torch.cuda.is_available():
         raise InputError("--device is cuda but there is no CUDA device here; use cpu")
     if threads is not None:
@@ -107,9 +111,17 @@ def _read_start(path: Path, exemplar: Picture, size: tuple[int, int] | None) -> 
     return start
 
 
-def _output_size(asked: tuple[int, int] | None, exemplar: Picture, start: Picture | None) -> tuple[int, int]:
-    """(height, width): as asked, or the start's, or twice the exemplar's."""
-    height, width = asked or (_size_of(start) if start is not None else [2 * side for side in _size_of(exemplar)])
+def _output_size(
+    asked: tuple[int, int] | None, exemplar: Picture, start: Picture | None, guide: tuple[list[Array], Array] | None
+) -> tuple[int, int]:
+    """(height, width): as asked, or the start's or the guide's, or twice the exemplar's."""
+    twice = [2 * side for side in _size_of(exemplar)]
+    guided = None if guide is None else guide[1].shape[:2]
+    height, width = asked or (_size_of(start) if start is not None else guided or twice)
+    if guided is not None and guided != (height, width):
+        raise InputError(
+            f"the guide's output map is {guided[1]}x{guided[0]} but the output {width}x{height}; give both one size"
+        )
     if max(height, width) > _MOST_SIDE or height * width > _MOST_PIXELS:
         raise InputError(f"a size of {width}x{height} is too large; at most {_MOST_SIDE} a side and 2^28 pixels in all")
     return height, width

@@ -69,6 +69,15 @@ def read_array(path: str | Path) -> tuple[Array, Kind]:
     return array, kind
 
 
+def read_mask(path: str | Path) -> Tensor:
+    """Read an image as booleans (H, W): white is True, or opaque where it has alpha. Raises as `read_image` does."""
+    picture = read_image(path)
+    if picture.kind.channels[-1] == "A" and bool((picture.pixels[-1] < 1).any()):
+        return picture.pixels[-1] > 0.5
+    colors = picture.pixels[:-1] if picture.kind.channels[-1] == "A" else picture.pixels
+    return colors.mean(0) > 0.5
+
+
 def image_writer(path: str | Path, pixels: Tensor, kind: Kind) -> Writer:
     """What writes pixels (C, H, W) in the format that the ending of `path` names; see `write_files`."""
     return array_writer(path, _from_pixels(pixels, kind), kind)

@@ -10,8 +10,9 @@ from torch import Tensor
 
 import kwatra
 from kwatra import Exemplar, InputError, Level, Progress, Result, Settings, Sum, TermLike
+from synth.form import Form, Image
+from synth.guidance import Guide
 
-Image = TypeVar("Image", Tensor, np.ndarray)
 Map = TypeVar("Map", Tensor, np.ndarray)
 
 PRESETS = {
@@ -27,13 +28,14 @@ class Synthesis(Generic[Image]):
     """A synthesized picture.
 
     image: of the same kind as the exemplar. source (3, H, W) int64: for each pixel the number of the image it comes
-    from and its row and column there. result: what the engine returned (its image normalized, channels first).
+    from, -1 for pixels that were given, and its row and column there. result: what the engine returned (its image
+    normalized, channels first).
     """
 
     image: Image
     source: np.ndarray
     result: Result
-    form: "_Form[Image]"
+    form: "Form[Image]"
 
     @property
     def stages(self) -> list[Image]:
@@ -43,13 +45,14 @@ class Synthesis(Generic[Image]):
     def take(self, maps: Map | Sequence[Map]) -> Map:
         """Rearrange a map that belongs to the exemplar (one per image) just as the exemplar's pixels were.
 
-        Arrays are (H, W) or (H, W, C), tensors (C, H, W); values and dtype stay exactly as they are.
+        Arrays are (H, W) or (H, W, C), tensors (C, H, W); values and dtype stay exactly as they are. Pixels that come
+        from no exemplar, because they were given, are 0.
         """
         several: list[Map] = [maps] if isinstance(maps, (Tensor, np.ndarray)) else list(maps)
         if len(several) <= self.source[0].max():
             raise InputError(f"{len(several)} maps were given, but the exemplar has more images; give one for each")
         arrays: list[np.ndarray] = [m.movedim(0, -1).numpy() if isinstance(m, Tensor) else m for m in several]
-        taken = np.empty((*self.source.shape[1:], *arrays[0].shape[2:]), arrays[0].dtype)
+        taken = np.zeros((*self.source.shape[1:], *arrays[0].shape[2:]), arrays[0].dtype)
         for number, array in enumerate(arrays):
             here = self.source[0] == number
             taken[here] = array[self.source[1][here], self.source[2][here]]
@@ -59,7 +62,7 @@ class Synthesis(Generic[Image]):
 
 def synthesize(
     exemplar: Image | Sequence[Image],
-    size: tuple[int, int],
+    size: tuple[int, int] | None = None,
     *,
     preset: str = "default",
     seed: int = 0,
@@ -70,6 +73,9 @@ def synthesize(
     rotate: Sequence[float] = (),
     scale: Sequence[float] = (),
     terms: TermLike | Sum | Sequence[TermLike | Sum] = (),
+    mask: Tensor | np.ndarray | None = None,
+    guide: tuple[Any, Any] | None = None,
+    guide_weight: float = 0.3,
     device: str = "cpu",
     callback: Callable[[Progress], None] | None = None,
 ) -> Synthesis[Image]:
@@ -81,48 +87,83 @@ def synthesize(
     the output's size to improve, instead of beginning anew. levels: (factor, window width) pairs, coarse to fine, or
     "thesis". mirror, rotate (degrees, counterclockwise), scale (factors): also copy from such copies of the exemplar.
     terms: control terms; their values are those of the exemplar scaled so that its least value is 0 and its largest
-    is 1. Same seed, same bits, for any number of threads. Raises InputError for what cannot be used.
+    is 1. mask: boolean (height, width), True where texture belongs. guide: a map of the exemplar (one for each) and
+    one of the output, images of one kind and any number of channels: where the output's has a value, texture goes
+    that has a like one in the exemplar; `size` may be left out, it is the output map's. guide_weight: what the guide
+    counts beside the colors, less suits maps that vary smoothly. Same seed, same bits, for any number of threads.
+    Raises InputError for what cannot be used.
     """
     images = [exemplar] if isinstance(exemplar, (Tensor, np.ndarray)) else list(exemplar)
     if not images:
         raise InputError("no exemplar was given; give at least one image")
-    form = _Form.of(images)
+    form = Form.of(images)
     if preset not in PRESETS:
         raise InputError(f"the preset is {preset!r}; allowed are {', '.join(PRESETS)}")
     settings, tries = PRESETS[preset]
     settings = replace(settings, wrap=tile, levels=_levels(levels))
-    source = Exemplar.of(
-        [form.normalized(image) for image in images], mirror=mirror, rotate=rotate, scale=scale, device=device
-    )
-    begin = None if start is None else form.normalized(start).to(device)
-    runs = _Runs(tries, callback)
-    result = runs.best(
+    pictures = [form.normalized(image) for image in images]
+    begin = None if start is None else form.normalized(start)
+    channels, weights = len(pictures[0]), None
+    guidance = None if guide is None else Guide.of(guide, guide_weight, pictures)
+    size = _size_of(size, guidance)
+    if guidance is not None:
+        settings = guidance.settings(settings, pictures, size)
+        terms = guidance.terms(terms, channels, device)
+        pictures, weights = guidance.joined(pictures), guidance.weights(channels)
+        begin = None if begin is None else guidance.beside(begin)
+    source = Exemplar.of(pictures, weights=weights, mirror=mirror, rotate=rotate, scale=scale, device=device)
+    result = _Runs(tries, callback, channels).best(
         lambda number, call: kwatra.optimize(
-            source, size, settings=settings, terms=terms, start=begin, seed=seed + 1000 * number, callback=call
+            source,
+            size,
+            settings=settings,
+            terms=terms,
+            mask=None if mask is None else torch.as_tensor(mask).to(device),
+            start=None if begin is None else begin.to(device),
+            seed=seed + 1000 * number,
+            callback=call,
         ),
         source,
     )
     return Synthesis(form.restored(result.image.cpu()), result.source.cpu().numpy(), result, form)
 
 
-class _Runs:
-    """Several runs of which the best is kept."""
+def _size_of(size: tuple[int, int] | None, guidance: Guide | None) -> tuple[int, int]:
+    """The output's size: as asked, or that of its guide; where both are given they must agree."""
+    if guidance is None:
+        if size is None:
+            raise InputError("no size was given; give the output's height and width")
+        return size
+    there = (guidance.output.shape[1], guidance.output.shape[2])
+    if size is not None and tuple(size) != there:
+        raise InputError(f"the size is {tuple(size)} but the guide's output map has {there}; leave the size out")
+    return there
 
-    def __init__(self, count: int, callback: Callable[[Progress], None] | None) -> None:
-        self.count, self.callback = count, callback
+
+class _Runs:
+    """Several runs of which the best is kept; of images, only the first `channels` are."""
+
+    def __init__(self, count: int, callback: Callable[[Progress], None] | None, channels: int) -> None:
+        self.count, self.callback, self.channels = count, callback, channels
 
     def best(self, run: Callable[[int, Callable[[Progress], None] | None], Result], source: Exemplar) -> Result:
         """The run whose result measures best against the exemplar."""
         if self.count == 1:
-            return run(0, self.callback)
+            return self._image_of(run(0, self.callback))
         best, least = None, float("inf")
+        pictures = [picture[: self.channels] for picture in source.pictures()]
         for number in range(self.count):
-            result = run(number, self._part(number))
-            overall = kwatra.measure(result.image.cpu(), source.pictures())["overall"]
+            result = self._image_of(run(number, self._part(number)))
+            overall = kwatra.measure(result.image.cpu(), pictures)["overall"]
             if best is None or overall < least:
                 best, least = result, overall
         assert best is not None
         return best
+
+    def _image_of(self, result: Result) -> Result:
+        """The result without guide channels."""
+        stages = [replace(stage, image=stage.image[: self.channels]) for stage in result.stages]
+        return replace(result, image=result.image[: self.channels], stages=stages)
 
     def _part(self, number: int) -> Callable[[Progress], None] | None:
         """The callback for one run, with its fraction as a share of all runs."""
@@ -130,49 +171,6 @@ class _Runs:
             return None
         whole = self.callback
         return lambda p: whole(replace(p, fraction=(number + p.fraction) / self.count))
-
-
-@dataclass(frozen=True)
-class _Form(Generic[Image]):
-    """The kind of image the user gave, and the affine map of its values to [0, 1]."""
-
-    tensor: bool
-    flat: bool
-    dtype: torch.dtype | np.dtype
-    low: float
-    high: float
-
-    @classmethod
-    def of(cls, images: Sequence[Image]) -> "_Form[Image]":
-        first = images[0]
-        low, high = float("inf"), float("-inf")
-        for image in images:
-            wanted = (3,) if isinstance(image, Tensor) else (2, 3)
-            if type(image) is not type(first) or image.ndim not in wanted or 0 in image.shape:
-                raise InputError(
-                    f"an exemplar is a {type(image).__name__} of shape {tuple(image.shape)}; give tensors (C, H, W), "
-                    "or arrays (H, W) or (H, W, C), all of one kind and not empty"
-                )
-            values = torch.as_tensor(image).double()
-            if not bool(values.isfinite().all()):
-                raise InputError("an exemplar holds NaN or infinite pixels; replace them first")
-            low, high = min(low, float(values.min())), max(high, float(values.max()))
-        return cls(isinstance(first, Tensor), first.ndim == 2, first.dtype, low, high)
-
-    def normalized(self, image: Image) -> Tensor:
-        """As a float tensor (C, H, W) with values in [0, 1]."""
-        values = torch.as_tensor(np.ascontiguousarray(image) if isinstance(image, np.ndarray) else image).double()
-        if not self.tensor:
-            values = values[None] if self.flat else values.permute(2, 0, 1)
-        return ((values - self.low) / ((self.high - self.low) or 1.0)).float().contiguous()
-
-    def restored(self, image: Tensor) -> Image:
-        """The inverse of `normalized`, in the user's kind and dtype."""
-        values: Any = (image.double() * (self.high - self.low) + self.low).clamp(self.low, self.high)
-        if isinstance(self.dtype, torch.dtype):
-            return (values if self.dtype.is_floating_point else values.round()).to(self.dtype)
-        values = (values[0] if self.flat else values.permute(1, 2, 0)).numpy()
-        return (values if np.issubdtype(self.dtype, np.floating) else values.round()).astype(self.dtype)
 
 
 def _levels(levels: str | Sequence[tuple[int, int]] | None) -> tuple[Level, ...] | None:

@@ -49,6 +49,22 @@ def read_map(request: str, sizes: list[tuple[int, int]], output: Path) -> Map:
     return Map(name, list(arrays), kinds[0], output.with_name(f"{output.stem}_{name}{files[0].suffix}"))
 
 
+def read_guide(request: str, count: int) -> tuple[list[Array], Array]:
+    """Read what `--guide MAP[,MAP]=OUTPUT_MAP` asks for: maps (H, W, C), one per exemplar, and the output's."""
+    first, equals, last = request.rpartition("=")
+    if not (equals and first and last):
+        raise InputError(f"--guide is {request!r}; write EXEMPLAR_MAP=OUTPUT_MAP, as labels.png=wanted.png")
+    files = [Path(part) for part in (first.split(",") if count > 1 else [first])]
+    if len(files) != count:
+        raise InputError(f"--guide names {len(files)} maps for {count} exemplars; give one each, with commas")
+    files.append(Path(last))
+    arrays, kinds = zip(*(read_array(file) for file in files), strict=True)
+    for file, kind in zip(files, kinds, strict=True):
+        if (kind.dtype, kind.channels) != (kinds[-1].dtype, kinds[-1].channels):
+            raise InputError(f"{file} holds {kind} but {files[-1]} holds {kinds[-1]}; save both maps alike")
+    return list(arrays[:-1]), arrays[-1]
+
+
 def map_writer(carried: Map, synthesis: Synthesis[Tensor]) -> Writer:
     """What writes a map rearranged as the synthesis rearranged its exemplar."""
     return array_writer(carried.output, synthesis.take(carried.arrays), carried.kind)

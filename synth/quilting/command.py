@@ -13,7 +13,7 @@ import torch
 from torch import Tensor
 
 from kwatra.errors import InputError
-from synth.files import Picture, Writer, check_output, image_writer, read_image, write_files
+from synth.files import Picture, Writer, check_output, image_writer, read_image, read_mask, write_files
 from synth.formats import Kind
 from synth.progress import work_line
 from synth.quilting.draw import seams_drawn
@@ -42,7 +42,7 @@ def run_merge(arguments: argparse.Namespace) -> str:
             raise InputError(f"{name} is given {len(given)} times for {len(overlays)} overlays; give it once for each")
     pictures = [read_image(path) for path in (arguments.background, *overlays)]
     images, kind = _alike(pictures)
-    masks = [[_mask(path) for path in paths] for paths in (keep, spare)]
+    masks = [[read_mask(path) for path in paths] for paths in (keep, spare)]
     output = arguments.output or Path(f"{arguments.background.stem}_merge{arguments.background.suffix}")
     check_output(output, kind, arguments.overwrite)
     _check_extras(arguments)
@@ -182,15 +182,6 @@ def _color(picture: Picture) -> Tensor:
     raise InputError(
         f"an image has the channels {', '.join(names)}, which cannot be merged with others; convert it to RGB"
     )
-
-
-def _mask(path: Path) -> Tensor:
-    """White (or opaque, where the mask has alpha) as True."""
-    picture = read_image(path)
-    if picture.kind.channels[-1] == "A" and bool((picture.pixels[-1] < 1).any()):
-        return picture.pixels[-1] > 0.5
-    colors = picture.pixels[:-1] if picture.kind.channels[-1] == "A" else picture.pixels
-    return colors.mean(0) > 0.5
 
 
 def _sewn(result: Quilt) -> str:

@@ -2,7 +2,8 @@ import pytest
 import torch
 
 from kwatra import InputError, Quadratic, Scaled, SoftPixels, Sum
-from kwatra.terms import parts_of, wish_of
+from kwatra.controls import wish_of
+from kwatra.terms import parts_of
 
 
 def soft(weight=1.0, value=0.5, name="soft pixels"):

@@ -1,0 +1,57 @@
+"""The kinds of image that users have, tensors and arrays of any dtype and range, and the engine's: [0, 1] float."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Generic, TypeVar
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from kwatra import InputError
+
+Image = TypeVar("Image", Tensor, np.ndarray)
+
+
+@dataclass(frozen=True)
+class Form(Generic[Image]):
+    """The kind of image the user gave, and the affine map of its values to [0, 1]: `Form.of` images of one kind."""
+
+    tensor: bool
+    flat: bool
+    dtype: torch.dtype | np.dtype
+    low: float
+    high: float
+
+    @classmethod
+    def of(cls, images: Sequence[Image]) -> "Form[Image]":
+        """The form of images of one kind, from the least to the largest of their values; InputError for others."""
+        first = images[0]
+        low, high = float("inf"), float("-inf")
+        for image in images:
+            wanted = (3,) if isinstance(image, Tensor) else (2, 3)
+            if type(image) is not type(first) or image.ndim not in wanted or 0 in image.shape:
+                raise InputError(
+                    f"an exemplar is a {type(image).__name__} of shape {tuple(image.shape)}; give tensors (C, H, W), "
+                    "or arrays (H, W) or (H, W, C), all of one kind and not empty"
+                )
+            values = torch.as_tensor(image).double()
+            if not bool(values.isfinite().all()):
+                raise InputError("an exemplar holds NaN or infinite pixels; replace them first")
+            low, high = min(low, float(values.min())), max(high, float(values.max()))
+        return cls(isinstance(first, Tensor), first.ndim == 2, first.dtype, low, high)
+
+    def normalized(self, image: Image) -> Tensor:
+        """As a float tensor (C, H, W) with values in [0, 1]."""
+        values = torch.as_tensor(np.ascontiguousarray(image) if isinstance(image, np.ndarray) else image).double()
+        if not self.tensor:
+            values = values[None] if self.flat else values.permute(2, 0, 1)
+        return ((values - self.low) / ((self.high - self.low) or 1.0)).float().contiguous()
+
+    def restored(self, image: Tensor) -> Image:
+        """The inverse of `normalized`, in the user's kind and dtype."""
+        values: Any = (image.double() * (self.high - self.low) + self.low).clamp(self.low, self.high)
+        if isinstance(self.dtype, torch.dtype):
+            return (values if self.dtype.is_floating_point else values.round()).to(self.dtype)
+        values = (values[0] if self.flat else values.permute(1, 2, 0)).numpy()
+        return (values if np.issubdtype(self.dtype, np.floating) else values.round()).astype(self.dtype)
