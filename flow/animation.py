@@ -19,6 +19,7 @@ from flow.fields import Field
 from flow.renewal import Renewal, Renewing
 from flow.warps import Lookup, lookup
 from kwatra import Exemplar, InputError, Level, Result, Settings, optimize
+from kwatra.result import Row
 from kwatra.sourcemap import look_up
 
 SIDES = ("left", "right", "top", "bottom", "all")
@@ -125,7 +126,7 @@ class Motion:
         self.exemplar, self.field, self.shape = exemplar, field, shape
         self.mask, self.enter, self.seed = mask, enter, seed
         self.device = exemplar.canvas.device
-        self.renewal = Renewal(exemplar, shape, renewing)
+        self.renewing, self.renewal = renewing, Renewal(exemplar, shape, renewing)
         self._steady: tuple[Tensor, Lookup] | None = None
         self._whole = torch.ones(shape, dtype=torch.bool, device=self.device)
 
@@ -157,6 +158,10 @@ class Motion:
         still = optimize(self.exemplar, self.shape, settings=synthesis, start=first, mask=mask, seed=self.seed)
         return self._frame(State(0, still.where.flip(0).float(), inside), {})
 
+    def resumed(self, state: State) -> Frame:
+        """The frame that a state shows."""
+        return self._frame(state, {})
+
     def step(self, state: State) -> Frame:
         """The frame that follows a state."""
         number = state.number + 1
@@ -184,7 +189,7 @@ class Motion:
         x, y = state.source.round().long()
         origin = look_up(self.exemplar.origin, torch.stack([y.clamp(0, height - 1), x.clamp(0, width - 1)]))
         origin[:1] = torch.where(state.inside, origin[:1], -1)
-        rows = [{"frame": state.number, **report}]
+        rows: list[Row] = [{"frame": state.number, **report}]
         shown = torch.where(state.inside, image, 0.0)
         return Frame(shown, origin, state.source.flip(0).round().long(), rows, [], "", state)
 

@@ -34,20 +34,19 @@ class Blocks:
         coarse = exemplar.coarser((2, 2))
         self._coarse = coarse if size % 2 == 0 and bool(coarse.corners((size // 2, size // 2)).any()) else None
 
-    def nearest(
-        self, content: Tensor, known: Tensor, used: Tensor, generator: torch.Generator
-    ) -> Tensor:
+    def nearest(self, content: Tensor, known: Tensor, used: Tensor, generator: torch.Generator) -> Tensor:
         """Corners (n, 2), x first, of the blocks nearest to contents (n, C, size, size) where known (n, 1, size, size).
 
-        known weighs the pixels, >= 0; of a block of which nothing is known any may come. Memory: one value per
-        exemplar pixel for a few blocks at a time.
+        known weighs the pixels, >= 0; of a block of which nothing is known any may come. used: what each pixel of the
+        canvas costs, as a mean square difference. Memory: one value per canvas pixel for a few blocks at a time.
         """
         if self._coarse is None:
             found = self._best(self._exemplar, content, known, used).flip(1).to(content)
         else:
             mass = F.avg_pool2d(known, 2)
             mean = F.avg_pool2d(content * known, 2) / mass.clamp(min=1e-12)
-            found = self._refined(2 * self._best(self._coarse, mean, mass, F.avg_pool2d(used[None], 2)[0]), content, known)
+            place = self._best(self._coarse, mean, mass, F.avg_pool2d(used[None], 2)[0])
+            found = self._refined(2 * place, content, known)
         blank = known.flatten(1).amax(1) == 0
         places = self._valid.nonzero().flip(1)
         pick = torch.randint(len(places), (len(blank),), generator=generator).to(found.device)
@@ -70,7 +69,7 @@ class Blocks:
 
     def _refined(self, corners: Tensor, content: Tensor, known: Tensor) -> Tensor:
         """Places (n, 2), x first, within reach of whole ones (n, 2), row first, to a fraction of a pixel."""
-        count, channels, size, _ = content.shape
+        count, _, size, _ = content.shape
         sides = torch.tensor(self._pixels.shape[:2], device=content.device)
         spans = [min(size + 2 * _REACH, int(side)) for side in sides]
         first = torch.minimum((corners - _REACH).clamp(min=0), sides - torch.tensor(spans, device=content.device))

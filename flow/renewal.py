@@ -42,28 +42,37 @@ _BETWEEN = 4
 class Renewing:
     """How texture is renewed.
 
-    flow_weight: lambda, what a change costs against the motion. seam: what disagreement along a seam costs. rigidity:
-    what stretch adds to wear. blocks: at most so many a frame, besides those that new texture needs. block: their
-    size. window, step: the windows whose energy is measured, and their distance. interpolation: see `flow.warp`.
+    flow_weight: lambda, what a change costs against the motion. seam: what disagreement along a seam costs.
+    tolerance: wear that is left alone. rigidity: what stretch adds to wear. usage: what much-used parts of the
+    exemplar cost. blocks: at most so many a frame, besides those that new texture needs. block: their size. window,
+    step: the windows whose energy is measured, and their distance. interpolation: see `flow.warp`.
     Energies are in variances of the exemplar, sizes in px.
     """
 
-    flow_weight: float = 0.02
-    seam: float = 0.1
-    tolerance: float = 0.0
-    usage: float = 0.0
+    flow_weight: float = 0.015
+    seam: float = 0.4
+    tolerance: float = 0.06
     rigidity: float = 0.1
-    blocks: int = 16
-    block: int = 32
-    window: int = 16
-    step: int = 4
+    usage: float = 0.02
+    blocks: int = 20
+    block: int = 48
+    window: int = 24
+    step: int = 6
     interpolation: str = "lanczos"
 
     def __post_init__(self) -> None:
-        if min(self.flow_weight, self.seam, self.rigidity) < 0 or self.blocks < 0:
+        if min(self.flow_weight, self.seam, self.tolerance, self.rigidity, self.usage) < 0 or self.blocks < 0:
             raise InputError(f"{self} has a negative weight or number of blocks; give 0 or more")
         if min(self.block, self.window, self.step) < 2:
             raise InputError(f"{self} has a size below 2 px; give at least 2")
+
+
+PRESETS = {
+    "fast": Renewing(blocks=10, window=24, step=12, interpolation="bicubic"),
+    "default": Renewing(),
+    "best": Renewing(blocks=60, step=4),
+}
+"""How much work to spend on a frame."""
 
 
 @dataclass
@@ -97,7 +106,9 @@ class Renewal:
         read = warp(self._canvas, source, self.settings.interpolation)
         return torch.minimum(torch.maximum(read, self._low), self._high)
 
-    def __call__(self, source: Tensor, inside: Tensor, generator: torch.Generator) -> tuple[Tensor, Tensor, dict[str, float]]:
+    def __call__(
+        self, source: Tensor, inside: Tensor, generator: torch.Generator
+    ) -> tuple[Tensor, Tensor, dict[str, float]]:
         """Renew a carried frame: its source coordinates (2, H, W), image (C, H, W), and what that took.
 
         inside (H, W): True where texture belongs; elsewhere coordinates are left alone. generator: chooses what enters
@@ -143,7 +154,9 @@ class Renewal:
             if len(places) >= self.settings.blocks and need[row, column] < 10:
                 break
             places.append((int(rows[row]), int(columns[column])))
-            near = (np.abs(rows - rows[row]) < 3 / 8 * size)[:, None] & (np.abs(columns - columns[column]) < 3 / 8 * size)
+            near = (np.abs(rows - rows[row]) < 3 / 8 * size)[:, None] & (
+                np.abs(columns - columns[column]) < 3 / 8 * size
+            )
             need[near] = 0
         return places
 
@@ -171,9 +184,7 @@ class Renewal:
         used = torch.bincount(place, minlength=height * width).view(height, width).float()
         return self.settings.usage * self.wear.variance * used / mean(used).clamp(min=1e-6)
 
-    def _fuse(
-        self, frame: Carried, spot: tuple[slice, slice], source: Tensor, cost: Tensor, inside: Tensor
-    ) -> None:
+    def _fuse(self, frame: Carried, spot: tuple[slice, slice], source: Tensor, cost: Tensor, inside: Tensor) -> None:
         """Take of a block, given by its source coordinates, the pixels that lower the energy."""
         here = (slice(None), *spot)
         usable, new, old = frame.usable[spot], self.show(source), frame.image[here]
@@ -183,7 +194,7 @@ class Renewal:
         state = torch.where(inside, FREE, VOID)
         state[self._rim(spot) & inside & usable] = KEEP
         state[inside & ~usable] = TAKE
-        take = torch.from_numpy(_cut(state, rough, taking)).to(new.device)
+        take = torch.from_numpy(seam_cut(state, rough, taking)).to(new.device)
         frame.source[here] = torch.where(take, source, frame.source[here])
         frame.image[here] = torch.where(take, new, old)
         frame.wear[spot] = torch.where(take, 0.0, frame.wear[spot])
@@ -201,8 +212,12 @@ class Renewal:
         return rim
 
 
-def _cut(state: Tensor, rough: Tensor, taking: Tensor) -> np.ndarray:
-    """The cheapest cut: `rough` is the cost of a seam at each pixel, `taking` that of taking it."""
+def seam_cut(state: Tensor, rough: Tensor, taking: Tensor) -> np.ndarray:
+    """Which pixels (H, W) take a new patch in the cheapest labeling, boolean.
+
+    state (H, W): as `kwatra.cut.best_cut` has it. rough: what a seam through each pixel costs; taking: what taking it
+    costs, below 0 where it pays; both in variances.
+    """
     rough_counts, taking_counts = ((v * _COUNTS).round().long().cpu().numpy() for v in (rough, taking))
     pairs = []
     for axis in range(2):
@@ -212,7 +227,10 @@ def _cut(state: Tensor, rough: Tensor, taking: Tensor) -> np.ndarray:
 
 
 def gradient_weight(image: Tensor, share: Tensor) -> Tensor:
-    """K (H, W): motion is seen where colors change, so there the flow counts more (thesis 6.2.1); mean 1."""
+    """K (H, W): motion is seen where colors change, so there the flow counts more (thesis 6.2.1); mean 1.
+
+    image (C, H, W); share (C, 1, 1): how much each channel counts, sum 1.
+    """
     padded = F.pad(image[None], (0, 1, 0, 1), mode="replicate")[0]
     steps = (padded[:, :-1, 1:] - image).abs() + (padded[:, 1:, :-1] - image).abs()
     slope = (steps * share).sum(0)

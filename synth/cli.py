@@ -199,9 +199,7 @@ def _add_flow(commands: "argparse._SubParsersAction[_Parser]") -> None:
     add("field", metavar="FIELD", help="uniform:ANGLE, rotation, sink, ... (another name lists them all), or a file")
     add("-o", "--output", type=Path, metavar="OUT", help="the file to write: .flo, .png (KITTI), .npy or .npz")
     add("--picture", type=Path, metavar="FILE", help="draw it into this image: hue is direction, full color is fastest")
-    add(
-        "--arrows", type=whole(0), default=16, metavar="PX", help="distance of the arrows in it (default: 16; 0: none)"
-    )
+    add("--arrows", type=whole(0), default=16, metavar="PX", help="distance of the arrows in it (default: 16; 0: none)")
     add("--size", type=size, metavar="WIDTHxHEIGHT", help="size in pixels (default: 256x256; a file's own)")
     add("--speed", type=float, metavar="PX", help="px per frame of the fastest pixel (default: 2; a file's own)")
     add("--frames", type=whole(1), metavar="N", help="how many in time (default: 1; as many as a file holds)")
