@@ -1,4 +1,4 @@
-"""What the arguments of the command line mean; each raises ArgumentTypeError with a sentence for what it cannot read."""
+"""What the arguments of the command line mean; each raises ArgumentTypeError, in a sentence, for others."""
 
 import argparse
 from collections.abc import Callable

@@ -31,6 +31,25 @@ def test_the_term_of_ones_own_shades_the_picture():
     assert names["result"].energies[-1]["shade"] > 0
 
 
+def test_known_pixels_and_a_mask_are_kept():
+    names: dict = {}
+    with torch.random.fork_rng():
+        torch.manual_seed(0)
+        exec(BLOCKS[2], names)
+    image, frame, mask = names["result"].image, names["frame"], names["mask"]
+    assert torch.equal(image[frame], names["values"][frame])
+    assert not bool(image[:, ~mask].any())
+
+
+def test_a_hole_is_filled_and_a_guide_followed():
+    names: dict = {}
+    exec(BLOCKS[3], names)
+    hole, gravel, filled = names["hole"], names["gravel"], names["filled"]
+    assert np.array_equal(filled.image[~hole], gravel[~hole])
+    assert names["made"].image.shape == (160, 200)
+    assert np.mean(names["made"].take(names["labels"]) != names["wanted"]) < 0.05
+
+
 def test_every_picture_the_readme_shows_is_there():
     pictures = re.findall(r"!\[.*?\]\((.*?)\)", README)
     assert pictures
