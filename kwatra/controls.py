@@ -16,9 +16,6 @@ from kwatra.axes import LARGEST, coarse_shape, resized
 from kwatra.errors import InputError
 from kwatra.terms import Quadratic, TermLike, within
 
-HARD = 4.0
-"""What a fixed pixel counts where a start is chosen, beside one that is laid already."""
-
 
 @dataclass(frozen=True)
 class Wish:
@@ -96,7 +93,7 @@ class Controls:
         quadratics = [q for q in self.quadratics(x) if q.apply is None]
         if not quadratics:
             return None
-        asked = [q if q.fixed is None else replace(q, diagonal=q.diagonal + HARD * q.fixed) for q in quadratics]
+        asked = [q if q.fixed is None else replace(q, diagonal=q.diagonal + q.fixed.float()) for q in quadratics]
         return wish_of(asked, x)
 
     def energies(self, x: Tensor) -> list[tuple[str, float]]:
