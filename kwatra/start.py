@@ -53,7 +53,7 @@ def block_size(exemplar: Exemplar, shape: Sequence[int], share: float, grain: Se
 class BlockStart:
     """Lays blocks of an exemplar on an output of spatial `shape`; `run` returns the source map (n, *shape).
 
-    wish: values that pixels should have, with weights; a weight of 1 counts as much as a pixel that is laid already.
+    wish: values that pixels should have, with weights; a weight of 1 counts fully, as what is laid already.
     """
 
     def __init__(
@@ -168,19 +168,23 @@ class BlockStart:
         return [int(p) * g for p, g in zip(place, self.grain, strict=True)]
 
     def _mismatch(self, known: Tensor, content: Tensor, wish: Wish | None) -> Tensor:
-        """How little the blocks at all places agree with a block's content and wish, relative to the variance."""
-        square, count = torch.zeros(self.valid.shape, device=known.device), known.new_zeros(())
+        """How little the blocks at all places agree with what is known, and with the wish, relative to the variance.
+
+        Each is a mean square of its own, so that neither is diluted by the other; weights below 1 scale the wish's.
+        """
+        mismatch = torch.zeros(self.valid.shape, device=known.device)
         if self.aligned and bool(known.any()):
             cross = self._correlated(self.weighted, content * known)
             square = self._correlated(self.square[None], known[None])
-            square = square - 2 * cross + total(content.square() * known * self.share)
-            count = total(known)
+            constant = total(content.square() * known * self.share)
+            mismatch = (square - 2 * cross + constant).clamp(min=0) / (total(known) * self.variance)
         if wish is not None and bool((wish.weight > 0).any()):
             cross = self._correlated(self.weighted, wish.weight * wish.value)
-            there = self._correlated(self.weighted * self.exemplar.canvas, wish.weight)
-            square = square + there - 2 * cross + total(wish.value.square() * wish.weight * self.share)
-            count = count + total(wish.weight * self.share)
-        return square.clamp(min=0) / (count.clamp(min=1e-9) * self.variance)
+            square = self._correlated(self.weighted * self.exemplar.canvas, wish.weight)
+            constant = total(wish.value.square() * wish.weight * self.share)
+            count = total(torch.where(wish.weight > 0, wish.weight.clamp(min=1), 0.0) * self.share)
+            mismatch = mismatch + (square - 2 * cross + constant).clamp(min=0) / (count.clamp(min=1e-9) * self.variance)
+        return mismatch
 
     def _continuations(self, corner: tuple[int, ...]) -> Tensor:
         """Which blocks would only continue what an overlapping block copied, shaped as `valid`."""

@@ -143,8 +143,8 @@ def _add_synth(commands: "argparse._SubParsersAction[_Parser]") -> None:
         "to OUT_NAME; with several exemplars NAME=FILE1,FILE2; may be given again")  # fmt: skip
     add("--guide", metavar="MAP=MAP", help="EXEMPLAR_MAP=OUTPUT_MAP: put texture where the output's map is like the "
         "exemplar's (labels, a density, a direction); with several exemplars A,B=OUTPUT_MAP")  # fmt: skip
-    add("--guide-weight", type=positive, default=0.3, metavar="W", help="what the guide counts beside the colors; "
-        "less suits maps that vary smoothly (default: 0.3)")  # fmt: skip
+    add("--guide-weight", type=positive, default=1.0, metavar="W", help="what the guide counts beside the colors; "
+        "0.1 to 0.3 suits maps that vary smoothly (default: 1)")  # fmt: skip
     _add_common(parser)
 
 

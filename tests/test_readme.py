@@ -38,6 +38,23 @@ def test_the_flow_around_the_stone_is_the_one_that_is_seen():
     assert names["error"] < 0.25
     assert names["drawn"].shape == (3, 240, 320)
     assert float(names["forward"][:, ~names["stone"]].abs().max()) == 0
+def test_known_pixels_and_a_mask_are_kept():
+    names: dict = {}
+    with torch.random.fork_rng():
+        torch.manual_seed(0)
+        exec(BLOCKS[2], names)
+    image, frame, mask = names["result"].image, names["frame"], names["mask"]
+    assert torch.equal(image[frame], names["values"][frame])
+    assert not bool(image[:, ~mask].any())
+
+
+def test_a_hole_is_filled_and_a_guide_followed():
+    names: dict = {}
+    exec(BLOCKS[3], names)
+    hole, gravel, filled = names["hole"], names["gravel"], names["filled"]
+    assert np.array_equal(filled.image[~hole], gravel[~hole])
+    assert names["made"].image.shape == (160, 200)
+    assert np.mean(names["made"].take(names["labels"]) != names["wanted"]) < 0.05
 
 
 def test_every_picture_the_readme_shows_is_there():

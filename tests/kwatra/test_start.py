@@ -2,6 +2,7 @@ import pytest
 import torch
 
 from kwatra import Exemplar, InputError
+from kwatra.controls import Wish
 from kwatra.start import BlockStart, block_size
 
 
@@ -78,3 +79,16 @@ def test_videos_start_from_blocks_too():
     video = torch.rand(1, 8, 24, 24, generator=torch.Generator().manual_seed(0))
     start, where = run(Exemplar.of(video), (10, 40, 40), (4, 12, 12), (1, 2, 2))
     assert torch.equal(start.x, video[(slice(None), *where)])
+
+
+def test_blocks_go_where_they_agree_with_a_wish():
+    # dark left half, light right half; the wish asks for light above dark
+    image = torch.rand(1, 48, 96, generator=torch.Generator().manual_seed(0)) * 0.2
+    image[..., 48:] += 0.7
+    value = torch.full((1, 96, 60), 0.1)
+    value[:, :48] = 0.8
+    start, _ = run(Exemplar.of(image), (96, 60), (12, 12), wish=Wish(torch.ones(1, 1, 1).expand_as(value), value))
+    assert float(start.x[:, :44].mean()) > 0.75
+    assert float(start.x[:, 52:].mean()) < 0.15
+    blind, _ = run(Exemplar.of(image), (96, 60), (12, 12))
+    assert abs(float(blind.x[:, :44].mean() - blind.x[:, 52:].mean())) < 0.5
