@@ -16,7 +16,7 @@ from synth.guidance import Guide
 Map = TypeVar("Map", Tensor, np.ndarray)
 
 PRESETS = {
-    "fast": (Settings(iterations=1, candidates=2, exact_pairs=1 << 22), 1),
+    "fast": (Settings(seams=1, iterations=1, candidates=2, exact_pairs=1 << 22), 1),
     "default": (Settings(), 1),
     "best": (Settings(iterations=6), 4),
 }

@@ -33,11 +33,13 @@ def test_the_term_of_ones_own_shades_the_picture():
 
 def test_the_flow_around_the_stone_is_the_one_that_is_seen():
     names: dict = {}
-    exec(BLOCKS[2], names)
+    exec(BLOCKS[4], names)
     assert names["moved"].shape == (1, 240, 320)
     assert names["error"] < 0.25
     assert names["drawn"].shape == (3, 240, 320)
     assert float(names["forward"][:, ~names["stone"]].abs().max()) == 0
+
+
 def test_known_pixels_and_a_mask_are_kept():
     names: dict = {}
     with torch.random.fork_rng():

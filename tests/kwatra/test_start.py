@@ -1,5 +1,6 @@
 import pytest
 import torch
+from skimage import data
 
 from kwatra import Exemplar, InputError
 from kwatra.controls import Wish
@@ -42,6 +43,27 @@ def test_aligned_blocks_fit_better_than_random_ones():
         return int((x.diff(dim=2) != 0).sum() + (x.diff(dim=1) != 0).sum())
 
     assert breaks(True) < breaks(False)
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_blocks_with_cheaper_seams_are_laid(seed):
+    image = torch.from_numpy(data.gravel()[:64, :64].astype("float32") / 255)[None]
+
+    def read(place):
+        y, x = place.clamp(0, 63)
+        return image[0, y, x]
+
+    def seams(count):
+        _, where = run(Exemplar.of(image), (128, 128), (24, 24), seed=seed, seams=count, usage=0.0)
+        place = torch.stack(torch.meshgrid(torch.arange(128), torch.arange(128), indexing="ij"))
+        offset, cost = where - place, 0.0
+        for axis in (1, 2):
+            p, q = (place.narrow(axis, k, 127) for k in (0, 1))
+            mine, theirs = (offset.narrow(axis, k, 127) for k in (0, 1))
+            cost += sum(float((read(at + mine) - read(at + theirs)).abs().sum()) for at in (p, q))
+        return cost
+
+    assert seams(8) < seams(1)
 
 
 def test_usage_spreads_the_blocks_over_the_exemplar():
