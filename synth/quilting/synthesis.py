@@ -37,8 +37,9 @@ class QuiltSettings:
     much a source region costs for being used already. `refine`: at most so many refinement patches; `patience`: stop
     after so many in a row that lowered nothing; `seconds`: or after this time (then the result depends on the machine).
     `normalized`: cost M' (equation 5) for M (equation 1). `tile`: the picture repeats without a seam.
-    `rotate`, `mirror`: also copies turned by quarters, mirrored. `scale`: also copies between these two scales;
-    `perspective`: their scale then goes from the first at the top to the second at the bottom (figure 11).
+    `rotate`: also copies turned by these angles, in degrees counterclockwise. `mirror`: also mirrored ones.
+    `scale`: also copies between these two scales; `perspective`: their scale then goes from the first at the top to the
+    second at the bottom (figure 11).
     `feather`: blend seams by a Gaussian of so many pixels. `spline`: blend them by multi-resolution splining.
     """
 
@@ -52,7 +53,7 @@ class QuiltSettings:
     seconds: float | None = None
     normalized: bool = False
     tile: bool = False
-    rotate: bool = False
+    rotate: tuple[float, ...] = ()
     mirror: bool = False
     scale: tuple[float, float] | None = None
     perspective: bool = False
