@@ -5,9 +5,7 @@ A video is written beside its target and moved there when it is whole; a folder 
 """
 
 import os
-import shutil
 from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -18,7 +16,7 @@ import torch
 from torch import Tensor
 
 from kwatra.errors import InputError
-from synth.files import image_writer, read_image, write_files
+from synth.files import Writer, image_writer, read_image, write_files
 from synth.formats import Kind
 
 FILE_SUFFIXES = (".mp4", ".gif")
@@ -58,13 +56,17 @@ def write_video(path: str | Path, frames: Tensor, rate: float, kind: Kind = _COL
 
     Raises InputError if the target exists and `overwrite` is not set, or cannot be written; it is then as it was.
     """
-    path = Path(path)
     check_video_output(path, overwrite)
-    if path.suffix.lower() in FILE_SUFFIXES:
-        save = _save_mp4 if path.suffix.lower() == ".mp4" else _save_gif
-        write_files({path: lambda target: save(target, _bytes(frames), rate)})
-    else:
-        _write_folder(path, frames, kind)
+    write_files({Path(path): video_writer(path, frames, rate, kind)})
+
+
+def video_writer(path: str | Path, frames: Tensor, rate: float, kind: Kind = _COLORS) -> Writer:
+    """What writes frames (C, T, H, W) in the form that the ending of `path` names; see `write_files`."""
+    suffix = Path(path).suffix.lower()
+    if suffix in FILE_SUFFIXES:
+        save = _save_mp4 if suffix == ".mp4" else _save_gif
+        return lambda target: save(target, _bytes(frames), rate)
+    return lambda target: _save_folder(target, frames, kind)
 
 
 def check_video_output(path: str | Path, overwrite: bool) -> None:
@@ -166,36 +168,8 @@ def _save_gif(target: Path, frames: Iterator[np.ndarray], rate: float) -> None:
     pictures[0].save(target, format="GIF", save_all=True, append_images=pictures[1:], duration=pause, loop=0)
 
 
-def _write_folder(path: Path, frames: Tensor, kind: Kind) -> None:
-    made = path.absolute().with_name(f".{os.getpid()}.{path.name}")
+def _save_folder(target: Path, frames: Tensor, kind: Kind) -> None:
     ending = ".png" if kind.dtype in ("uint8", "uint16") else ".tif"
-    with _removed(made):
-        made.mkdir()
-        for t in range(frames.shape[1]):
-            frame = made / f"{t:04d}{ending}"
-            write_files({frame: image_writer(frame, frames[:, t], kind)})
-        _swap(made, path.absolute())
-
-
-def _swap(made: Path, path: Path) -> None:
-    """Move a folder to where another may be; if that fails the other is back in its place."""
-    old = path.with_name(f".{os.getpid()}.old.{path.name}")
-    if path.exists():
-        path.rename(old)
-    try:
-        made.rename(path)
-    except OSError:
-        if old.exists():
-            old.rename(path)
-        raise
-    if old.exists():
-        shutil.rmtree(old)
-
-
-@contextmanager
-def _removed(folder: Path) -> Iterator[None]:
-    try:
-        yield
-    finally:
-        if folder.is_dir():
-            shutil.rmtree(folder)
+    target.mkdir()
+    names = [target / f"{t:04d}{ending}" for t in range(frames.shape[1])]
+    write_files({name: image_writer(name, frames[:, t], kind) for t, name in enumerate(names)})
