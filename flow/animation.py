@@ -6,6 +6,7 @@ optimized by copying windows where the texture has worn (`flow.renewal`), so tha
 sequence never wears out. Memory does not grow with the number of frames.
 """
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from itertools import count
@@ -17,7 +18,7 @@ from flow.carrying import carried
 from flow.checks import check_mask
 from flow.fields import Field
 from flow.renewal import Renewal, Renewing
-from flow.warps import Lookup, lookup
+from flow.warps import Lookup, lookup, warp
 from kwatra import Exemplar, InputError, Level, Result, Settings, optimize
 from kwatra.result import Row
 from kwatra.sourcemap import look_up
@@ -151,7 +152,8 @@ class Motion:
         inside = self.allowed(0)
         if self.enter is not None:
             inside = torch.zeros_like(inside)
-            return self._frame(State(0, torch.zeros(2, *self.shape, device=self.device), inside), {})
+            nowhere = torch.full((2, *self.shape), -1.0, device=self.device)
+            return self._frame(State(0, nowhere, inside), {})
         if first is not None:
             synthesis = replace(synthesis, levels=_PROJECTION)
         mask = None if self.mask is None else inside
@@ -166,17 +168,18 @@ class Motion:
         """The frame that follows a state."""
         number = state.number + 1
         flow = self.field(state.number, self.shape).to(self.device)
-        look = self._lookup(flow, state.inside)
         inside = self.allowed(number)
-        if self.enter is not None:
-            inside = inside & (look.known | _enters(flow, self.enter))
+        if self.enter is None:
+            look = self._lookup(flow, state.inside)
+        else:
+            look = self._lookup(flow, self.allowed(state.number))
+            inside = inside & (_arrives(state, look) | _enters(flow, self.enter))
+            look = Lookup(look.coordinates, look.known & _covered(state.inside, look, "nearest").bool())
         generator = torch.Generator().manual_seed((self.seed << 32) + number)
-        source, image, report = self.renewal(carried(state.source, look), inside, generator)
+        source, image, report = self.renewal(carried(state.source, look, state.inside), inside, generator)
         return self._frame(State(number, source, inside), report, image)
 
     def _lookup(self, flow: Tensor, inside: Tensor) -> Lookup:
-        if not bool(inside.any()):
-            return Lookup(torch.zeros_like(flow), inside)
         if self.field.steady and self._steady is not None and torch.equal(self._steady[0], inside):
             return self._steady[1]
         look = lookup(flow, None if bool(inside.all()) else inside)
@@ -187,11 +190,27 @@ class Motion:
         image = self.renewal.show(state.source) if image is None else image
         height, width = self.exemplar.shape
         x, y = state.source.round().long()
-        origin = look_up(self.exemplar.origin, torch.stack([y.clamp(0, height - 1), x.clamp(0, width - 1)]))
+        where = torch.stack([y.clamp(0, height - 1), x.clamp(0, width - 1)])
+        origin = look_up(self.exemplar.origin, where)
         origin[:1] = torch.where(state.inside, origin[:1], -1)
         rows: list[Row] = [{"frame": state.number, **report}]
         shown = torch.where(state.inside, image, 0.0)
-        return Frame(shown, origin, state.source.flip(0).round().long(), rows, [], "", state)
+        return Frame(shown, origin, where, rows, [], "", state)
+
+
+def _covered(inside: Tensor, look: Lookup, mode: str) -> Tensor:
+    """How much (H, W) of what flows to each pixel is texture, 0 to 1."""
+    return warp(inside[None].float(), look.coordinates, mode)[0]
+
+
+def _arrives(state: State, look: Lookup) -> Tensor:
+    """Where (H, W) texture flows to from within the frame.
+
+    Of a front that advances by a fraction of a pixel, the pixel before it is reached in that share of the frames: by
+    a threshold that runs evenly through all values (additive recurrence of the golden ratio).
+    """
+    threshold = 0.01 + 0.98 * (state.number * (math.sqrt(5) - 1) / 2 % 1)
+    return look.known & (_covered(state.inside, look, "bilinear") > threshold)
 
 
 def _enters(flow: Tensor, side: str) -> Tensor:

@@ -82,9 +82,11 @@ class Blocks:
         best = cost.flatten(1).argmin(1)
         row, column = best // cost.shape[2], best % cost.shape[2]
         block = torch.arange(count, device=cost.device)
-        y = first[:, 0] + row + _lowest(cost[block, :, column], row)
-        x = first[:, 1] + column + _lowest(cost[block, row], column)
-        return torch.stack([x, y], 1)
+        whole = first + torch.stack([row, column], 1)
+        place = whole + torch.stack([_lowest(cost[block, :, column], row), _lowest(cost[block, row], column)], 1)
+        ends = place.floor().long(), place.ceil().long()
+        fits = torch.stack([self._valid[y[:, 0], x[:, 1]] for y in ends for x in ends]).all(0)
+        return torch.where(fits[:, None], place, whole.to(place)).flip(1)
 
 
 def _correlated(images: Tensor, kernels: Tensor) -> Tensor:

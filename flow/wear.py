@@ -36,7 +36,8 @@ class Wear:
         self.variance = max(float(total(variances * share)), 1e-8)
         fits = (w for w in range(min(width, *shape), 0, -1) if bool(exemplar.corners((w, w)).any()))
         width = next(fits, 1)
-        step = max(s for s in range(1, step + 1) if width % s == 0)
+        step = min(step, width)
+        width -= width % step
         blurred = replace(exemplar, canvas=_blurred(exemplar.canvas, exemplar.owner >= 0))
         self.source = SourceWindows(blurred, (width, width), torch.Generator().manual_seed(0))
         self.grid = Grid(shape, (width, width), (step, step), device=exemplar.canvas.device)
