@@ -49,7 +49,7 @@ class Renewing:
     Energies are in variances of the exemplar, sizes in px.
     """
 
-    flow_weight: float = 0.015
+    flow_weight: float = 0.025
     seam: float = 0.4
     tolerance: float = 0.06
     rigidity: float = 0.1
