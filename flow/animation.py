@@ -6,7 +6,6 @@ optimized by copying windows where the texture has worn (`flow.renewal`), so tha
 sequence never wears out. Memory does not grow with the number of frames.
 """
 
-import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from itertools import count
@@ -16,15 +15,13 @@ from torch import Tensor
 
 from flow.carrying import carried
 from flow.checks import check_mask
+from flow.entering import SIDES, entered, known_of
 from flow.fields import Field
 from flow.renewal import Renewal, Renewing
-from flow.warps import Lookup, lookup, warp
+from flow.warps import Lookup, lookup
 from kwatra import Exemplar, InputError, Level, Result, Settings, optimize
 from kwatra.result import Row
 from kwatra.sourcemap import look_up
-
-SIDES = ("left", "right", "top", "bottom", "all")
-"""Where texture may enter an empty frame from."""
 
 _PROJECTION = (Level(1, 16), Level(1, 8))
 """How a given first picture is brought to the exemplar: at full resolution, keeping what is texture already."""
@@ -172,9 +169,10 @@ class Motion:
         if self.enter is None:
             look = self._lookup(flow, state.inside)
         else:
-            look = self._lookup(flow, self.allowed(state.number))
-            inside = inside & (_arrives(state, look) | _enters(flow, self.enter))
-            look = Lookup(look.coordinates, look.known & _covered(state.inside, look, "nearest").bool())
+            allowed = self.allowed(state.number)
+            look = self._lookup(flow, allowed)
+            inside = inside & entered(flow, look, state.inside, allowed, self.enter, state.number)
+            look = known_of(look, state.inside)
         generator = torch.Generator().manual_seed((self.seed << 32) + number)
         source, image, report = self.renewal(carried(state.source, look, state.inside), inside, generator)
         return self._frame(State(number, source, inside), report, image)
@@ -196,27 +194,3 @@ class Motion:
         rows: list[Row] = [{"frame": state.number, **report}]
         shown = torch.where(state.inside, image, 0.0)
         return Frame(shown, origin, where, rows, [], "", state)
-
-
-def _covered(inside: Tensor, look: Lookup, mode: str) -> Tensor:
-    """How much (H, W) of what flows to each pixel is texture, 0 to 1."""
-    return warp(inside[None].float(), look.coordinates, mode)[0]
-
-
-def _arrives(state: State, look: Lookup) -> Tensor:
-    """Where (H, W) texture flows to from within the frame.
-
-    Of a front that advances by a fraction of a pixel, the pixel before it is reached in that share of the frames: by
-    a threshold that runs evenly through all values (additive recurrence of the golden ratio).
-    """
-    threshold = 0.01 + 0.98 * (state.number * (math.sqrt(5) - 1) / 2 % 1)
-    return look.known & (_covered(state.inside, look, "bilinear") > threshold)
-
-
-def _enters(flow: Tensor, side: str) -> Tensor:
-    """Where (H, W) the flow comes from beyond a side of the frame."""
-    height, width = flow.shape[1:]
-    x = torch.arange(width, device=flow.device) - flow[0]
-    y = torch.arange(height, device=flow.device)[:, None] - flow[1]
-    beyond = {"left": x < 0, "right": x > width - 1, "top": y < 0, "bottom": y > height - 1}
-    return torch.stack(list(beyond.values())).any(0) if side == "all" else beyond[side]

@@ -109,9 +109,7 @@ def test_what_a_hole_holds_has_no_influence() -> None:
     image, hole = smooth(), torch.ones(60, 70, dtype=torch.bool)
     hole[20:31, 30:41] = False
     content = torch.cat([cut(image, x, y) for x, y in ((11.0, 17.0), (43.5, 20.0), (25.0, 25.0))])
-    found = [
-        nearest(Exemplar.of(torch.where(hole, image, value), masks=[hole]), content) for value in (0.0, 0.4, 1.0)
-    ]
+    found = [nearest(Exemplar.of(torch.where(hole, image, value), masks=[hole]), content) for value in (0.0, 0.4, 1.0)]
     assert torch.equal(found[0], found[1])
     assert torch.equal(found[0], found[2])
 
@@ -120,7 +118,7 @@ def test_a_block_of_which_nothing_is_known_comes_from_anywhere_usable() -> None:
     image, hole = smooth(), torch.ones(60, 70, dtype=torch.bool)
     hole[:, 35:] = False
     found = nearest(Exemplar.of(image, masks=[hole]), torch.zeros(200, 2, SIZE, SIZE), torch.zeros(200, 1, SIZE, SIZE))
-    assert 0 <= float(found.min())
+    assert float(found.min()) >= 0
     assert float(found[:, 0].max()) == 35 - SIZE
     assert float(found[:, 1].max()) > 60 - SIZE - 4
     assert len(found.unique(dim=0)) > 100

@@ -1,5 +1,6 @@
 """Wear: nothing for copies, more the more a copy is turned, stretched or replaced by something else."""
 
+import itertools
 import math
 
 import pytest
@@ -58,7 +59,7 @@ def test_a_copy_from_elsewhere_than_its_coordinates_say_is_found() -> None:
 def test_wear_grows_as_a_copy_turns() -> None:
     means = [float(wear_of(stones(), turned(angle)).mean()) for angle in (0, 4, 8, 16)]
     assert means[0] < AT_THE_BORDER / 4
-    assert all(2 * before < after for before, after in zip(means[1:], means[2:], strict=False))
+    assert all(2 * before < after for before, after in itertools.pairwise(means))
     assert means[1] > 0.005
 
 

@@ -85,3 +85,35 @@ def test_large_cuts_solved_in_bands_stay_near_the_best(monkeypatch):
     monkeypatch.setattr(cut, "MOST_AT_ONCE", 150)
     banded = cost_of(best_cut(state, pairs))
     assert exact <= banded <= 1.5 * exact
+
+
+@pytest.mark.parametrize("maxflow", [False, True])
+@pytest.mark.parametrize("seed", range(12))
+def test_with_a_cost_of_taking_the_cut_is_still_the_best_of_all_labelings(seed, maxflow):
+    if maxflow and importlib.util.find_spec("maxflow") is None:
+        pytest.skip("PyMaxflow is an extra")
+    rng = np.random.default_rng(seed)
+    state, pairs = random_problem(rng, (3, 4))
+    taking = rng.integers(-80, 80, state.shape)
+
+    def cost_of(take):
+        return sum(int(s.sum()) for s in seams_after(state, take, pairs)) + int(taking[take & (state == FREE)].sum())
+
+    free = np.argwhere(state == FREE)
+    every = []
+    for choice in itertools.product([False, True], repeat=len(free)):
+        take = state == TAKE
+        take[tuple(free.T)] = choice
+        every.append(cost_of(take))
+    take = best_cut(state, pairs, use_maxflow=maxflow, taking=taking)
+    assert cost_of(take) == min(every)
+    assert take[state == TAKE].all()
+    assert not take[(state == KEEP) | (state == VOID)].any()
+    assert cost_of(best_cut(state, pairs)) >= min(every)
+
+
+def test_taking_alone_decides_where_there_are_no_seams():
+    state = np.full((4, 5), FREE)
+    zero = [np.zeros((3, 5), int), np.zeros((4, 4), int)]
+    taking = np.random.default_rng(0).integers(-9, 10, (4, 5))
+    assert (best_cut(state, [(z, z, z) for z in zero], taking=taking) == (taking < 0)).all()
