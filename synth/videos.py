@@ -6,7 +6,7 @@ A video is written beside its target and moved there when it is whole; a folder 
 
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from fractions import Fraction
@@ -18,7 +18,7 @@ import torch
 from torch import Tensor
 
 from kwatra.errors import InputError
-from synth.files import image_writer, read_image, write_files
+from synth.files import Writer, image_writer, read_image, write_files
 from synth.formats import Kind
 
 FILE_SUFFIXES = (".mp4", ".gif")
@@ -61,10 +61,15 @@ def write_video(path: str | Path, frames: Tensor, rate: float, kind: Kind = _COL
     path = Path(path)
     check_video_output(path, overwrite)
     if path.suffix.lower() in FILE_SUFFIXES:
-        save = _save_mp4 if path.suffix.lower() == ".mp4" else _save_gif
-        write_files({path: lambda target: save(target, _bytes(frames), rate)})
+        write_files({path: video_writer(path, frames.unbind(1), rate)})
     else:
         _write_folder(path, frames, kind)
+
+
+def video_writer(path: Path, frames: Iterable[Tensor], rate: float) -> Writer:
+    """What writes frames (C, H, W), taken one by one, as the .mp4 or .gif that `path` names; see `write_files`."""
+    save = _save_mp4 if path.suffix.lower() == ".mp4" else _save_gif
+    return lambda target: save(target, _bytes(frames), rate)
 
 
 def check_video_output(path: str | Path, overwrite: bool) -> None:
@@ -135,11 +140,11 @@ def _read_file(path: Path) -> Clip:
     return Clip(frames, rate, _COLORS)
 
 
-def _bytes(frames: Tensor) -> Iterator[np.ndarray]:
-    """Each frame as (H, W, 3) uint8."""
-    color = frames[:3] if frames.shape[0] >= 3 else frames[:1].expand(3, *frames.shape[1:])
-    for t in range(color.shape[1]):
-        yield np.ascontiguousarray((color[:, t].clamp(0, 1) * 255).round().byte().permute(1, 2, 0).numpy())
+def _bytes(frames: Iterable[Tensor]) -> Iterator[np.ndarray]:
+    """Each frame (C, H, W) as (H, W, 3) uint8."""
+    for frame in frames:
+        color = frame[:3] if len(frame) >= 3 else frame[:1].expand(3, -1, -1)
+        yield np.ascontiguousarray((color.clamp(0, 1) * 255).round().byte().permute(1, 2, 0).numpy())
 
 
 def _save_mp4(target: Path, frames: Iterator[np.ndarray], rate: float) -> None:
@@ -159,11 +164,17 @@ def _save_mp4(target: Path, frames: Iterator[np.ndarray], rate: float) -> None:
 
 def _save_gif(target: Path, frames: Iterator[np.ndarray], rate: float) -> None:
     from PIL import Image
+    from PIL.GifImagePlugin import getdata, getheader
 
-    pictures = [Image.fromarray(array).quantize(256, method=Image.Quantize.MEDIANCUT) for array in frames]
     # Hundredths of a second are all a GIF can say.
     pause = max(round(100 / rate), 2) * 10
-    pictures[0].save(target, format="GIF", save_all=True, append_images=pictures[1:], duration=pause, loop=0)
+    with target.open("wb") as file:
+        for array in frames:
+            picture = Image.fromarray(array).quantize(256, method=Image.Quantize.MEDIANCUT)
+            if file.tell() == 0:
+                file.writelines(getheader(picture, info={"loop": 0, "duration": pause})[0])
+            file.writelines(getdata(picture, duration=pause, include_color_table=True))
+        file.write(b";")
 
 
 def _write_folder(path: Path, frames: Tensor, kind: Kind) -> None:
