@@ -67,7 +67,7 @@ class _Job:
         if not self.output.is_dir() or self.video:
             if resume and self.video and self.output.exists() and not self.folder.path.exists():
                 raise InputError(f"{self.output} is whole, there is nothing to resume; make it anew with --overwrite")
-            check_video_output(self.output, overwrite)
+            check_video_output(self.output, overwrite or not self.video)
         if not resume:
             self.folder.check_new(overwrite)
             return None
@@ -107,13 +107,15 @@ class _Job:
         begun = done > 0
         if begun:
             self.folder.clear(done - 1)
+        began = time.perf_counter()
         try:
             for number, frame in enumerate(frames, done):
                 if not begun:
                     self.folder.clear()
                     begun = True
                 self.folder.add(self.inputs.drawn(frame), frame.state)
-                report(f"frame {number + 1} of {self.total}", (number + 1) / self.total)
+                rate = (number + 1 - done) / (time.perf_counter() - began)
+                report(f"frame {number + 1} of {self.total}, {rate:.1f} frames/s", (number + 1) / self.total)
             if self.video:
                 write_files({self.output: video_writer(self.output, self._shown(report), self.arguments.fps)})
                 self.folder.remove()

@@ -22,6 +22,7 @@ from synth.form import Form
 Shape = tuple[int, int]
 
 _SIZE = (256, 256)
+_LEAST = 4
 
 
 @dataclass(frozen=True)
@@ -122,6 +123,8 @@ def _shape(arguments: argparse.Namespace, first: Picture | None, drawn: Tensor |
                 f"{path} is {size[1]}x{size[0]} but the frames are to be {shape[1]}x{shape[0]}; "
                 f"leave out --size, or {cure}"
             )
+    if min(shape) < _LEAST:
+        raise InputError(f"frames of {shape[1]}x{shape[0]} are too small; give at least {_LEAST} pixels a side")
     check_size(shape)
     return shape
 

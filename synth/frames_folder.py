@@ -43,11 +43,12 @@ class FramesFolder:
         self._check_place()
         if not self.path.is_dir() or not any(self.path.iterdir()):
             return
-        if not overwrite:
-            resume = f"; go on after its {count} frames with --resume, or" if (count := self.count()) else "; name"
-            raise InputError(f"{self.path} exists{resume} another folder or allow it with --overwrite")
         if not (self.path / _STATE).exists() or any(_OURS.fullmatch(file.name) is None for file in self.path.iterdir()):
-            raise InputError(f"{self.path} holds more than frames of an animation and is not replaced; name another")
+            raise InputError(f"{self.path} holds other things than an animation's frames; name another folder")
+        if not overwrite:
+            raise InputError(
+                f"{self.path} holds {self.count()} frames; go on with --resume, or begin anew with --overwrite"
+            )
 
     def state(self) -> State:
         """The state of the last whole frame.
