@@ -5,7 +5,7 @@ A video is written beside its target and moved there when it is whole; a folder 
 """
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -57,11 +57,11 @@ def write_video(path: str | Path, frames: Tensor, rate: float, kind: Kind = _COL
     Raises InputError if the target exists and `overwrite` is not set, or cannot be written; it is then as it was.
     """
     check_video_output(path, overwrite)
-    write_files({Path(path): video_writer(path, frames, rate, kind)})
+    write_files({Path(path): video_writer(path, frames.unbind(1), rate, kind)})
 
 
-def video_writer(path: str | Path, frames: Tensor, rate: float, kind: Kind = _COLORS) -> Writer:
-    """What writes frames (C, T, H, W) in the form that the ending of `path` names; see `write_files`."""
+def video_writer(path: str | Path, frames: Iterable[Tensor], rate: float, kind: Kind = _COLORS) -> Writer:
+    """What writes frames (C, H, W), taken one by one, in the form that the ending of `path` names; see `write_files`."""
     suffix = Path(path).suffix.lower()
     if suffix in FILE_SUFFIXES:
         save = _save_mp4 if suffix == ".mp4" else _save_gif
@@ -137,11 +137,11 @@ def _read_file(path: Path) -> Clip:
     return Clip(frames, rate, _COLORS)
 
 
-def _bytes(frames: Tensor) -> Iterator[np.ndarray]:
-    """Each frame as (H, W, 3) uint8."""
-    color = frames[:3] if frames.shape[0] >= 3 else frames[:1].expand(3, *frames.shape[1:])
-    for t in range(color.shape[1]):
-        yield np.ascontiguousarray((color[:, t].clamp(0, 1) * 255).round().byte().permute(1, 2, 0).numpy())
+def _bytes(frames: Iterable[Tensor]) -> Iterator[np.ndarray]:
+    """Each frame (C, H, W) as (H, W, 3) uint8."""
+    for frame in frames:
+        color = frame[:3] if len(frame) >= 3 else frame[:1].expand(3, -1, -1)
+        yield np.ascontiguousarray((color.clamp(0, 1) * 255).round().byte().permute(1, 2, 0).numpy())
 
 
 def _save_mp4(target: Path, frames: Iterator[np.ndarray], rate: float) -> None:
@@ -161,15 +161,22 @@ def _save_mp4(target: Path, frames: Iterator[np.ndarray], rate: float) -> None:
 
 def _save_gif(target: Path, frames: Iterator[np.ndarray], rate: float) -> None:
     from PIL import Image
+    from PIL.GifImagePlugin import getdata, getheader
 
-    pictures = [Image.fromarray(array).quantize(256, method=Image.Quantize.MEDIANCUT) for array in frames]
     # Hundredths of a second are all a GIF can say.
     pause = max(round(100 / rate), 2) * 10
-    pictures[0].save(target, format="GIF", save_all=True, append_images=pictures[1:], duration=pause, loop=0)
+    with target.open("wb") as file:
+        for array in frames:
+            picture = Image.fromarray(array).quantize(256, method=Image.Quantize.MEDIANCUT)
+            if file.tell() == 0:
+                file.writelines(getheader(picture, info={"loop": 0, "duration": pause})[0])
+            file.writelines(getdata(picture, duration=pause, include_color_table=True))
+        file.write(b";")
 
 
-def _save_folder(target: Path, frames: Tensor, kind: Kind) -> None:
+def _save_folder(target: Path, frames: Iterable[Tensor], kind: Kind) -> None:
     ending = ".png" if kind.dtype in ("uint8", "uint16") else ".tif"
     target.mkdir()
-    names = [target / f"{t:04d}{ending}" for t in range(frames.shape[1])]
-    write_files({name: image_writer(name, frames[:, t], kind) for t, name in enumerate(names)})
+    for t, frame in enumerate(frames):
+        name = target / f"{t:04d}{ending}"
+        write_files({name: image_writer(name, frame, kind)})

@@ -98,9 +98,9 @@ def _quilt_video(arguments: argparse.Namespace) -> str:
         )
     took = time.perf_counter() - began
     rate = arguments.fps or clip.rate
-    writers = {output: video_writer(output, result.image, rate, clip.kind)}
+    writers = {output: video_writer(output, result.image.unbind(1), rate, clip.kind)}
     if arguments.seams is not None:
-        writers[arguments.seams] = video_writer(arguments.seams, seams_drawn(result), rate, _SEAMS_KIND)
+        writers[arguments.seams] = video_writer(arguments.seams, seams_drawn(result).unbind(1), rate, _SEAMS_KIND)
     if arguments.map is not None:
         writers[arguments.map] = _map_writer(result)
     write_files(writers)
