@@ -96,7 +96,7 @@ class Renewal:
         self._canvas = filled(exemplar.canvas, exemplar.owner >= 0)
         inside = exemplar.canvas[:, exemplar.owner >= 0]
         self._low, self._high = inside.amin(1)[:, None, None], inside.amax(1)[:, None, None]
-        self._share = (exemplar.weights / exemplar.weights.sum().clamp(min=1e-9)).view(-1, 1, 1)
+        self._share = exemplar.share
         t = (torch.arange(self.blocks.size) - (self.blocks.size - 1) / 2) / (0.4 * self.blocks.size)
         bell = torch.exp(-t.square()).to(exemplar.canvas.device)
         self._bell = bell[:, None] * bell

@@ -101,11 +101,10 @@ class BlockStart:
         self.where = torch.zeros(len(self.shape), *self.shape, dtype=torch.long, device=device)
         self.used = torch.zeros(exemplar.shape, device=device)
         self.laid: list[tuple[tuple[int, ...], list[int]]] = []
-        self.share = (exemplar.weights / exemplar.weights.sum().clamp(min=1e-9)).view(-1, *[1] * len(self.shape))
+        self.share = exemplar.share
         self.weighted = exemplar.canvas * self.share
         self.square = (self.weighted * exemplar.canvas).sum(0)
-        inside = exemplar.canvas[:, exemplar.owner >= 0]
-        variance = torch.stack([mean((c - mean(c)).square()) for c in inside]) * self.share.flatten()
+        variance = exemplar.variances * self.share.flatten()
         if self.wish is not None:  # guidance says where a texture goes, not what it looks like
             guided = (self.wish.weight > 0).flatten(1).all(1)
             variance = variance[~guided] if not bool(guided.all()) else variance

@@ -61,7 +61,7 @@ def write_video(path: str | Path, frames: Tensor, rate: float, kind: Kind = _COL
 
 
 def video_writer(path: str | Path, frames: Iterable[Tensor], rate: float, kind: Kind = _COLORS) -> Writer:
-    """What writes frames (C, H, W), taken one by one, in the form that the ending of `path` names; see `write_files`."""
+    """What writes frames (C, H, W), one by one, in the form that the ending of `path` names: see `write_files`."""
     suffix = Path(path).suffix.lower()
     if suffix in FILE_SUFFIXES:
         save = _save_mp4 if suffix == ".mp4" else _save_gif
