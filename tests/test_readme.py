@@ -40,6 +40,15 @@ def test_the_flow_around_the_stone_is_the_one_that_is_seen():
     assert float(names["forward"][:, ~names["stone"]].abs().max()) == 0
 
 
+def test_the_gravel_flows_goes_on_and_loops():
+    names: dict = {}
+    exec(BLOCKS[3], names)
+    assert names["shown"].shape == (1, 72, 96)
+    assert not names["shown"][:, ~names["stone"]].any()
+    assert [frame.state.number for frame in names["more"]] == [4, 5]
+    assert len(names["again"]) == 8
+
+
 def test_every_picture_the_readme_shows_is_there():
     pictures = re.findall(r"!\[.*?\]\((.*?)\)", README)
     assert pictures
