@@ -59,6 +59,15 @@ def test_a_hole_is_filled_and_a_guide_followed():
     assert np.mean(names["made"].take(names["labels"]) != names["wanted"]) < 0.05
 
 
+def test_the_gravel_flows_goes_on_and_loops():
+    names: dict = {}
+    exec(BLOCKS[5], names)
+    assert names["shown"].shape == (1, 72, 96)
+    assert not names["shown"][:, ~names["stone"]].any()
+    assert [frame.state.number for frame in names["more"]] == [4, 5]
+    assert len(names["again"]) == 8
+
+
 def test_every_picture_the_readme_shows_is_there():
     pictures = re.findall(r"!\[.*?\]\((.*?)\)", README)
     assert pictures

@@ -29,10 +29,10 @@ SAND = ["animate", "sand.png", "--flow", "rotation", *QUICK]
 
 
 def texture(channels: int = 1, size: int = 64) -> torch.Tensor:
-    """Noise with grains of some pixels, (channels, size, size) in [0, 1]."""
+    """Noise with grains of some pixels, (channels, size, size) in [0.2, 1]."""
     generator = torch.Generator().manual_seed(0)
     noise = torch.rand(1, channels, size // 2, size // 2, generator=generator)
-    return torch.nn.functional.interpolate(noise, (size, size), mode="bicubic")[0].clamp(0, 1)
+    return torch.nn.functional.interpolate(noise, (size, size), mode="bicubic")[0].clamp(0, 1) * 0.8 + 0.2
 
 
 @pytest.fixture
