@@ -2,8 +2,8 @@
 
 Patches that last as long as the clip and are moved in the frame only keep every motion whole from first frame to last;
 the seams between them are surfaces along time, which show as lines that stand still: motion does not hide them, so they
-are cut by the plain cost and splined unless no blending is wanted. What comes out is a clip of its own, to be looped or lengthened like
-any other; `composed` then says where in the original each pixel is from.
+are cut by the plain cost and splined unless no blending is wanted. What comes out is a clip of its own, to be looped or
+lengthened like any other; `composed` then says where in the original each pixel is from.
 """
 
 from __future__ import annotations
