@@ -16,6 +16,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import bench
+import tables
 import torch
 import torch.nn.functional as F
 from torch import Tensor
@@ -85,7 +86,7 @@ def parsed(words: list[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=form)
     parser.add_argument("exemplars", nargs="*", help="image files, names, or text files that list them")
     parser.add_argument("--images", type=Path, default=Path(), help="folder where names, with .png, are looked for")
-    parser.add_argument("--size", type=bench.size, default=(256, 256), help="of the outputs, WIDTHxHEIGHT (256x256)")
+    parser.add_argument("--size", type=tables.size, default=(256, 256), help="of the outputs, WIDTHxHEIGHT (256x256)")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--only", nargs="+", choices=VARIANTS, metavar="VARIANT", help=f"of: {', '.join(VARIANTS)}")
     parser.add_argument("--out", type=Path, default=Path("out/ablation"), help="folder for the images (out/ablation)")
@@ -96,14 +97,14 @@ def main(words: list[str] | None = None) -> int:
     arguments = parsed(words)
     chosen = {name: VARIANTS[name] for name in arguments.only or VARIANTS}
     try:
-        given = bench.given_exemplars(arguments.exemplars, arguments.images)
-        exemplars = given or bench.carried_exemplars()
+        given = tables.given_exemplars(arguments.exemplars, arguments.images)
+        exemplars = given or tables.carried_exemplars()
         arguments.out.mkdir(parents=True, exist_ok=True)
         found = {name: method(variant, arguments.size, arguments.seed) for name, variant in chosen.items()}
         rows = list(bench.bench(exemplars, found, arguments.out))
-        print(bench.line("", "variant", bench.FIGURES, 4))
-        for row in bench.summaries(rows):
-            print(bench.row_line(replace(row, exemplar="" if row.exemplar == "mean" else "med."), 4))
+        print(tables.line("", "variant", bench.FIGURES, 4))
+        for row in tables.summaries(rows, bench.FIGURES):
+            print(tables.row_line(replace(row, exemplar="" if row.exemplar == "mean" else "med."), bench.FIGURES, 4))
         print(f"images side by side: {bench.write_contact_sheet(arguments.out, exemplars, rows)}")
     except (InputError, OSError) as error:
         print(f"ablation: {error}", file=sys.stderr)

@@ -15,7 +15,6 @@ import json
 import multiprocessing
 import resource
 import shutil
-import statistics
 import subprocess
 import sys
 import time
@@ -26,11 +25,11 @@ from pathlib import Path
 
 import numpy as np
 import torch
-from skimage import data
+from tables import Row, carried_exemplars, eight_bit, given_exemplars, print_table, progress, size
 from torch import Tensor
 
 from kwatra import InputError, measure
-from synth import Kind, read_image, synthesize, write_image
+from synth import read_image, synthesize, write_image
 from synth.quilting import QuiltSettings, quilt
 
 FIGURES = ("cpu", "wall", "forward", "coverage", "wasserstein", "sharpness", "copy", "use", "overall")
@@ -57,16 +56,6 @@ def gmic(executable: str, exemplar: Path, output: Path, size: tuple[int, int], s
 
 
 RIVALS = (Rival("G'MIC", "gmic", gmic),)
-
-
-@dataclass(frozen=True)
-class Row:
-    """What one method did with one exemplar; figures has the keys of FIGURES."""
-
-    exemplar: str
-    method: str
-    file: str
-    figures: dict[str, float]
 
 
 Method = Callable[[Path, Path], tuple[float, float]]
@@ -117,47 +106,6 @@ def methods(arguments: argparse.Namespace) -> dict[str, Method]:
     return found
 
 
-def carried_exemplars() -> dict[str, Tensor]:
-    """Textures (C, 128, 128) from the images that come with scikit-image, none of them downloaded."""
-    crops = {
-        "brick": halved(data.brick())[:128, :128],
-        "grass": halved(data.grass())[:128, :128],
-        "gravel": halved(data.gravel())[:128, :128],
-        "text": data.page()[60:188, 110:238],
-        "tissue": data.immunohistochemistry()[32:160, :128],
-        "wood": data.coffee()[:128, 472:600],
-    }
-    pixels = {name: np.atleast_3d(crop).transpose(2, 0, 1) for name, crop in crops.items()}
-    return {name: torch.from_numpy(crop.astype(np.float32)) / 255 for name, crop in pixels.items()}
-
-
-def halved(image: np.ndarray) -> np.ndarray:
-    height, width = image.shape
-    return image.reshape(height // 2, 2, width // 2, 2).mean((1, 3))
-
-
-def given_exemplars(names: list[str], folder: Path) -> dict[str, Tensor]:
-    """Images by name, from files, names in `folder`, and text files that list such, one a line."""
-    listed = [name for given in names for name in expanded(given)]
-    paths = [Path(name) if Path(name).is_file() else folder / f"{name}.png" for name in listed]
-    return {path.stem: read_image(path).pixels for path in paths}
-
-
-def expanded(name: str) -> list[str]:
-    if not name.endswith(".txt"):
-        return [name]
-    try:
-        return Path(name).read_text(encoding="utf-8").split()
-    except OSError as error:
-        raise InputError(f"{name} cannot be read as a list of names: {error.strerror}") from None
-
-
-def eight_bit(image: Tensor) -> Kind:
-    """The kind of PNG file for an image (C, H, W) of up to four channels."""
-    names = {1: "Y", 2: "YA", 3: "RGB", 4: "RGBA"}[image.shape[0]]
-    return Kind("uint8", tuple(names))
-
-
 def bench(exemplars: dict[str, Tensor], found: dict[str, Method], folder: Path) -> Iterator[Row]:
     """Run every method on every exemplar; files go to `folder`."""
     for done, (name, image) in enumerate(exemplars.items()):
@@ -178,40 +126,6 @@ def bench(exemplars: dict[str, Tensor], found: dict[str, Method], folder: Path) 
 
 def plain(method: str) -> str:
     return "".join(letter for letter in method.lower() if letter.isalnum())
-
-
-def progress(text: str) -> None:
-    """One line on a terminal, overwritten by the next; nothing elsewhere."""
-    if sys.stderr.isatty():
-        print(f"\r\x1b[K{text}", end="", file=sys.stderr, flush=True)
-
-
-def line(exemplar: str, method: str, cells: Iterable[str], width: int) -> str:
-    return "  ".join([exemplar.ljust(width), method.ljust(14), *(cell.rjust(11) for cell in cells)])
-
-
-def row_line(row: Row, width: int) -> str:
-    return line(row.exemplar, row.method, (f"{row.figures[name]:.3f}" for name in FIGURES), width)
-
-
-def print_table(rows: Iterable[Row], width: int) -> list[Row]:
-    """Print rows as they come, then the mean and the median of each method; returns the rows."""
-    print(line("exemplar", "method", FIGURES, width), flush=True)
-    kept: list[Row] = []
-    for row in rows:
-        progress("")
-        print(row_line(row, width), flush=True)
-        kept.append(row)
-    for summary in summaries(kept):
-        print(row_line(summary, width))
-    return kept
-
-
-def summaries(rows: list[Row]) -> Iterator[Row]:
-    for name, average in (("mean", statistics.mean), ("median", statistics.median)):
-        for method in dict.fromkeys(row.method for row in rows):
-            columns = {figure: [row.figures[figure] for row in rows if row.method == method] for figure in FIGURES}
-            yield Row(name, method, "", {figure: average(values) for figure, values in columns.items()})
 
 
 def write_contact_sheet(folder: Path, exemplars: Iterable[str], rows: list[Row]) -> Path:
@@ -268,12 +182,6 @@ def print_scaling(name: str, costs: Iterable[dict[str, float]]) -> list[dict[str
     return kept
 
 
-def size(text: str) -> tuple[int, int]:
-    """(height, width) from WIDTHxHEIGHT."""
-    width, height = (int(side) for side in text.lower().split("x"))
-    return height, width
-
-
 def parsed(words: list[str] | None) -> argparse.Namespace:
     form = argparse.RawDescriptionHelpFormatter
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=form)
@@ -299,7 +207,7 @@ def run(arguments: argparse.Namespace) -> None:
     else:
         arguments.out.mkdir(parents=True, exist_ok=True)
         found = methods(arguments)
-        rows = print_table(bench(exemplars, found, arguments.out), max(map(len, exemplars)))
+        rows = print_table(bench(exemplars, found, arguments.out), FIGURES, max(map(len, exemplars)))
         figures = [asdict(row) for row in rows]
         print(f"images side by side: {write_contact_sheet(arguments.out, exemplars, rows)}")
     if arguments.json is not None:

@@ -66,7 +66,7 @@ def test_a_list_is_synthesized_and_measured_beside_what_is_there(
 
 def test_the_last_lines_are_means_and_medians(bench: ModuleType, capsys: pytest.CaptureFixture[str]) -> None:
     rows = [bench.Row(str(k), "kwatra", "", dict.fromkeys(bench.FIGURES, k)) for k in (1.0, 2.0, 6.0)]
-    assert bench.print_table(iter(rows), 8) == rows
+    assert bench.print_table(iter(rows), bench.FIGURES, 8) == rows
     mean, median = (text.split() for text in capsys.readouterr().out.splitlines()[-2:])
     assert mean == ["mean", "kwatra"] + ["3.000"] * len(bench.FIGURES)
     assert median == ["median", "kwatra"] + ["2.000"] * len(bench.FIGURES)
