@@ -9,9 +9,10 @@ from flow.files import Recording, read_flow, write_flow
 from flow.looping import loop
 from flow.obstacles import around
 from flow.pictures import picture, wheel
-from flow.renewal import PRESETS, Renewing
 from flow.seen import end_point_error, seen
-from flow.thesis import flow_term, published
+from flow.settings import PRESETS, Renewing
+from flow.term import flow_term
+from flow.thesis import published
 from flow.unknown import filled
 from flow.warps import Lookup, lookup, warp
 

@@ -17,7 +17,8 @@ from flow.carrying import carried
 from flow.checks import check_mask
 from flow.entering import SIDES, entered, known_of
 from flow.fields import Field
-from flow.renewal import Renewal, Renewing
+from flow.renewal import Renewal
+from flow.settings import Renewing
 from flow.warps import Lookup, lookup
 from kwatra import Exemplar, InputError, Level, Result, Settings, optimize
 from kwatra.result import Row

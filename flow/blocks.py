@@ -28,7 +28,7 @@ class Blocks:
         if size < 2:
             raise InputError("no 2x2 block fits into the exemplar; its mask leaves too little to copy from")
         self.size, self._exemplar = size, exemplar
-        self._share = (exemplar.weights / exemplar.weights.sum().clamp(min=1e-9)).view(-1, 1, 1)
+        self._share = exemplar.share
         self._valid = exemplar.corners((size, size))
         self._pixels = channels_last(exemplar.canvas)
         coarse = exemplar.coarser((2, 2))

@@ -13,7 +13,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from flow.checks import check_flow
+from flow.checks import check_flow, check_vectors
 from kwatra.errors import InputError
 
 Shape = tuple[int, int]
@@ -65,7 +65,8 @@ def sampled(flows: Tensor, resample: bool = False, speed: float | None = None) -
 
     Between whole times flows are interpolated linearly; before the first and after the last they hold still, so a
     sequence ends in a steady motion. resample: stretch it over frames of another size, vectors with it; else such
-    frames are refused. speed: scale the whole sequence so that its fastest pixel moves that far per frame.
+    frames are refused. speed: scale the whole sequence, whatever its unit, so that its fastest pixel moves that far per
+    frame.
 
     Raises InputError for another shape, no flow at all, or vectors that are NaN or infinite.
     """
@@ -73,7 +74,7 @@ def sampled(flows: Tensor, resample: bool = False, speed: float | None = None) -
     if flows.ndim != 4 or flows.shape[1] != 2 or 0 in flows.shape:
         raise InputError(f"flows have shape {tuple(flows.shape)}; give (2, H, W), or (T, 2, H, W) in time")
     for flow in flows:
-        check_flow(flow)
+        check_flow(flow) if speed is None else check_vectors(flow)
     if speed is not None:
         _check_speed(speed)
         if not bool(flows.any()):

@@ -17,7 +17,8 @@ from torch import Tensor
 
 from flow.animation import Frame, Mask, Motion, State
 from flow.fields import Field, Shape
-from flow.renewal import Renewing, seam_cut
+from flow.fusion import seam_cut
+from flow.settings import Renewing
 from flow.warps import lookup, pixel_coordinates, warp
 from kwatra import Exemplar, InputError, Settings
 from kwatra.cut import FREE, KEEP, TAKE, VOID

@@ -6,6 +6,7 @@ the call are complete.
 
 import errno
 import os
+import shutil
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -28,9 +29,9 @@ def check_writable(path: Path, overwrite: bool) -> None:
 
 
 def write_files(writers: Mapping[Path, Writer]) -> None:
-    """Write several files, all or none: each writer gets the path of a temporary file beside its target.
+    """Write several files or folders, all or none: each writer gets the path of a temporary one beside its target.
 
-    Raises InputError when a file cannot be written; the temporary files are removed then, whatever ends the call.
+    Raises InputError when one cannot be written; the temporary ones are removed then, whatever ends the call.
     """
     temporary: dict[Path, Path] = {}
     try:
@@ -39,13 +40,36 @@ def write_files(writers: Mapping[Path, Writer]) -> None:
             temporary[target] = target.with_name(f".{os.getpid()}.{target.name[-200:]}")
             with _told(path):
                 writer(temporary[target])
-                _force_to_disk(temporary[target])
+                if temporary[target].is_file():
+                    _force_to_disk(temporary[target])
         for target, made in temporary.items():
             with _told(target):
-                os.replace(made, target)
+                _put(made, target)
     finally:
         for made in temporary.values():
-            made.unlink(missing_ok=True)
+            _remove(made)
+
+
+def _put(made: Path, target: Path) -> None:
+    """Move a file or folder to where another may be; if that fails the other is back in its place."""
+    if not target.is_dir():
+        os.replace(made, target)
+        return
+    old = target.with_name(f".{os.getpid()}.old.{target.name[-200:]}")
+    target.rename(old)
+    try:
+        made.rename(target)
+    except OSError:
+        old.rename(target)
+        raise
+    shutil.rmtree(old)
+
+
+def _remove(made: Path) -> None:
+    if made.is_dir():
+        shutil.rmtree(made)
+    else:
+        made.unlink(missing_ok=True)
 
 
 @contextmanager

@@ -15,64 +15,24 @@ from dataclasses import dataclass
 
 import numpy as np
 import torch
-import torch.nn.functional as F
 from torch import Tensor
 
 from flow.blocks import Blocks
+from flow.fusion import seam_cut
+from flow.settings import Renewing
+from flow.term import gradient_weight
 from flow.unknown import filled
 from flow.warps import pixel_coordinates, warp
 from flow.wear import Wear
 from kwatra import Exemplar
-from kwatra.coarsecut import along
-from kwatra.cut import FREE, KEEP, TAKE, VOID, best_cut
-from kwatra.errors import InputError
+from kwatra.cut import FREE, KEEP, TAKE, VOID
 from kwatra.reductions import mean, total
-
-_COUNTS = 10_000
-"""Costs are counted in whole numbers, so many to one variance of the exemplar."""
 
 _LEAST = 0.005
 """Blocks with less wear than this, on average, are left as they are."""
 
 _BETWEEN = 4
 """Blocks start at multiples of this many px, and flush with the frame's borders."""
-
-
-@dataclass(frozen=True)
-class Renewing:
-    """How texture is renewed.
-
-    flow_weight: lambda, what a change costs against the motion. seam: what disagreement along a seam costs.
-    tolerance: wear that is left alone. rigidity: what stretch adds to wear. usage: what much-used parts of the
-    exemplar cost. blocks: at most so many a frame, besides those that new texture needs. block: their size. window,
-    step: the windows whose energy is measured, and their distance. interpolation: see `flow.warp`.
-    Energies are in variances of the exemplar, sizes in px.
-    """
-
-    flow_weight: float = 0.015
-    seam: float = 0.4
-    tolerance: float = 0.06
-    rigidity: float = 0.1
-    usage: float = 0.02
-    blocks: int = 20
-    block: int = 48
-    window: int = 24
-    step: int = 6
-    interpolation: str = "lanczos"
-
-    def __post_init__(self) -> None:
-        if min(self.flow_weight, self.seam, self.tolerance, self.rigidity, self.usage) < 0 or self.blocks < 0:
-            raise InputError(f"{self} has a negative weight or number of blocks; give 0 or more")
-        if min(self.block, self.window, self.step) < 2:
-            raise InputError(f"{self} has a size below 2 px; give at least 2")
-
-
-PRESETS = {
-    "fast": Renewing(blocks=10, window=24, step=12, interpolation="bicubic"),
-    "default": Renewing(),
-    "best": Renewing(blocks=60, step=4),
-}
-"""How much work to spend on a frame."""
 
 
 @dataclass
@@ -96,7 +56,7 @@ class Renewal:
         self._canvas = filled(exemplar.canvas, exemplar.owner >= 0)
         inside = exemplar.canvas[:, exemplar.owner >= 0]
         self._low, self._high = inside.amin(1)[:, None, None], inside.amax(1)[:, None, None]
-        self._share = (exemplar.weights / exemplar.weights.sum().clamp(min=1e-9)).view(-1, 1, 1)
+        self._share = exemplar.share
         t = (torch.arange(self.blocks.size) - (self.blocks.size - 1) / 2) / (0.4 * self.blocks.size)
         bell = torch.exp(-t.square()).to(exemplar.canvas.device)
         self._bell = bell[:, None] * bell
@@ -210,31 +170,6 @@ class Renewal:
             if part.stop < side:
                 rim.select(axis, size - 1).fill_(True)
         return rim
-
-
-def seam_cut(state: Tensor, rough: Tensor, taking: Tensor) -> np.ndarray:
-    """Which pixels (H, W) take a new patch in the cheapest labeling, boolean.
-
-    state (H, W): as `kwatra.cut.best_cut` has it. rough: what a seam through each pixel costs; taking: what taking it
-    costs, below 0 where it pays; both in variances.
-    """
-    rough_counts, taking_counts = ((v * _COUNTS).round().long().cpu().numpy() for v in (rough, taking))
-    pairs = []
-    for axis in range(2):
-        cost = rough_counts[along(axis, None, -1, 2)] + rough_counts[along(axis, 1, None, 2)]
-        pairs.append((np.zeros_like(cost), cost, cost))
-    return best_cut(state.cpu().numpy(), pairs, use_maxflow=False, taking=taking_counts)
-
-
-def gradient_weight(image: Tensor, share: Tensor) -> Tensor:
-    """K (H, W): motion is seen where colors change, so there the flow counts more (thesis 6.2.1); mean 1.
-
-    image (C, H, W); share (C, 1, 1): how much each channel counts, sum 1.
-    """
-    padded = F.pad(image[None], (0, 1, 0, 1), mode="replicate")[0]
-    steps = (padded[:, :-1, 1:] - image).abs() + (padded[:, 1:, :-1] - image).abs()
-    slope = (steps * share).sum(0)
-    return 0.5 + 0.5 * slope / mean(slope).clamp(min=1e-6)
 
 
 def _starts(side: int, size: int) -> np.ndarray:

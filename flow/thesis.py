@@ -7,26 +7,12 @@ that.
 
 from collections.abc import Iterator
 
-import torch
-from torch import Tensor
-
 from flow.fields import Field
-from flow.renewal import gradient_weight
-from flow.unknown import filled
-from flow.warps import Lookup, lookup, warp
-from kwatra import Exemplar, Level, Prepared, Result, Settings, SoftPixels, optimize
+from flow.term import flow_term
+from flow.warps import lookup
+from kwatra import Exemplar, Level, Prepared, Result, Settings, optimize
 
 _LEVELS = (Level(1, 16, iterations=2), Level(1, 8, iterations=2))
-
-
-def flow_term(before: Tensor, look: Lookup, weight: float) -> SoftPixels:
-    """The flow energy weight * (x - x+)^T K (x - x+) of a frame (thesis equation 27).
-
-    x+ is the frame before, (C, H, W), warped by `look`; K the gradient weight of x+, 0 where nothing is known.
-    """
-    carried = filled(warp(before, look.coordinates), look.known)
-    shares = torch.full((len(before), 1, 1), 1 / len(before), device=before.device)
-    return SoftPixels(carried, (weight * gradient_weight(carried, shares) * look.known)[None], "flow")
 
 
 def published(

@@ -8,7 +8,6 @@ from torch import Tensor
 
 from flow.carrying import stretch
 from kwatra import Exemplar, Grid
-from kwatra.reductions import mean, total
 from kwatra.search import SourceWindows
 from kwatra.sourcemap import at_windows
 
@@ -30,10 +29,7 @@ class Wear:
 
     def __init__(self, exemplar: Exemplar, shape: tuple[int, int], width: int, step: int, rigidity: float) -> None:
         self.rigidity = rigidity
-        inside = exemplar.canvas[:, exemplar.owner >= 0]
-        share = exemplar.weights / exemplar.weights.sum().clamp(min=1e-9)
-        variances = torch.stack([mean((c - mean(c)).square()) for c in inside])
-        self.variance = max(float(total(variances * share)), 1e-8)
+        self.variance = max(float((exemplar.variances * exemplar.share.flatten()).sum()), 1e-8)
         fits = (w for w in range(min(width, *shape), 0, -1) if bool(exemplar.corners((w, w)).any()))
         width = next(fits, 1)
         step = min(step, width)

@@ -15,6 +15,7 @@ from torch import Tensor
 
 from kwatra.axes import AVERAGE, LARGEST
 from kwatra.errors import InputError
+from kwatra.reductions import mean
 
 ALIGNMENT = 8
 """Images start at multiples of this on the canvas, so that their pyramids sample them in phase."""
@@ -79,6 +80,18 @@ class Exemplar:
             if len(place):
                 sizes.append(place.amax(0) - place.amin(0) + 1)
         return tuple(torch.stack(sizes).amax(0).tolist())
+
+    @property
+    def share(self) -> Tensor:
+        """How much each channel counts in matching, (C, 1, ..., 1), sum 1."""
+        share = self.weights / self.weights.sum().clamp(min=1e-9)
+        return share.view(-1, *[1] * len(self.shape))
+
+    @property
+    def variances(self) -> Tensor:
+        """The variance of each channel over all that may be copied, (C,)."""
+        inside = self.canvas[:, self.owner >= 0]
+        return torch.stack([mean((c - mean(c)).square()) for c in inside])
 
     def pictures(self) -> list[Tensor]:
         """The images on the canvas that are not copies, cut out to their bounding boxes."""

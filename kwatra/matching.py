@@ -8,8 +8,10 @@ are skipped.
 Fixed pixels take part in choosing a match, not in weighing it against others: the robust weights look at what the
 blend can change. Else where much is fixed every window would seem equally bad, and their mean a blur.
 
-A partly masked window has no descriptor. Its missing pixels are filled in with their expected values given the others
-(`SourceWindows.completed`), it is described, and more candidates than usual are compared on the unmasked pixels alone.
+A partly masked window has no descriptor. Its missing pixels are filled in from the match it has, which majorizes the
+masked distance: what is nearer than this match to the filled window is nearer on the unmasked pixels too. Without a
+match their expected values given the others are taken (`SourceWindows.completed`). The filled window is described,
+and more candidates than usual are compared on the unmasked pixels alone.
 """
 
 from dataclasses import dataclass
@@ -79,17 +81,19 @@ class Asked:
             return metric.weight.new_ones(())
         return (metric.falloff * self.present).flatten(1).sum(1).clamp(min=1e-12)
 
-    def target(self, source: SourceWindows) -> Tensor:
+    def target(self, source: SourceWindows, matches: Tensor | None) -> Tensor:
         """The windows (N, *width, C) to look for.
 
         With a wish (w, c) that is (x + w c) / (1 + w), where the sum of both distances is least; what is masked is
-        filled in.
+        filled in from the `matches` (N,), if any, or by expectation.
         """
         wanted = self.windows
         if self.weight is not None and self.value is not None:
             wanted = (wanted + self.weight * self.value) / (1 + self.weight)
         if self.present is None:
             return wanted
+        if matches is not None:
+            return torch.where(self.present > 0, wanted, source.windows(matches))
         partial = (self.present == 0).flatten(1).any(1)
         if bool(partial.any()):
             wanted = wanted.clone()
@@ -178,7 +182,7 @@ class Matching:
     def _candidates(self, asked: Asked, near: Tensor | None, route: str) -> Tensor:
         """The most promising matches (N, k) of windows: the one they have first, then those estimated nearest."""
         k = self.candidates * (1 if self.mask is None else PARTIAL)
-        described = self.source.describe(asked.target(self.source))
+        described = self.source.describe(asked.target(self.source, None if near is None else near[:, 0]))
         if near is None:
             rest = self.source.nearest(described[0], k, route)
         elif route == "coherent":

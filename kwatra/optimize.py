@@ -130,7 +130,16 @@ def block_start(
     block = block_size(here, there, settings.block, grain)
     aligned = settings.start == "aligned"
     blocks = BlockStart(
-        here, there, block, grain, generator, wrap=settings.wrap, usage=settings.usage, aligned=aligned, wish=wish
+        here,
+        there,
+        block,
+        grain,
+        generator,
+        wrap=settings.wrap,
+        usage=settings.usage,
+        aligned=aligned,
+        seams=settings.seams,
+        wish=wish,
     )
     return blocks.run(), factors
 

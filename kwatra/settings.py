@@ -18,10 +18,10 @@ class Settings:
     wrap: windows run over the border, so that the output tiles. features: linear features psi compared beside color.
     start: "aligned" (blocks that continue each other), "blocks" (blocks at random) or "windows" (the average of
     random windows, as in the thesis). block: size of start blocks as a share of the exemplar's. usage: how strongly
-    the aligned start avoids much-used parts of the exemplar. iterations: per planned level. candidates: how many
-    matches are compared exactly. exact_pairs: up to so many pairs of output and exemplar windows the search is exact
-    where a level leaves the route open; beyond, it is coherent or approximate. tolerance: a level ends when fewer
-    than this share of the matches change.
+    the aligned start avoids much-used parts of the exemplar. seams: of how many blocks it compares the seams.
+    iterations: per planned level. candidates: how many matches are compared exactly. exact_pairs: up to so many pairs
+    of output and exemplar windows the search is exact where a level leaves the route open; beyond, it is coherent or
+    approximate. tolerance: a level ends when fewer than this share of the matches change.
     """
 
     levels: tuple[Level, ...] | None = None
@@ -31,6 +31,7 @@ class Settings:
     start: str = "aligned"
     block: float = 0.5
     usage: float = 0.35
+    seams: int = 6
     iterations: int = 4
     candidates: int = 3
     exact_pairs: int = 1 << 26
@@ -47,5 +48,8 @@ class Settings:
             raise InputError(f"usage is {self.usage}; it is finite and >= 0")
         if self.levels is not None and not self.levels:
             raise InputError("levels is empty; give at least one level, or None to have them planned")
-        if self.iterations < 1 or self.candidates < 1:
-            raise InputError(f"iterations is {self.iterations} and candidates {self.candidates}; both are at least 1")
+        if min(self.iterations, self.candidates, self.seams) < 1:
+            raise InputError(
+                f"iterations is {self.iterations}, candidates {self.candidates} and seams {self.seams}; each is at "
+                "least 1"
+            )

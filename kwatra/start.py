@@ -11,6 +11,7 @@ that every level of the pyramid can represent the start exactly.
 import math
 from collections.abc import Sequence
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 import torch
@@ -20,7 +21,7 @@ from torch import Tensor
 from kwatra.axes import AVERAGE, CONVOLUTION
 from kwatra.coarsecut import along
 from kwatra.controls import Wish
-from kwatra.cut import FREE, KEEP, TAKE, best_cut
+from kwatra.cut import FREE, KEEP, TAKE, best_cut, seams_after
 from kwatra.errors import InputError
 from kwatra.exemplar import Exemplar
 from kwatra.reductions import mean, total
@@ -30,6 +31,9 @@ COST_LEVELS = 1000
 
 GOOD = 0.05
 """Cost is counted in the mean (geometric) of the least disagreement and the one this share of blocks stays below."""
+
+ACCEPTABLE = 0.5
+"""Blocks whose cost exceeds the least by more than this are not laid, however good their seam."""
 
 TOLERANCE = 0.05
 """A block is drawn at random from those whose cost exceeds the least by at most this much."""
@@ -50,10 +54,20 @@ def block_size(exemplar: Exemplar, shape: Sequence[int], share: float, grain: Se
     return tuple(size)
 
 
+class _Cut(NamedTuple):
+    """A block's corner, which pixels of its place it takes, and its cost with the seam's: 1 for one that is in plain
+    sight, two unrelated pixels side by side all along.
+    """
+
+    there: list[int]
+    fresh: Tensor
+    cost: float
+
+
 class BlockStart:
     """Lays blocks of an exemplar on an output of spatial `shape`; `run` returns the source map (n, *shape).
 
-    wish: values that pixels should have, with weights; a weight of 1 counts as much as a pixel that is laid already.
+    wish: values that pixels should have, with weights; a weight of 1 counts fully, as what is laid already.
     """
 
     def __init__(
@@ -67,10 +81,17 @@ class BlockStart:
         wrap: bool = False,
         usage: float = 0.35,
         aligned: bool = True,
+        seams: int = 1,
         wish: Wish | None = None,
     ) -> None:
         self.exemplar, self.shape, self.wrap = exemplar, tuple(shape), wrap
-        self.grain, self.generator, self.usage, self.aligned = tuple(grain), generator, usage, aligned
+        self.grain, self.generator, self.usage, self.aligned, self.seams = (
+            tuple(grain),
+            generator,
+            usage,
+            aligned,
+            seams,
+        )
         self.wish = wish if wish is not None and bool((wish.weight > 0).any()) else None
         self.block, self.valid = self._that_fits(tuple(block))
         self.overlap = tuple(max(b // 4, 1) for b in self.block)
@@ -80,11 +101,10 @@ class BlockStart:
         self.where = torch.zeros(len(self.shape), *self.shape, dtype=torch.long, device=device)
         self.used = torch.zeros(exemplar.shape, device=device)
         self.laid: list[tuple[tuple[int, ...], list[int]]] = []
-        self.share = (exemplar.weights / exemplar.weights.sum().clamp(min=1e-9)).view(-1, *[1] * len(self.shape))
+        self.share = exemplar.share
         self.weighted = exemplar.canvas * self.share
         self.square = (self.weighted * exemplar.canvas).sum(0)
-        inside = exemplar.canvas[:, exemplar.owner >= 0]
-        variance = torch.stack([mean((c - mean(c)).square()) for c in inside]) * self.share.flatten()
+        variance = exemplar.variances * self.share.flatten()
         if self.wish is not None:  # guidance says where a texture goes, not what it looks like
             guided = (self.wish.weight > 0).flatten(1).all(1)
             variance = variance[~guided] if not bool(guided.all()) else variance
@@ -131,16 +151,22 @@ class BlockStart:
         wish = None
         if self.wish is not None:
             wish = Wish(*(F.pad(t[pixels], self._missing(axes)) for t in (self.wish.weight, self.wish.value)))
-        there = self._choose(corner, known, F.pad(self.x[pixels], self._missing(axes)), wish)
-        self.laid.append((corner, there))
-        source = tuple(slice(t, t + len(a)) for t, a in zip(there, axes, strict=True))
+        choices = self._choose(corner, known, F.pad(self.x[pixels], self._missing(axes)), wish)
+        covered = self.known[here] > 0
+        cuts = [self._cut(there, cost, self.x[pixels], covered, axes) for there, cost in choices]
+        cut = min(cuts, key=lambda cut: cut.cost)
+        self.laid.append((corner, cut.there))
+        source = self._source(cut.there, axes)
         places = torch.meshgrid(*(torch.arange(s.start, s.stop, device=self.x.device) for s in source), indexing="ij")
         new = self.exemplar.canvas[(slice(None), *source)]
-        fresh = self._fresh(new, self.x[pixels], self.known[here] > 0, axes)
-        self.x[pixels] = torch.where(fresh, new, self.x[pixels])
-        self.where[pixels] = torch.where(fresh, torch.stack(places), self.where[pixels])
+        self.x[pixels] = torch.where(cut.fresh, new, self.x[pixels])
+        self.where[pixels] = torch.where(cut.fresh, torch.stack(places), self.where[pixels])
         self.known[here] = 1.0
-        self.used[source] += fresh
+        self.used[source] += cut.fresh
+
+    def _source(self, there: Sequence[int], axes: Sequence[Tensor]) -> tuple[slice, ...]:
+        """The exemplar's pixels for a place with these output coordinates per axis."""
+        return tuple(slice(t, t + len(a)) for t, a in zip(there, axes, strict=True))
 
     def _missing(self, axes: Sequence[Tensor]) -> list[int]:
         """Padding that brings a block cut by the border to full size."""
@@ -149,8 +175,13 @@ class BlockStart:
             padding += [0, block - len(axis)]
         return padding
 
-    def _choose(self, corner: tuple[int, ...], known: Tensor, content: Tensor, wish: Wish | None) -> list[int]:
-        """Corner of the block to copy: good agreement with what is known and wished for, little used so far."""
+    def _choose(
+        self, corner: tuple[int, ...], known: Tensor, content: Tensor, wish: Wish | None
+    ) -> list[tuple[list[int], float]]:
+        """Corners of blocks to copy, and their costs: good agreement with what is known and wished for, little used.
+
+        Where there is no seam to compare, or but one is to be cut, a block of about the least cost is drawn.
+        """
         mismatch = self._mismatch(known, content, wish)
         again = self._continuations(corner)
         # in units of what agreement this texture affords: rows that can line up are not torn for the sake of even use
@@ -161,26 +192,34 @@ class BlockStart:
         used = AVERAGE[known.ndim](self.used[None], self.block, self.grain)[0]
         cost = mismatch / unit + self.usage * (used - mean(self.used)) + CONTINUATION * again
         cost = torch.where(self.valid, cost, math.inf)
-        allowed = cost.min() + TOLERANCE
-        good = (cost <= allowed).flatten().nonzero()[:, 0]
-        pick = good[int(torch.randint(len(good), (1,), generator=self.generator))]
-        place = torch.unravel_index(pick, cost.shape)
-        return [int(p) * g for p, g in zip(place, self.grain, strict=True)]
+        flat = cost.flatten()
+        if self.seams > 1 and self.aligned and bool(known.any()):
+            picks = flat.argsort(stable=True)[: self.seams]
+            picks = picks[flat[picks] <= flat.min() + ACCEPTABLE]
+        else:
+            good = (flat <= flat.min() + TOLERANCE).nonzero()[:, 0]
+            picks = good[torch.randint(len(good), (1,), generator=self.generator)]
+        places = torch.stack(torch.unravel_index(picks, cost.shape), 1) * torch.tensor(self.grain, device=picks.device)
+        return list(zip(places.tolist(), flat[picks].tolist(), strict=True))
 
     def _mismatch(self, known: Tensor, content: Tensor, wish: Wish | None) -> Tensor:
-        """How little the blocks at all places agree with a block's content and wish, relative to the variance."""
-        square, count = torch.zeros(self.valid.shape, device=known.device), known.new_zeros(())
+        """How little the blocks at all places agree with what is known, and with the wish, relative to the variance.
+
+        Each is a mean square of its own, so that neither is diluted by the other; weights below 1 scale the wish's.
+        """
+        mismatch = torch.zeros(self.valid.shape, device=known.device)
         if self.aligned and bool(known.any()):
             cross = self._correlated(self.weighted, content * known)
             square = self._correlated(self.square[None], known[None])
-            square = square - 2 * cross + total(content.square() * known * self.share)
-            count = total(known)
+            constant = total(content.square() * known * self.share)
+            mismatch = (square - 2 * cross + constant).clamp(min=0) / (total(known) * self.variance)
         if wish is not None and bool((wish.weight > 0).any()):
             cross = self._correlated(self.weighted, wish.weight * wish.value)
-            there = self._correlated(self.weighted * self.exemplar.canvas, wish.weight)
-            square = square + there - 2 * cross + total(wish.value.square() * wish.weight * self.share)
-            count = count + total(wish.weight * self.share)
-        return square.clamp(min=0) / (count.clamp(min=1e-9) * self.variance)
+            square = self._correlated(self.weighted * self.exemplar.canvas, wish.weight)
+            constant = total(wish.value.square() * wish.weight * self.share)
+            count = total(torch.where(wish.weight > 0, wish.weight.clamp(min=1), 0.0) * self.share)
+            mismatch = mismatch + (square - 2 * cross + constant).clamp(min=0) / (count.clamp(min=1e-9) * self.variance)
+        return mismatch
 
     def _continuations(self, corner: tuple[int, ...]) -> Tensor:
         """Which blocks would only continue what an overlapping block copied, shaped as `valid`."""
@@ -197,19 +236,25 @@ class BlockStart:
         """Inner products of a block (C, *block) with the image (C, *canvas) at every position on the grain."""
         return CONVOLUTION[block.ndim - 1](image[None], block[None], stride=self.grain)[0, 0]
 
-    def _fresh(self, new: Tensor, old: Tensor, known: Tensor, axes: Sequence[Tensor]) -> Tensor:
-        """Which pixels the new block takes: all unknown ones, and those on its side of the cheapest seam."""
+    def _cut(self, there: list[int], cost: float, old: Tensor, known: Tensor, axes: Sequence[Tensor]) -> "_Cut":
+        """Cut a block in: it takes all unknown pixels, and those on its side of the cheapest seam."""
         if not (self.aligned and bool(known.any())):
-            return ~known if self.aligned else torch.ones_like(known)
+            return _Cut(there, ~known if self.aligned else torch.ones_like(known), cost)
+        new = self.exemplar.canvas[(slice(None), *self._source(there, axes))]
         state = torch.where(known, FREE, TAKE)
         state[self._held(known, axes)] = KEEP
         difference = ((new - old).abs() * self.share).sum(0).mul(COST_LEVELS).round().long().cpu().numpy()
         pairs = []
         for axis in range(known.ndim):
             p, q = along(axis, None, -1, known.ndim), along(axis, 1, None, known.ndim)
-            cost = difference[p] + difference[q]
-            pairs.append((np.zeros_like(cost), cost, cost))
-        return torch.from_numpy(best_cut(state.cpu().numpy(), pairs, use_maxflow=False)).to(known.device)
+            price = difference[p] + difference[q]
+            pairs.append((np.zeros_like(price), price, price))
+        states = state.cpu().numpy()
+        take = best_cut(states, pairs, use_maxflow=False)
+        seam = sum(int(part.sum()) for part in seams_after(states, take, pairs))
+        length = max(float(total(known.float())) / min(self.overlap), 1.0)
+        visible = seam / (2 * COST_LEVELS * self.variance**0.5 * length)
+        return _Cut(there, torch.from_numpy(take).to(known.device), cost + visible)
 
     def _held(self, known: Tensor, axes: Sequence[Tensor]) -> Tensor:
         """Known pixels on the rim of the block whose neighbor outside is known: they must stay to meet it."""

@@ -30,6 +30,7 @@ from torch import Tensor
 
 from kwatra import InputError, measure
 from synth import read_image, synthesize, write_image
+from synth.quilting import QuiltSettings, quilt
 
 FIGURES = ("cpu", "wall", "forward", "coverage", "wasserstein", "sharpness", "copy", "use", "overall")
 SCALING_SIDES = (256, 512, 1024, 2048)
@@ -61,11 +62,11 @@ Method = Callable[[Path, Path], tuple[float, float]]
 """Makes the second file from the first; returns cpu and wall seconds."""
 
 
-def own_method(size: tuple[int, int], preset: str, seed: int) -> Method:
+def own_method(synthesis: Callable[[Tensor], Tensor]) -> Method:
     def make(exemplar: Path, output: Path) -> tuple[float, float]:
         picture = read_image(exemplar)
         cpu, wall = time.process_time(), time.perf_counter()
-        image = synthesize(picture.pixels, size, preset=preset, seed=seed).image
+        image = synthesis(picture.pixels)
         took = time.process_time() - cpu, time.perf_counter() - wall
         write_image(output, image, picture.kind, overwrite=True)
         return took
@@ -90,8 +91,12 @@ def child_seconds() -> float:
 
 
 def methods(arguments: argparse.Namespace) -> dict[str, Method]:
-    """This project first, then the rivals that are there."""
-    found: dict[str, Method] = {"kwatra": own_method(arguments.size, arguments.preset, arguments.seed)}
+    """This project's optimizer and its graph-cut quilting, then the rivals that are there."""
+    size, preset, seed = arguments.size, arguments.preset, arguments.seed
+    found: dict[str, Method] = {
+        "kwatra": own_method(lambda exemplar: synthesize(exemplar, size, preset=preset, seed=seed).image),
+        "quilting": own_method(lambda exemplar: quilt(exemplar, size, QuiltSettings(seed=seed)).image),
+    }
     for rival in RIVALS if arguments.rivals else ():
         executable = shutil.which(rival.executable)
         if executable is None:

@@ -13,6 +13,7 @@ begin with the same still. The columns:
     flicker      mean absolute difference between a frame and the warped one before it, in the exemplar's deviations
     flick still  the same between the still and one warp of it: what two interpolations differ by
     overall      the still's figure, of kwatra.measure (lower is better)
+    moved        that of the still moved by half a pixel, as a multiple of the still's: what any motion costs
     overall@N    that of frame N, as a multiple of the still's
     sharp@N      the sharpness of frame N, as a multiple of the still's
     s/frame      wall seconds per frame after the first
@@ -38,6 +39,7 @@ from torch import Tensor
 
 import flow
 from flow.seen import BORDER
+from flow.warps import pixel_coordinates
 from kwatra import Exemplar, InputError, measure, optimize
 from kwatra.reductions import mean
 from synth import write_image
@@ -104,7 +106,7 @@ METHODS = {
 
 def figure_names(at: Iterable[int]) -> list[str]:
     judged = [f"{figure}@{number}" for number in at for figure in ("overall", "sharp")]
-    return ["epe", "epe still", "flicker", "flick still", "overall", *judged, "s/frame", "stills"]
+    return ["epe", "epe still", "flicker", "flick still", "overall", "moved", *judged, "s/frame", "stills"]
 
 
 @dataclass
@@ -159,10 +161,11 @@ def motion(before: Tensor, after: Tensor, task: Task, number: int) -> tuple[floa
 
 @dataclass(frozen=True)
 class Still:
-    """The first frame, what it measures, the motion of one warp of it, and the cpu seconds it took."""
+    """The first frame, what it and itself moved by half a pixel measure, one warp's motion, and the cpu seconds."""
 
     image: Tensor
     figures: dict[str, float]
+    moved: dict[str, float]
     motion: tuple[float, float]
     cpu: float
 
@@ -173,7 +176,9 @@ def still_of(task: Task) -> Still:
     cpu = time.process_time() - cpu
     image = in_8_bits(next(kwatra_frames(task)))
     warped = flow.warp(image, flow.lookup(task.field(0, task.shape)).coordinates, "lanczos")
-    return Still(image, measure(image, task.exemplar), motion(image, in_8_bits(warped), task, 0), cpu)
+    half = flow.warp(image, pixel_coordinates(task.shape) + 0.5, "lanczos")
+    figures, moved = (measure(in_8_bits(picture), task.exemplar) for picture in (image, half))
+    return Still(image, figures, moved, motion(image, in_8_bits(warped), task, 0), cpu)
 
 
 def figures_of(task: Task, still: Still, sequence: Sequence, stands: dict[int, int], at: list[int]) -> dict[str, float]:
@@ -181,6 +186,7 @@ def figures_of(task: Task, still: Still, sequence: Sequence, stands: dict[int, i
     epe, flicker = (sum(values) / len(values) for values in (sequence.errors, sequence.flicker))
     figures = {"epe": epe, "epe still": still.motion[0], "flicker": flicker, "flick still": still.motion[1]}
     figures["overall"] = still.figures["overall"]
+    figures["moved"] = still.moved["overall"] / max(still.figures["overall"], 1e-9)
     for number in at:
         frame = sequence.kept.get(stands.get(number, -1))
         judged = None if frame is None else measure(frame, task.exemplar)

@@ -1,4 +1,4 @@
-"""The command line: `kwatra synth`, `fill`, `score`, `flow`, `quilt` and `merge`.
+"""The command line: `kwatra synth`, `fill`, `score`, `flow`, `animate`, `quilt` and `merge`.
 
 Bad input ends with one sentence on stderr and exit code 2, Ctrl-C with 130. What takes long to import is imported
 when a command runs, so that `--help` answers at once.
@@ -11,7 +11,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NoReturn, TypeVar
 
-from synth.parsing import levels, numbers, positive, size, whole
+from synth.animate_arguments import add_animate
+from synth.parsing import add_common, levels, numbers, positive, size, whole
 from synth.quilting.arguments import add_arguments
 
 T = TypeVar("T")
@@ -39,8 +40,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit code."""
     try:
         return _run(argv)
-    except KeyboardInterrupt:
-        return _fail("interrupted, nothing was written", 130)
+    except KeyboardInterrupt as interrupt:
+        return _fail(str(interrupt) or "interrupted, nothing was written", 130)
     except BrokenPipeError:
         # whoever read the output has gone; python must not find that out again when it ends
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -73,6 +74,10 @@ def _command(name: str) -> Callable[[argparse.Namespace], str]:
         from synth.flows import run_flow
 
         return run_flow
+    if name == "animate":
+        from synth.animate_command import run_animate
+
+        return run_animate
     if name == "fill":
         from synth.fill_command import run_fill
 
@@ -99,6 +104,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_fill(commands)
     _add_score(commands)
     _add_flow(commands)
+    add_animate(commands)
     add_arguments(commands)
     return parser
 
@@ -143,9 +149,9 @@ def _add_synth(commands: "argparse._SubParsersAction[_Parser]") -> None:
         "to OUT_NAME; with several exemplars NAME=FILE1,FILE2; may be given again")  # fmt: skip
     add("--guide", metavar="MAP=MAP", help="EXEMPLAR_MAP=OUTPUT_MAP: put texture where the output's map is like the "
         "exemplar's (labels, a density, a direction); with several exemplars A,B=OUTPUT_MAP")  # fmt: skip
-    add("--guide-weight", type=positive, default=0.3, metavar="W", help="what the guide counts beside the colors; "
-        "less suits maps that vary smoothly (default: 0.3)")  # fmt: skip
-    _add_common(parser)
+    add("--guide-weight", type=positive, default=1.0, metavar="W", help="what the guide counts beside the colors; "
+        "0.1 to 0.3 suits maps that vary smoothly (default: 1)")  # fmt: skip
+    add_common(parser)
 
 
 def _add_fill(commands: "argparse._SubParsersAction[_Parser]") -> None:
@@ -166,14 +172,7 @@ def _add_fill(commands: "argparse._SubParsersAction[_Parser]") -> None:
     add("-o", "--output", type=Path, metavar="OUT", help="the file to write (default: IMAGE_fill in this folder)")
     add("--seed", type=whole(0), default=0, metavar="N", help="another seed, another filling (default: 0)")
     add("--preset", choices=("fast", "default", "best"), default="default", help="how much work to spend")
-    _add_common(parser)
-
-
-def _add_common(parser: argparse.ArgumentParser) -> None:
-    add = parser.add_argument
-    add("--device", choices=("cpu", "cuda"), default="cpu", help="where to compute (default: cpu)")
-    add("--threads", type=whole(1), metavar="N", help="threads to use (default: as many as cores)")
-    add("--overwrite", action="store_true", help="replace files that exist")
+    add_common(parser)
 
 
 def _add_score(commands: "argparse._SubParsersAction[_Parser]") -> None:

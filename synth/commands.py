@@ -92,6 +92,13 @@ def set_up(device: str, threads: int | None) -> None:
         faiss.omp_set_num_threads(threads)
 
 
+def check_size(shape: tuple[int, int]) -> None:
+    """Refuse a size (H, W) that nobody has the memory for."""
+    height, width = shape
+    if max(height, width) > _MOST_SIDE or height * width > _MOST_PIXELS:
+        raise InputError(f"a size of {width}x{height} is too large; at most {_MOST_SIDE} a side and 2^28 pixels in all")
+
+
 def _check_alike(paths: Sequence[Path], exemplars: Sequence[Picture]) -> None:
     """Several exemplars of one texture must mean the same by their channels and values."""
     first = exemplars[0].kind
@@ -122,8 +129,7 @@ def _output_size(
         raise InputError(
             f"the guide's output map is {guided[1]}x{guided[0]} but the output {width}x{height}; give both one size"
         )
-    if max(height, width) > _MOST_SIDE or height * width > _MOST_PIXELS:
-        raise InputError(f"a size of {width}x{height} is too large; at most {_MOST_SIDE} a side and 2^28 pixels in all")
+    check_size((height, width))
     return height, width
 
 

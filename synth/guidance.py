@@ -43,6 +43,10 @@ class Guide:
         if len(maps) != len(images):
             raise InputError(f"the guide has {len(maps)} maps for {len(images)} exemplars; give one for each")
         form: Form[Any] = Form.of([*maps, guide[1]])
+        if len({each.ndim for each in (*maps, guide[1])}) > 1:
+            raise InputError(
+                "the guide's maps differ in their number of axes; give all as (H, W), or all with channels"
+            )
         exemplars, output = [form.normalized(each) for each in maps], form.normalized(guide[1])
         for each, image in zip(exemplars, images, strict=True):
             if each.shape[1:] != image.shape[1:]:

@@ -41,6 +41,17 @@ def positive(text: str) -> float:
     return value
 
 
+def rate(text: str) -> float:
+    """Frames a second, as many as videos can have."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not 0.1 <= value <= 1000:
+        raise argparse.ArgumentTypeError(f"{text!r} is no number of frames a second from 0.1 to 1000")
+    return value
+
+
 def whole(least: int) -> Callable[[str], int]:
     """What reads whole numbers from `least` on."""
 
@@ -50,3 +61,11 @@ def whole(least: int) -> Callable[[str], int]:
         return int(text)
 
     return parse
+
+
+def add_common(parser: argparse.ArgumentParser) -> None:
+    """Add what all commands that compute take."""
+    add = parser.add_argument
+    add("--device", choices=("cpu", "cuda"), default="cpu", help="where to compute (default: cpu)")
+    add("--threads", type=whole(1), metavar="N", help="threads to use (default: as many as cores)")
+    add("--overwrite", action="store_true", help="replace files that exist")

@@ -5,9 +5,7 @@ A video is written beside its target and moved there when it is whole; a folder 
 """
 
 import os
-import shutil
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -18,7 +16,7 @@ import torch
 from torch import Tensor
 
 from kwatra.errors import InputError
-from synth.files import image_writer, read_image, write_files
+from synth.files import Writer, image_writer, read_image, write_files
 from synth.formats import Kind
 
 FILE_SUFFIXES = (".mp4", ".gif")
@@ -58,13 +56,17 @@ def write_video(path: str | Path, frames: Tensor, rate: float, kind: Kind = _COL
 
     Raises InputError if the target exists and `overwrite` is not set, or cannot be written; it is then as it was.
     """
-    path = Path(path)
     check_video_output(path, overwrite)
-    if path.suffix.lower() in FILE_SUFFIXES:
-        save = _save_mp4 if path.suffix.lower() == ".mp4" else _save_gif
-        write_files({path: lambda target: save(target, _bytes(frames), rate)})
-    else:
-        _write_folder(path, frames, kind)
+    write_files({Path(path): video_writer(path, frames.unbind(1), rate, kind)})
+
+
+def video_writer(path: str | Path, frames: Iterable[Tensor], rate: float, kind: Kind = _COLORS) -> Writer:
+    """What writes frames (C, H, W), one by one, in the form that the ending of `path` names: see `write_files`."""
+    suffix = Path(path).suffix.lower()
+    if suffix in FILE_SUFFIXES:
+        save = _save_mp4 if suffix == ".mp4" else _save_gif
+        return lambda target: save(target, _bytes(frames), rate)
+    return lambda target: _save_folder(target, frames, kind)
 
 
 def check_video_output(path: str | Path, overwrite: bool) -> None:
@@ -135,11 +137,11 @@ def _read_file(path: Path) -> Clip:
     return Clip(frames, rate, _COLORS)
 
 
-def _bytes(frames: Tensor) -> Iterator[np.ndarray]:
-    """Each frame as (H, W, 3) uint8."""
-    color = frames[:3] if frames.shape[0] >= 3 else frames[:1].expand(3, *frames.shape[1:])
-    for t in range(color.shape[1]):
-        yield np.ascontiguousarray((color[:, t].clamp(0, 1) * 255).round().byte().permute(1, 2, 0).numpy())
+def _bytes(frames: Iterable[Tensor]) -> Iterator[np.ndarray]:
+    """Each frame (C, H, W) as (H, W, 3) uint8."""
+    for frame in frames:
+        color = frame[:3] if len(frame) >= 3 else frame[:1].expand(3, -1, -1)
+        yield np.ascontiguousarray((color.clamp(0, 1) * 255).round().byte().permute(1, 2, 0).numpy())
 
 
 def _save_mp4(target: Path, frames: Iterator[np.ndarray], rate: float) -> None:
@@ -159,43 +161,22 @@ def _save_mp4(target: Path, frames: Iterator[np.ndarray], rate: float) -> None:
 
 def _save_gif(target: Path, frames: Iterator[np.ndarray], rate: float) -> None:
     from PIL import Image
+    from PIL.GifImagePlugin import getdata, getheader
 
-    pictures = [Image.fromarray(array).quantize(256, method=Image.Quantize.MEDIANCUT) for array in frames]
     # Hundredths of a second are all a GIF can say.
     pause = max(round(100 / rate), 2) * 10
-    pictures[0].save(target, format="GIF", save_all=True, append_images=pictures[1:], duration=pause, loop=0)
+    with target.open("wb") as file:
+        for array in frames:
+            picture = Image.fromarray(array).quantize(256, method=Image.Quantize.MEDIANCUT)
+            if file.tell() == 0:
+                file.writelines(getheader(picture, info={"loop": 0, "duration": pause})[0])
+            file.writelines(getdata(picture, duration=pause, include_color_table=True))
+        file.write(b";")
 
 
-def _write_folder(path: Path, frames: Tensor, kind: Kind) -> None:
-    made = path.absolute().with_name(f".{os.getpid()}.{path.name}")
+def _save_folder(target: Path, frames: Iterable[Tensor], kind: Kind) -> None:
     ending = ".png" if kind.dtype in ("uint8", "uint16") else ".tif"
-    with _removed(made):
-        made.mkdir()
-        for t in range(frames.shape[1]):
-            frame = made / f"{t:04d}{ending}"
-            write_files({frame: image_writer(frame, frames[:, t], kind)})
-        _swap(made, path.absolute())
-
-
-def _swap(made: Path, path: Path) -> None:
-    """Move a folder to where another may be; if that fails the other is back in its place."""
-    old = path.with_name(f".{os.getpid()}.old.{path.name}")
-    if path.exists():
-        path.rename(old)
-    try:
-        made.rename(path)
-    except OSError:
-        if old.exists():
-            old.rename(path)
-        raise
-    if old.exists():
-        shutil.rmtree(old)
-
-
-@contextmanager
-def _removed(folder: Path) -> Iterator[None]:
-    try:
-        yield
-    finally:
-        if folder.is_dir():
-            shutil.rmtree(folder)
+    target.mkdir()
+    for t, frame in enumerate(frames):
+        name = target / f"{t:04d}{ending}"
+        write_files({name: image_writer(name, frame, kind)})

@@ -33,11 +33,39 @@ def test_the_term_of_ones_own_shades_the_picture():
 
 def test_the_flow_around_the_stone_is_the_one_that_is_seen():
     names: dict = {}
-    exec(BLOCKS[2], names)
+    exec(BLOCKS[4], names)
     assert names["moved"].shape == (1, 240, 320)
     assert names["error"] < 0.25
     assert names["drawn"].shape == (3, 240, 320)
     assert float(names["forward"][:, ~names["stone"]].abs().max()) == 0
+
+
+def test_known_pixels_and_a_mask_are_kept():
+    names: dict = {}
+    with torch.random.fork_rng():
+        torch.manual_seed(0)
+        exec(BLOCKS[2], names)
+    image, frame, mask = names["result"].image, names["frame"], names["mask"]
+    assert torch.equal(image[frame], names["values"][frame])
+    assert not bool(image[:, ~mask].any())
+
+
+def test_a_hole_is_filled_and_a_guide_followed():
+    names: dict = {}
+    exec(BLOCKS[3], names)
+    hole, gravel, filled = names["hole"], names["gravel"], names["filled"]
+    assert np.array_equal(filled.image[~hole], gravel[~hole])
+    assert names["made"].image.shape == (160, 200)
+    assert np.mean(names["made"].take(names["labels"]) != names["wanted"]) < 0.05
+
+
+def test_the_gravel_flows_goes_on_and_loops():
+    names: dict = {}
+    exec(BLOCKS[5], names)
+    assert names["shown"].shape == (1, 72, 96)
+    assert not names["shown"][:, ~names["stone"]].any()
+    assert [frame.state.number for frame in names["more"]] == [4, 5]
+    assert len(names["again"]) == 8
 
 
 def test_every_picture_the_readme_shows_is_there():

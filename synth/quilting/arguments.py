@@ -45,17 +45,24 @@ def _add_quilt(subparsers: Any) -> None:
         "--refine",
         type=_whole,
         metavar="STEPS",
-        help="at most so many patches that mend seams (default: 60, videos 30)",
+        help="at most so many patches that mend seams (default: 60)",
     )
     add("--seconds", type=float, metavar="S", help="stop refining after this time")
-    add("--edges", action="store_true", help="let seams prefer busy places (normalize their cost by the gradient)")
+    add("--edges", action=argparse.BooleanOptionalAction, help="let seams prefer busy places: normalize their cost by "
+        "the gradient (default: for videos only)")  # fmt: skip
     add("--tile", action="store_true", help="make a picture that repeats without a seam in both directions")
-    add("--rotate", action="store_true", help="use copies turned by quarters too")
+    add("--rotate", type=_angles, nargs="?", const=(90.0, 180.0, 270.0), metavar="DEG,...", help="use rotated copies "
+        "too (without angles: by quarter turns; --rotate=-20,20)")  # fmt: skip
     add("--mirror", action="store_true", help="use mirrored copies too")
     add("--scale", type=_scales, metavar="A:B", help="use scaled copies too, from A to B times the size")
     add("--perspective", action="store_true", help="let the scale go from A at the top to B at the bottom")
     blend = parser.add_mutually_exclusive_group()
-    blend.add_argument("--feather", type=float, metavar="S", help="blend seams by a Gaussian of S pixels")
+    blend.add_argument(
+        "--feather",
+        type=float,
+        metavar="S",
+        help="blend seams by a Gaussian of S pixels (default: 0, and 1 for videos)",
+    )
     blend.add_argument("--spline", action="store_true", help="blend seams by multi-resolution splining")
     add("--mode", choices=("transition", "time", "spacetime"), help="videos: join the clip to itself, displace it in "
         "time, or in space and time (default: transition; spacetime where --size differs)")  # fmt: skip
@@ -116,6 +123,15 @@ def _whole(text: str) -> int:
     if not text.isdecimal():
         raise argparse.ArgumentTypeError(f"{text!r} is no whole number from 0 on")
     return int(text)
+
+
+def _angles(text: str) -> tuple[float, ...]:
+    try:
+        return tuple(float(part) for part in text.split(","))
+    except ValueError:
+        raise argparse.ArgumentTypeError(
+            f"{text!r} are no angles; write DEG,DEG,... (--rotate=-20,20), or nothing and --rotate last"
+        ) from None
 
 
 def _scales(text: str) -> tuple[float, float]:

@@ -16,6 +16,7 @@ from scipy import ndimage
 
 from synth.quilting.boxes import Box
 from synth.quilting.canvas import Canvas
+from synth.quilting.sources import LEVELS
 
 SPLINE_SIGMAS = (1.0, 2.0, 4.0, 8.0)
 
@@ -30,12 +31,17 @@ def spline(canvas: Canvas) -> np.ndarray:
     return _blend(canvas, list(SPLINE_SIGMAS), bands=True)
 
 
+def blending_reach(sigma: float) -> int:
+    """How far from a seam, in pixels, blending of this width changes anything."""
+    return int(np.ceil(3 * sigma))
+
+
 def _blend(canvas: Canvas, sigmas: list[float], bands: bool) -> np.ndarray:
     channels = len(canvas.sources.planes)
     levels = len(sigmas) + (1 if bands else 0)
     total = np.zeros((levels, channels, *canvas.shape), np.float32)
     weights = np.zeros((levels, *canvas.shape), np.float32)
-    margin = int(np.ceil(3 * max(sigmas)))
+    margin = blending_reach(max(sigmas))
     for label in np.unique(canvas.label[canvas.filled]):
         box = _around(canvas, int(label), margin)
         at = canvas.indices(box)
@@ -48,7 +54,10 @@ def _blend(canvas: Canvas, sigmas: list[float], bands: bool) -> np.ndarray:
             for channel in range(channels):
                 total[level, channel][at] += layer[channel] * mask
     blended: np.ndarray = (total / np.maximum(weights, 1e-12)[:, None]).sum(0)
-    return blended
+    # Far from seams a pixel is a copy, and rounding must not say otherwise.
+    plain = canvas.sources.colors(canvas.places)
+    same = np.abs(blended - plain) < 1e-6 * canvas.sources.step * LEVELS
+    return np.where(same, plain, blended)
 
 
 def _around(canvas: Canvas, label: int, margin: int) -> Box:

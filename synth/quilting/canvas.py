@@ -27,6 +27,11 @@ class Patch:
     shift: tuple[int, ...]
     box: Box
 
+    def moved(self, steps: int) -> Patch:
+        """The same patch so many steps further along axis 0."""
+        start = (self.box.start[0] + steps, *self.box.start[1:])
+        return Patch(self.number, (self.shift[0] + steps, *self.shift[1:]), Box(start, self.box.extent))
+
 
 class Canvas:
     """The state of a synthesis; arrays are indexed by output pixel.
@@ -143,12 +148,23 @@ class Canvas:
         self.places[at] = other.places
         self.seams[:, at] = other.seams
         self.fixed[at] = True
-        for patch in other.patches:
-            shift, start = (
-                (patch.shift[0] + first, *patch.shift[1:]),
-                (patch.box.start[0] + first, *patch.box.start[1:]),
-            )
-            self.patches.append(Patch(patch.number, shift, Box(start, patch.box.extent)))
+        self.patches += [patch.moved(first) for patch in other.patches]
+
+    def unrolled(self, first: int, margin: int) -> Canvas:
+        """The loop that the steps of axis 0 from `first` on are, `margin` steps of its other turns on either side.
+
+        It shows what lies around each pixel of the loop; patches and places are set, seams are not.
+        """
+        period = self.shape[0] - first
+        turn, at = np.divmod(np.arange(-margin, period + margin), period)
+        longer = Canvas(self.sources, (len(at), *self.shape[1:]), self.periodic, self.cost)
+        longer.places[:] = self.places[first + at]
+        turns = np.unique(turn)
+        number = (turn - turns[0]) * len(self.patches)
+        longer.label[:] = self.label[first + at] + number.reshape(-1, *[1] * (len(self.shape) - 1))
+        for step in turns * period + margin - first:
+            longer.patches += [patch.moved(int(step)) for patch in self.patches]
+        return longer
 
     def recomputed_seams(self) -> np.ndarray:
         """The seam costs computed anew from places alone, shaped as `seams`; equal to it at every moment."""

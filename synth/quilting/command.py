@@ -20,7 +20,7 @@ from synth.quilting.draw import seams_drawn
 from synth.quilting.merging import Overlay, merge
 from synth.quilting.synthesis import Quilt, QuiltSettings, quilt
 from synth.quilting.video import default_settings, quilt_video
-from synth.videos import Clip, check_video_output, is_video, read_video, write_video
+from synth.videos import check_video_output, is_video, read_video, video_writer
 
 _MOST_PIXELS = 2**28
 _SEAMS_KIND = Kind("uint8", ("R", "G", "B"))
@@ -97,22 +97,15 @@ def _quilt_video(arguments: argparse.Namespace) -> str:
             report=report,
         )
     took = time.perf_counter() - began
-    names = _write_videos(arguments, output, result, clip)
-    frames, height, width = result.patch.shape
-    return f"wrote {_names(names)}: {frames} frames of {width}x{height} in {took:.1f} s, {_sewn(result)}"
-
-
-def _write_videos(arguments: argparse.Namespace, output: Path, result: Quilt, clip: Clip) -> list[Path]:
     rate = arguments.fps or clip.rate
-    write_video(output, result.image, rate, clip.kind, arguments.overwrite)
-    names = [output]
+    writers = {output: video_writer(output, result.image.unbind(1), rate, clip.kind)}
     if arguments.seams is not None:
-        write_video(arguments.seams, seams_drawn(result), rate, _SEAMS_KIND, arguments.overwrite)
-        names.append(arguments.seams)
+        writers[arguments.seams] = video_writer(arguments.seams, seams_drawn(result).unbind(1), rate, _SEAMS_KIND)
     if arguments.map is not None:
-        write_files({arguments.map: _map_writer(result)})
-        names.append(arguments.map)
-    return names
+        writers[arguments.map] = _map_writer(result)
+    write_files(writers)
+    frames, height, width = result.patch.shape
+    return f"wrote {_names(writers)}: {frames} frames of {width}x{height} in {took:.1f} s, {_sewn(result)}"
 
 
 def _settings(base: QuiltSettings, arguments: argparse.Namespace, **more: Any) -> QuiltSettings:
@@ -122,6 +115,8 @@ def _settings(base: QuiltSettings, arguments: argparse.Namespace, **more: Any) -
     names = ("placement", "k", "refine", "seconds", "tile", "rotate", "mirror", "scale", "perspective")
     given = {name: getattr(arguments, name, None) for name in (*names, "feather", "spline", "seed")}
     given["normalized"] = getattr(arguments, "edges", None)
+    if given["spline"]:
+        given["feather"] = 0.0
     return dataclasses.replace(base, **({name: v for name, v in given.items() if v is not None} | more))
 
 

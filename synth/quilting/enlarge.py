@@ -1,8 +1,9 @@
 """Larger frames than the clip's (thesis section 3.5 E), and one quilt made from another.
 
 Patches that last as long as the clip and are moved in the frame only keep every motion whole from first frame to last;
-the seams between them are surfaces along time. What comes out is a clip of its own, to be looped or lengthened like
-any other; `composed` then says where in the original each pixel is from.
+the seams between them are surfaces along time, which show as lines that stand still: motion does not hide them, so they
+are cut by the plain cost and splined unless no blending is wanted. What comes out is a clip of its own, to be looped or
+lengthened like any other; `composed` then says where in the original each pixel is from.
 """
 
 from __future__ import annotations
@@ -32,7 +33,8 @@ def enlarged(clip: Tensor, size: Sequence[int], settings: QuiltSettings, report:
 
     Patches are placed by matching all that they overlap: it is most of a frame, and seams there last the whole clip.
     """
-    settings = dataclasses.replace(settings, placement="whole")
+    blended = bool(settings.feather) or settings.spline
+    settings = dataclasses.replace(settings, placement="whole", normalized=False, feather=0.0, spline=blended)
     count = clip.shape[1]
     canvas = new_canvas(sources_of(clip, settings), (count, *size), settings)
     region = (count, *error_region(clip.shape[1:], settings.region)[1:])

@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import torch
 from torch import Tensor
 
 from kwatra.errors import InputError
-from synth.quilting.blendseams import feather, spline
+from synth.quilting.blendseams import SPLINE_SIGMAS, blending_reach, feather, spline
 from synth.quilting.canvas import Canvas
 from synth.quilting.costs import SeamCost
 from synth.quilting.growth import Budget, Report, fill, refine
@@ -36,8 +37,9 @@ class QuiltSettings:
     much a source region costs for being used already. `refine`: at most so many refinement patches; `patience`: stop
     after so many in a row that lowered nothing; `seconds`: or after this time (then the result depends on the machine).
     `normalized`: cost M' (equation 5) for M (equation 1). `tile`: the picture repeats without a seam.
-    `rotate`, `mirror`: also copies turned by quarters, mirrored. `scale`: also copies between these two scales;
-    `perspective`: their scale then goes from the first at the top to the second at the bottom (figure 11).
+    `rotate`: also copies turned by these angles, in degrees counterclockwise. `mirror`: also mirrored ones.
+    `scale`: also copies between these two scales; `perspective`: their scale then goes from the first at the top to the
+    second at the bottom (figure 11).
     `feather`: blend seams by a Gaussian of so many pixels. `spline`: blend them by multi-resolution splining.
     """
 
@@ -51,7 +53,7 @@ class QuiltSettings:
     seconds: float | None = None
     normalized: bool = False
     tile: bool = False
-    rotate: bool = False
+    rotate: tuple[float, ...] = ()
     mirror: bool = False
     scale: tuple[float, float] | None = None
     perspective: bool = False
@@ -159,14 +161,14 @@ def error_region(shape: Sequence[int], part: float) -> tuple[int, ...]:
     return tuple(max(math.floor(n * part), min(n, 4), 1) for n in shape)
 
 
-def new_placer(canvas: Canvas, settings: QuiltSettings, region: tuple[int, ...]) -> Placer:
-    """A placer for a canvas, its error-region no larger than the smallest source."""
+def new_placer(canvas: Canvas, settings: QuiltSettings, region: tuple[int, ...], **limits: Any) -> Placer:
+    """A placer for a canvas, its error-region no larger than the smallest source; `limits` as of Rule."""
     smallest = [min(shape[d] for shape in canvas.sources.shapes) for d in range(len(region))]
     fitting = tuple(min(r, max(s // 2, 1)) if r < s else s for r, s in zip(region, smallest, strict=True))
     if canvas.sources.bands is not None:
         lowest = int(min(high - low for low, high in canvas.sources.bands) * canvas.shape[-2]) // 2
         fitting = (*fitting[:-2], max(min(fitting[-2], lowest), 1), fitting[-1])
-    rule = Rule(settings.placement, settings.k, fitting, settings.evenness)
+    rule = Rule(settings.placement, settings.k, fitting, settings.evenness, **limits)
     return Placer(canvas, rule, torch.Generator().manual_seed(settings.seed))
 
 
@@ -178,27 +180,20 @@ def run(canvas: Canvas, placer: Placer, settings: QuiltSettings, report: Report)
     return refine(canvas, placer, Budget(settings.refine, settings.patience, settings.seconds), grid, report)
 
 
-def result_of(
-    canvas: Canvas, settings: QuiltSettings, history: Sequence[int], stopped: str, frames: slice | None = None
-) -> Quilt:
-    """The canvas, or a range of its frames, as a Quilt."""
-    image = _image(canvas, settings)
-    number, place = canvas.sources.coordinates(canvas.places)
-    offset = place
-    for axis, (n, wraps) in enumerate(zip(canvas.shape, canvas.periodic, strict=True)):
+def result_of(canvas: Canvas, settings: QuiltSettings, history: Sequence[int], stopped: str, first: int = 0) -> Quilt:
+    """The canvas as a Quilt; with `first`, its frames from there on, a loop: the last one is also the one before."""
+    image = _image(canvas, settings, first)
+    number, offset = canvas.sources.coordinates(canvas.places[first:])
+    for axis, n in enumerate(offset.shape[1:]):
         offset[axis] -= np.arange(n, dtype=np.int32).reshape([-1 if d == axis else 1 for d in range(len(canvas.shape))])
-        if wraps:
-            offset[axis] %= n
-    cut = (slice(None),) if frames is None else (frames,)
-    seams = canvas.seams[(slice(None), *cut)]
-    if frames is not None:
-        seams = seams.copy()
-        seams[0, -1] = 0
+    seams = canvas.seams[:, first:].copy()
+    if first:
+        seams[0, -1] = canvas.seams[0, first - 1]
     return Quilt(
-        torch.from_numpy(image[(slice(None), *cut)].copy()),
-        torch.from_numpy(number[cut].astype(np.int32)),
-        torch.from_numpy(offset[(slice(None), *cut)].astype(np.int32)),
-        torch.from_numpy(canvas.label[cut].copy()),
+        torch.from_numpy(image),
+        torch.from_numpy(number),
+        torch.from_numpy(offset),
+        torch.from_numpy(canvas.label[first:].copy()),
         torch.from_numpy(seams.astype(np.float32) * np.float32(canvas.cost.unit)),
         int(seams.sum(dtype=np.int64)) * canvas.cost.unit,
         tuple(total * canvas.cost.unit for total in history),
@@ -206,7 +201,11 @@ def result_of(
     )
 
 
-def _image(canvas: Canvas, settings: QuiltSettings) -> np.ndarray:
-    if settings.feather:
-        return feather(canvas, settings.feather)
-    return spline(canvas) if settings.spline else canvas.sources.colors(canvas.places)
+def _image(canvas: Canvas, settings: QuiltSettings, first: int) -> np.ndarray:
+    if not (settings.feather or settings.spline):
+        return canvas.sources.colors(canvas.places[first:])
+    margin = blending_reach(settings.feather or max(SPLINE_SIGMAS)) if first else 0
+    if margin:
+        canvas = canvas.unrolled(first, margin)
+    image = feather(canvas, settings.feather) if settings.feather else spline(canvas)
+    return np.ascontiguousarray(image[:, margin : image.shape[1] - margin])

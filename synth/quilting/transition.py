@@ -1,9 +1,10 @@
 """A transition in a clip: the best pair of similar frames, and the best seam surface around them (thesis 3.5 A).
 
 Frame i + t follows frame j + t smoothly where the two are alike for all t of a window, so the pairs are ranked by the
-squared difference averaged over the window, which also asks their motions to agree. For the few best pairs the seam
-is cut: in the window each pixel passes from the clip at j + t to the clip at i + t at a time of its own. The cheapest
-wins. The loop is the frames from i to j with the window at its end; its length is j - i.
+squared difference averaged over the window, which also asks their motions to agree. For the best pairs the seam is cut
+on small frames, and for the one where it is cheapest again at full size: in the window each pixel passes from the clip
+at j + t to the clip at i + t at a time of its own. The loop is the frames from i to j with the window at its end; its
+length is j - i, and the window may be as long.
 """
 
 from __future__ import annotations
@@ -27,7 +28,9 @@ from synth.quilting.synthesis import Quilt, QuiltSettings, result_of
 LONGEST_WINDOW = 60
 MOST_PIXELS = 6_000_000
 """The most pixels in a window: what bounds the memory of a transition."""
-CANDIDATES = 5
+CANDIDATES = 8
+SMALL = 48
+"""Side, in pixels, of the frames on which transitions are compared."""
 
 
 @dataclass(frozen=True)
@@ -47,61 +50,59 @@ class Loop:
 def seam_transition(clip: Tensor, frames: int | None, loop: bool, settings: QuiltSettings, report: Report) -> Quilt:
     """The clip's best loop, repeated to `frames` frames (once by default); with `loop`, whole periods only."""
     report("comparing frames", 0.0)
-    sources = Sources([clip.numpy()])
-    cost = SeamCost(sources, settings.normalized)
     choices = find_loops(clip, frames if loop else None)
-    best = None
+    small = Sources([shrunk(clip, SMALL).numpy()])
+    cost = SeamCost(small, settings.normalized)
+    totals = []
     for number, choice in enumerate(choices):
-        report("cutting transitions", number / len(choices))
-        window = _cut_window(sources, cost, choice)
-        if best is None or window.total < best[1].total:
-            best = choice, window
-    assert best is not None
-    choice, window = best
-    half = choice.window // 2
-    canvas = Canvas(sources, (choice.length, *clip.shape[-2:]), (False,) * 3, cost)
-    canvas.lay(Patch(0, (-(choice.first + half), 0, 0), Box((0, 0, 0), canvas.shape)))
-    canvas.adopt(window, choice.length - choice.window)
-    stopped = (
-        f"frames {choice.first} to {choice.last} of the clip repeat, joined within a window of {choice.window} frames"
-    )
-    quilt = result_of(canvas, settings, [canvas.total], stopped)
+        report("comparing transitions", number / len(choices))
+        totals.append(_joined(small, cost, choice).total)
+    best = choices[int(np.argmin(totals))]
+    report("cutting the transition", 0.0)
+    sources = Sources([clip.numpy()])
+    canvas = _joined(sources, SeamCost(sources, settings.normalized), best)
+    stopped = f"frames {best.first} to {best.last} of the clip repeat, joined within a window of {best.window} frames"
+    quilt = result_of(canvas, settings, [canvas.total], stopped, first=1)
     return quilt if frames is None else repeated(quilt, frames)
 
 
+def shrunk(clip: Tensor, side: int) -> Tensor:
+    """The clip (C, T, H, W) with each frame averaged down to at most `side` pixels in height and in width."""
+    size = min(clip.shape[2], side), min(clip.shape[3], side)
+    return F.adaptive_avg_pool2d(clip.transpose(0, 1), size).transpose(0, 1)
+
+
 def find_loops(clip: Tensor, multiple: int | None = None) -> list[Loop]:
-    """The few best loops of a clip (C, T, H, W), best first; only lengths that divide `multiple`, if given.
+    """Good loops of a clip (C, T, H, W), with short windows and with long; only lengths that divide `multiple`.
 
     Raises InputError if the clip is shorter than four frames or has no loop of such a length.
     """
     count = clip.shape[1]
     if count < 4:
         raise InputError(f"the clip has {count} frames but a transition needs at least 4; give a longer clip")
-    room = MOST_PIXELS // (clip.shape[2] * clip.shape[3])
-    half = max(min(LONGEST_WINDOW, count // 3, room) // 2, 1)
-    score = _join_scores(clip, half)
+    most = min(LONGEST_WINDOW, MOST_PIXELS // (clip.shape[2] * clip.shape[3]))
     first, last = torch.meshgrid(torch.arange(count), torch.arange(count), indexing="ij")
     length = last - first
-    allowed = (first >= half) & (last <= count - half) & (length >= max(2 * half, count // 2))
-    if multiple is not None:
-        allowed &= (multiple % length.clamp(min=1)) == 0
-        if not bool(allowed.any()):
-            raise InputError(
-                f"frames is {multiple} but no loop of this clip of {count} frames repeats to exactly that; "
-                f"leave frames out, or ask for {count // 2} to {count - 2 * half}"
-            )
-    score[~allowed] = torch.inf
-    return [Loop(i, j, 2 * half) for i, j in _lowest(score, half)]
+    found = []
+    # A short window leaves more pairs to choose from, a long one more times for each pixel to pass.
+    for half in sorted({max(min(most, count // part) // 2, 1) for part in (2, 3)}):
+        allowed = (first >= half) & (last <= count - half) & (length >= max(2 * half, count // 2))
+        if multiple is not None:
+            allowed &= (multiple % length.clamp(min=1)) == 0
+        score = torch.where(allowed, _join_scores(clip, half), torch.inf)
+        found += [Loop(i, j, 2 * half) for i, j in _lowest(score, half)]
+    if not found:
+        raise InputError(
+            f"frames is {multiple} but no loop of this clip of {count} frames repeats to exactly that; "
+            f"leave frames out, or ask for {count // 2} to {count - 2 * max(count // 6, 1)}"
+        )
+    return found
 
 
 def _join_scores(clip: Tensor, half: int) -> Tensor:
     """(T, T): how unlike the frames around j are those around i, averaged over a window of 2 half frames."""
     count = clip.shape[1]
-    small = (
-        F.adaptive_avg_pool2d(clip.transpose(0, 1), (min(clip.shape[2], 48), min(clip.shape[3], 48)))
-        .flatten(1)
-        .double()
-    )
+    small = shrunk(clip, SMALL).transpose(0, 1).flatten(1).double()
     distance = torch.cdist(small, small, compute_mode="donot_use_mm_for_euclid_dist").square()
     score = torch.full((count, count), torch.inf, dtype=torch.float64)
     inner = slice(half, count - half + 1)
@@ -111,8 +112,8 @@ def _join_scores(clip: Tensor, half: int) -> Tensor:
 
 
 def _lowest(score: Tensor, apart: int) -> list[tuple[int, int]]:
-    """The places of the lowest scores, no two within `apart` of each other."""
-    score = score.clone()
+    """The places of the lowest scores, no two within half of `apart` of each other."""
+    score, apart = score.clone(), apart // 2
     found: list[tuple[int, int]] = []
     while len(found) < CANDIDATES and bool(torch.isfinite(score).any()):
         i, j = divmod(int(score.argmin()), score.shape[1])
@@ -121,15 +122,16 @@ def _lowest(score: Tensor, apart: int) -> list[tuple[int, int]]:
     return found
 
 
-def _cut_window(sources: Sources, cost: SeamCost, loop: Loop) -> Canvas:
-    """The frames around the join: they begin as the clip around `last` and end as the clip around `first`."""
+def _joined(sources: Sources, cost: SeamCost, loop: Loop) -> Canvas:
+    """The loop, before it the frame that is also its last; its window begins as the clip around `last`."""
     half = loop.window // 2
-    canvas = Canvas(sources, (loop.window, *sources.shapes[0][1:]), (False,) * 3, cost)
-    whole = Box((0, 0, 0), canvas.shape)
-    canvas.lay(Patch(0, (half - loop.last, 0, 0), whole))
-    begin, end = np.zeros(canvas.shape, bool), np.zeros(canvas.shape, bool)
-    begin[0], end[-1] = True, True
-    canvas.lay(Patch(0, (half - loop.first, 0, 0), whole), must=end, must_not=begin)
+    canvas = Canvas(sources, (loop.length + 1, *sources.shapes[0][1:]), (False,) * 3, cost)
+    late = 1 - loop.first - half
+    canvas.lay(Patch(0, (late, 0, 0), Box((0, 0, 0), canvas.shape)))
+    window = Box((loop.length + 1 - loop.window, 0, 0), (loop.window, *canvas.shape[1:]))
+    end = np.zeros(window.extent, bool)
+    end[-1] = True
+    canvas.lay(Patch(0, (late + loop.length, 0, 0), window), must=end)
     return canvas
 
 

@@ -1,10 +1,13 @@
 """Mirrored, rotated and scaled copies of an exemplar (thesis 3.4 A), made before the synthesis starts.
 
-Rotations are by quarter turns, which move pixels without resampling them; so is mirroring. Only the two last axes, the
-picture plane, are transformed: time keeps its direction.
+Mirroring and quarter turns move pixels without resampling them; of a copy turned by another angle the largest upright
+rectangle is used. Only the two last axes, the picture plane, are transformed: time keeps its direction.
 """
 
 from __future__ import annotations
+
+import math
+from collections.abc import Sequence
 
 import torch
 import torch.nn.functional as F
@@ -13,11 +16,40 @@ from torch import Tensor
 from kwatra.errors import InputError
 
 
-def rotated_and_mirrored(exemplar: Tensor, rotate: bool, mirror: bool) -> list[Tensor]:
-    """The exemplar and its copies; `rotate` adds quarter turns, `mirror` left-right mirror images of each."""
-    turned = [torch.rot90(exemplar, turns, (-2, -1)) for turns in range(4 if rotate else 1)]
+def rotated_and_mirrored(exemplar: Tensor, rotate: Sequence[float], mirror: bool) -> list[Tensor]:
+    """The exemplar, its copies turned by the angles of `rotate`, and with `mirror` the left-right image of each."""
+    turned = [exemplar, *(rotated(exemplar, angle) for angle in rotate)]
     flipped = [image.flip(-1) for image in turned] if mirror else []
     return turned + flipped
+
+
+def rotated(exemplar: Tensor, degrees: float) -> Tensor:
+    """The largest upright rectangle in the exemplar (C, H, W) or (C, T, H, W) turned counterclockwise."""
+    if not math.isfinite(degrees):
+        raise InputError(f"rotate is {degrees} but must be an angle in degrees, for example 30")
+    if degrees % 90 == 0:
+        return torch.rot90(exemplar, int(degrees // 90), (-2, -1))
+    height, width = exemplar.shape[-2:]
+    sin, cos = math.sin(math.radians(degrees)), math.cos(math.radians(degrees))
+    high, wide = _inscribed(height, width, abs(sin), abs(cos))
+    y, x = torch.meshgrid(torch.arange(high) - (high - 1) / 2, torch.arange(wide) - (wide - 1) / 2, indexing="ij")
+    where = torch.stack([(cos * x - sin * y) * 2 / width, (sin * x + cos * y) * 2 / height], -1)[None]
+    flat = exemplar.reshape(1, -1, height, width)
+    turned = F.grid_sample(flat, where, "bicubic", "reflection", align_corners=False)
+    return turned.clamp(exemplar.amin(), exemplar.amax()).reshape(*exemplar.shape[:-2], high, wide)
+
+
+def _inscribed(height: int, width: int, sin: float, cos: float) -> tuple[int, int]:
+    """Height and width of the largest upright rectangle in a turned one."""
+    short, long = sorted((height, width))
+    if short <= 2 * sin * cos * long or abs(sin - cos) < 1e-9:
+        # Two corners touch the long sides, half way between them.
+        near, far = short / 2 / sin, short / 2 / cos
+        high, wide = (far, near) if width >= height else (near, far)
+    else:
+        scale = cos * cos - sin * sin
+        high, wide = (height * cos - width * sin) / scale, (width * cos - height * sin) / scale
+    return max(int(high), 1), max(int(wide), 1)
 
 
 def scales_between(first: float, last: float, count: int) -> list[float]:

@@ -19,6 +19,7 @@ from torch import Tensor
 from kwatra.errors import InputError
 from synth.quilting.boxes import Box
 from synth.quilting.canvas import Canvas, Patch
+from synth.quilting.displaced import displaced
 from synth.quilting.enlarge import composed, enlarged
 from synth.quilting.growth import Report
 from synth.quilting.synthesis import (
@@ -66,25 +67,38 @@ def quilt_video(
     if size != tuple(clip.shape[-2:]):
         larger = enlarged(clip, size, settings, report)
         way = "transition" if loop and frames is None else mode
-        rest = dataclasses.replace(settings, rotate=False, mirror=False, scale=None, perspective=False)
+        rest = dataclasses.replace(settings, rotate=(), mirror=False, scale=None, perspective=False)
         outer = quilt_video(larger.image, frames, mode=way, loop=loop, hold=hold, settings=rest, report=report)
         return composed(outer, larger)
     if mode == "transition":
         return seam_transition(clip, frames, loop, settings, report)
     length = 2 * clip.shape[1] if frames is None else frames
     held = hold if loop and hold is not None else 0
-    canvas = new_canvas(sources_of(clip, settings), (length + held, *size), settings)
-    if held:
-        _hold_ends(canvas, held)
-    placer = new_placer(canvas, settings, _region(clip, size, mode, settings))
-    history, stopped = run(canvas, placer, settings, report)
-    return result_of(canvas, settings, history, stopped, slice(held, None) if held else None)
+
+    def begun(source: Tensor) -> Canvas:
+        canvas = new_canvas(sources_of(source, settings), (length + held, *source.shape[2:]), settings)
+        if held:
+            _hold_ends(canvas, held)
+        return canvas
+
+    if mode == "time":
+        canvas, history, stopped = displaced(clip, begun, settings, report)
+    else:
+        canvas = begun(clip)
+        placer = new_placer(canvas, settings, error_region(clip.shape[1:], settings.region))
+        history, stopped = run(canvas, placer, settings, report)
+    return result_of(canvas, settings, history, stopped, first=held)
 
 
 def default_settings(mode: str) -> QuiltSettings:
-    """What suits a mode: motion is matched locally, and time-only offsets are drawn at random, as in the thesis."""
+    """What suits a mode: motion is matched locally, and time-only offsets are drawn at random, as in the thesis.
+
+    What moves hides a seam (equation 5), and what remains of it is feathered by a pixel and a frame: a seam in time is
+    seen as a flash, not as a line.
+    """
     placement = "random" if mode == "time" else "sub"
-    return QuiltSettings(placement=placement, grid=1, evenness=0.0, refine=60, patience=15)
+    common = QuiltSettings(normalized=True, feather=1.0, grid=1, evenness=0.0, refine=60, patience=15)
+    return dataclasses.replace(common, placement=placement)
 
 
 def _check(clip: Tensor, frames: int | None, size: tuple[int, ...], mode: str, loop: bool, hold: int | None) -> None:
@@ -108,12 +122,6 @@ def _check(clip: Tensor, frames: int | None, size: tuple[int, ...], mode: str, l
         raise InputError(
             f"frames is {frames} but a loop that holds {hold} needs more than that; hold fewer or make more"
         )
-
-
-def _region(clip: Tensor, size: tuple[int, ...], mode: str, settings: QuiltSettings) -> tuple[int, ...]:
-    """The error-region: in mode time the whole frame, which leaves time as the only way to move."""
-    region = error_region(clip.shape[1:], settings.region)
-    return (region[0], *size) if mode == "time" else region
 
 
 def _hold_ends(canvas: Canvas, hold: int) -> None:

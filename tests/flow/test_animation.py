@@ -11,7 +11,7 @@ from torch import Tensor
 
 import flow
 from flow.animation import Motion
-from flow.renewal import Renewing
+from flow.settings import Renewing
 from kwatra import Exemplar, InputError, Settings
 from kwatra.measure import forward_energy, sharpness
 

@@ -71,6 +71,9 @@ def test_the_speed_of_samples_is_that_of_their_fastest_pixel() -> None:
         fastest = [float(field(t, shape).norm(dim=0).max()) for t in range(3)]
         assert math.isclose(max(fastest), 1.5, rel_tol=1e-5)
         assert min(fastest) < 1.5
+    assert torch.allclose(
+        flow.sampled(1000 * noise(), speed=1.5)(1.0, SHAPE), flow.sampled(noise(), speed=1.5)(1.0, SHAPE)
+    )
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from skimage import data
 from torch import Tensor
 
 import flow
-from flow.renewal import Renewing
+from flow.settings import Renewing
 from kwatra import InputError
 
 SHAPE = (56, 60)

@@ -11,7 +11,10 @@ from skimage import data
 from torch import Tensor
 
 import flow
-from flow.renewal import PRESETS, Renewal, Renewing, gradient_weight, seam_cut
+from flow.fusion import seam_cut
+from flow.renewal import Renewal
+from flow.settings import PRESETS, Renewing
+from flow.term import gradient_weight
 from flow.warps import pixel_coordinates
 from kwatra import Exemplar, InputError
 from kwatra.cut import FREE, KEEP, TAKE, VOID

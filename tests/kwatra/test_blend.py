@@ -3,6 +3,7 @@ import torch
 
 from kwatra import Exemplar, Feature, Quadratic, SoftPixels, gradient
 from kwatra.blend import blend, conjugate_gradients
+from kwatra.controls import Given
 from kwatra.search import SourceWindows
 from kwatra.windows import Grid
 
@@ -96,3 +97,37 @@ def test_conjugate_gradients_agree_with_a_direct_solution():
     right = torch.randn(30, generator=generator(1), dtype=torch.float64)
     x = conjugate_gradients(lambda v: matrix @ v, right, matrix.diagonal(), torch.zeros_like(right), 1e-12, 200)
     assert torch.allclose(x, torch.linalg.solve(matrix, right), atol=1e-8)
+
+
+@pytest.mark.parametrize("features", [(), (Feature(gradient, 3.0),)])
+@pytest.mark.parametrize("coupled", [False, True])
+def test_blend_around_fixed_and_masked_pixels_cannot_be_beaten(features, coupled):
+    source, grid, matches, weights = setting(features)
+    mask = torch.rand(1, 16, 20, generator=generator(8)) > 0.3
+    fixed = (torch.rand(2, 16, 20, generator=generator(9)) > 0.8) | ~mask
+    values = torch.rand(2, 16, 20, generator=generator(10)) * mask
+    given = Given(fixed, values, mask)
+    x = blend(grid, source, matches, weights, [operator()] if coupled else [], given=given)
+    assert torch.equal(x[fixed], values[fixed])
+    metric, present = source.metric, grid.gather(mask.double())
+    matched, falloff = source.windows(matches).double(), metric.falloff.double()
+    free = (~fixed).any(0, keepdim=True)
+    mass = grid.scatter(weights.double()[:, None, None, None] * falloff.expand(len(grid), *falloff.shape))
+    unit = (mass * free).sum() / free.sum()
+
+    def value(image):
+        """Every window on its unmasked pixels, straight from the definition."""
+        difference = present * (grid.gather(image) - matched)
+        total = (weights.double() / unit * (difference.square() * falloff).flatten(1).sum(1)).sum()
+        if features:
+            total += (weights.double() / unit * metric.features(difference.float()).double().square().sum(1)).sum()
+        if coupled:
+            error = image - operator().target
+            total += (error * operator().times(error.float())).sum()
+        return total
+
+    least = value(x.double())
+    for seed in range(6):
+        direction = torch.randn(x.shape, generator=generator(seed)).double() * ~fixed
+        for length in (1e-2, -1e-2):
+            assert value(x.double() + length * direction) > least

@@ -63,3 +63,17 @@ def test_levels_that_cannot_be_are_refused():
         Level(1, 8, route="guess")
     with pytest.raises(InputError, match="at least 4 are needed"):
         planned_levels(Exemplar.of(torch.rand(1, 3, 40)), (64, 64), 2)
+
+
+def test_windows_that_do_not_fit_between_holes_are_not_planned():
+    mask = torch.ones(128, 128, dtype=torch.bool)
+    mask[::12] = False  # strips of 11 rows between the holes
+    image = torch.rand(1, 128, 128, generator=torch.Generator().manual_seed(0))
+    levels = planned_levels(Exemplar.of([image], masks=[mask]), (64, 64), 3)
+    assert [(level.factor, level.width) for level in levels] == [(1, 8)]
+    mask[::6] = False
+    levels = planned_levels(Exemplar.of([image], masks=[mask]), (64, 64), 3)
+    assert [(level.factor, level.width) for level in levels] == [(1, 4)]
+    mask[::3] = False
+    with pytest.raises(InputError, match="no 4x4 window fits between the exemplar's holes"):
+        planned_levels(Exemplar.of([image], masks=[mask]), (64, 64), 3)

@@ -251,7 +251,8 @@ def test_bad_requests_are_said_in_a_sentence():
         ({"block": 0.0}, "block is 0.0"),
         ({"usage": -1.0}, "usage is -1.0"),
         ({"levels": ()}, "levels is empty"),
-        ({"iterations": 0}, "both are at least 1"),
+        ({"iterations": 0}, "each is at least 1"),
+        ({"seams": 0}, "seams 0; each is at least 1"),
     ]:
         with pytest.raises(InputError, match=message):
             Settings(**settings)

@@ -136,3 +136,17 @@ def test_volumes_are_searched_by_the_same_code():
     source = SourceWindows(Exemplar.of(volume), (4, 4, 4), generator(), dims=64)
     pick = source.numbers[::11]
     assert torch.equal(source.nearest(source.describe(source.windows(pick))[0], 1, "exact")[:, 0], pick)
+
+
+def test_missing_pixels_are_completed_by_what_the_others_imply():
+    # windows of a sum of two waves lie in a plane of few dimensions: half of one tells the rest
+    y, x = torch.meshgrid(torch.arange(40.0), torch.arange(40.0), indexing="ij")
+    image = (0.5 + 0.2 * torch.sin(x * 0.7 + 0.3 * y) + 0.2 * torch.cos(0.5 * y))[None]
+    source = source_of(image)
+    windows = source.windows(source.numbers[::50])
+    present = torch.zeros(len(windows), 8, 8, 1)
+    present[:, :, :5] = 1
+    completed = source.completed(torch.where(present > 0, windows, torch.nan).nan_to_num(7.0), present)
+    assert torch.equal(completed[:, :, :5], windows[:, :, :5])
+    assert float((completed - windows).abs().max()) < 0.05
+    assert torch.allclose(source.completed(windows, torch.ones_like(present)), windows)

@@ -1,7 +1,9 @@
 import pytest
 import torch
+from skimage import data
 
 from kwatra import Exemplar, InputError
+from kwatra.controls import Wish
 from kwatra.start import BlockStart, block_size
 
 
@@ -43,6 +45,27 @@ def test_aligned_blocks_fit_better_than_random_ones():
     assert breaks(True) < breaks(False)
 
 
+@pytest.mark.parametrize("seed", [0, 1])
+def test_blocks_with_cheaper_seams_are_laid(seed):
+    image = torch.from_numpy(data.gravel()[:64, :64].astype("float32") / 255)[None]
+
+    def read(place):
+        y, x = place.clamp(0, 63)
+        return image[0, y, x]
+
+    def seams(count):
+        _, where = run(Exemplar.of(image), (128, 128), (24, 24), seed=seed, seams=count, usage=0.0)
+        place = torch.stack(torch.meshgrid(torch.arange(128), torch.arange(128), indexing="ij"))
+        offset, cost = where - place, 0.0
+        for axis in (1, 2):
+            p, q = (place.narrow(axis, k, 127) for k in (0, 1))
+            mine, theirs = (offset.narrow(axis, k, 127) for k in (0, 1))
+            cost += sum(float((read(at + mine) - read(at + theirs)).abs().sum()) for at in (p, q))
+        return cost
+
+    assert seams(8) < seams(1)
+
+
 def test_usage_spreads_the_blocks_over_the_exemplar():
     image = torch.full((1, 64, 64), 0.5)  # every block fits: only usage decides
 
@@ -78,3 +101,16 @@ def test_videos_start_from_blocks_too():
     video = torch.rand(1, 8, 24, 24, generator=torch.Generator().manual_seed(0))
     start, where = run(Exemplar.of(video), (10, 40, 40), (4, 12, 12), (1, 2, 2))
     assert torch.equal(start.x, video[(slice(None), *where)])
+
+
+def test_blocks_go_where_they_agree_with_a_wish():
+    # dark left half, light right half; the wish asks for light above dark
+    image = torch.rand(1, 48, 96, generator=torch.Generator().manual_seed(0)) * 0.2
+    image[..., 48:] += 0.7
+    value = torch.full((1, 96, 60), 0.1)
+    value[:, :48] = 0.8
+    start, _ = run(Exemplar.of(image), (96, 60), (12, 12), wish=Wish(torch.ones(1, 1, 1).expand_as(value), value))
+    assert float(start.x[:, :44].mean()) > 0.75
+    assert float(start.x[:, 52:].mean()) < 0.15
+    blind, _ = run(Exemplar.of(image), (96, 60), (12, 12))
+    assert abs(float(blind.x[:, :44].mean() - blind.x[:, 52:].mean())) < 0.5

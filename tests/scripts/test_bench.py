@@ -55,13 +55,13 @@ def test_a_list_is_synthesized_and_measured_beside_what_is_there(
     assert said.out.count("Fail failed") == 2
     assert said.err == ""
     rows = {(row["exemplar"], row["method"]): row["figures"] for row in json.loads(figures.read_text())}
-    assert set(rows) == {(name, method) for name in ("color", "gray") for method in ("kwatra", "Copy")}
+    assert set(rows) == {(name, method) for name in ("color", "gray") for method in ("kwatra", "quilting", "Copy")}
     assert rows["gray", "Copy"]["overall"] == pytest.approx(0, abs=1e-6)
     assert rows["color", "kwatra"]["cpu"] > 0
     assert read_image(out / "color_kwatra.png").pixels.shape == (3, 48, 56)
     assert read_image(out / "gray_kwatra.png").pixels.shape == (1, 48, 56)
-    # Two lines of an exemplar 48 wide, an output 56 wide and a copy 48 wide, 8 pixels apart.
-    assert read_image(out / "contact_sheet.png").pixels.shape == (3, 2 * 56, 48 + 56 + 48 + 24)
+    # Two lines of an exemplar 48 wide, two outputs 56 wide and a copy 48 wide, 8 pixels apart.
+    assert read_image(out / "contact_sheet.png").pixels.shape == (3, 2 * 56, 48 + 56 + 56 + 48 + 32)
 
 
 def test_the_last_lines_are_means_and_medians(bench: ModuleType, capsys: pytest.CaptureFixture[str]) -> None:

@@ -81,6 +81,7 @@ def test_the_figures_are_multiples_of_the_stills() -> None:
     still = bench_flow.still_of(task)
     same = figures(still.image)
     assert same["overall@5"] == same["sharp@5"] == 1
+    assert same["moved"] > 1
     assert math.isnan(same["overall@9"])
     assert (same["epe"], same["flicker"], same["s/frame"]) == pytest.approx((0.2, 0.2, 1.5))
     assert same["stills"] == pytest.approx(3.0 / still.cpu)

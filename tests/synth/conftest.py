@@ -18,6 +18,7 @@ def refused(folder: Path, capsys: pytest.CaptureFixture[str]) -> Callable[..., s
 
     def run(*arguments: str) -> str:
         before = contents(folder)
+        capsys.readouterr()  # of commands run before
         try:
             code = main(arguments)
         except SystemExit as exit:

@@ -1,5 +1,6 @@
 """`kwatra quilt` and `kwatra merge`: what they write, and that bad input costs one sentence and leaves no file."""
 
+import errno
 from collections.abc import Callable
 from pathlib import Path
 
@@ -89,6 +90,25 @@ def test_quilt_writes_video_files(folder: Path, name: str) -> None:
     assert made.rate == pytest.approx(10)
 
 
+def test_all_outputs_of_a_video_appear_or_none(folder: Path, refused: Callable[..., str], monkeypatch) -> None:
+    def full(*rest: object) -> None:
+        raise OSError(errno.ENOSPC, "full")
+
+    command = ["quilt", "clip", "-o", "out", "--mode", "time", "--seams", "seams", "--map", "m.npy"]
+    with monkeypatch.context() as broken:
+        broken.setattr(np, "save", full)
+        assert "the disk is full" in refused(*command)
+    assert main(command) == 0
+    assert read_video("out").frames.shape == read_video("seams").frames.shape
+    assert np.load("m.npy").shape == (4, 12, 12, 16)
+
+
+@pytest.mark.parametrize("options", [["--rotate"], ["--rotate=30,-15", "--mirror"], ["--scale", "0.8:1"]])
+def test_copies_of_the_exemplar_are_used_too(folder: Path, options: list[str]) -> None:
+    assert main(["quilt", "a.png", "-o", "out.png", "--map", "m.npy", "--refine", "2", *options]) == 0
+    assert np.load("m.npy")[0].max() > 0
+
+
 def test_an_output_is_replaced_only_when_told_to(folder: Path, refused: Callable[..., str]) -> None:
     write_video("out", noise(3, 4, 12, 16), 10, RGB)
     assert "exists" in refused("quilt", "clip", "-o", "out")
@@ -116,6 +136,7 @@ def test_merge_keeps_what_it_must(folder: Path) -> None:
         ("quilt a.png --size 100000x100000", "ask for a smaller --size"),
         ("quilt a.png --k 7", "k is 7 but must lie between 0.001 and 1"),
         ("quilt a.png --scale 0:1", "both ends must be positive"),
+        ("quilt --rotate a.png", "'a.png' are no angles"),
         ("quilt a.png --perspective", "perspective needs a range of scales"),
         ("quilt a.png --feather 2 --spline", "not allowed with"),
         ("quilt a.png -o b.png", "exists"),

@@ -1,5 +1,7 @@
 """Whole syntheses: what holds for every output, whatever the texture."""
 
+import math
+
 import numpy as np
 import pytest
 import torch
@@ -10,7 +12,8 @@ from synth.quilting.blendseams import feather, spline
 from synth.quilting.boxes import Box
 from synth.quilting.canvas import Patch
 from synth.quilting.growth import Budget, fill, refine
-from synth.quilting.synthesis import error_region, new_canvas, new_placer, sources_of
+from synth.quilting.synthesis import error_region, new_canvas, new_placer, result_of, sources_of
+from synth.quilting.variants import rotated
 
 
 def texture(*shape: int, seed: int = 0) -> torch.Tensor:
@@ -45,7 +48,7 @@ def test_every_pixel_is_a_copy_and_refining_never_raises_the_cost(placement: str
     [
         {},
         {"tile": True},
-        {"rotate": True, "mirror": True},
+        {"rotate": (90.0, 25.0), "mirror": True},
         {"normalized": True},
         {"scale": (0.7, 1.0), "perspective": True},
     ],
@@ -82,6 +85,39 @@ def test_a_tile_repeats_without_a_seam_of_its_own() -> None:
     inner = (tiled.image[:, 1:] - tiled.image[:, :-1]).abs().mean()
     assert wrap[0] < 2 * inner
     assert wrap[0] < wrap[1]
+
+
+def test_a_tile_says_where_each_pixel_is_from() -> None:
+    exemplar = texture(1, 24, 24)
+    result = quilt(exemplar, (40, 40), QuiltSettings(tile=True, refine=5))
+    torch.testing.assert_close(result.image, copied(result, exemplar), rtol=0, atol=0)
+
+
+@pytest.mark.parametrize(("height", "width", "angle"), [(40, 60, 20), (60, 40, 20), (50, 50, 45), (30, 80, -70)])
+def test_a_turned_copy_is_the_largest_upright_rectangle(height: int, width: int, angle: float) -> None:
+    y, x = torch.meshgrid(torch.arange(height) * 1.0, torch.arange(width) * 1.0, indexing="ij")
+    turned = rotated(torch.stack([x, y]), angle)
+    high, wide = turned.shape[1:]
+    cos, sin = math.cos(math.radians(angle)), math.sin(math.radians(angle))
+    # Turned counterclockwise, what lay to the right lies further up; coordinates tell where each pixel is from.
+    inner = turned[:, 3:-3, 3:-3]
+    slopes = [inner[0].diff(dim=1).mean(), inner[1].diff(dim=1).mean()]
+    assert slopes == [pytest.approx(cos, abs=0.01), pytest.approx(sin, abs=0.01)]
+    fits = [
+        h * w
+        for h in range(1, 90)
+        for w in range(1, 90)
+        if w * abs(cos) + h * abs(sin) <= width and w * abs(sin) + h * abs(cos) <= height
+    ]
+    assert high * abs(sin) + wide * abs(cos) <= width
+    assert high * abs(cos) + wide * abs(sin) <= height
+    assert high * wide >= max(fits) - high - wide
+
+
+def test_quarter_turns_move_pixels_only() -> None:
+    exemplar = texture(2, 9, 12)
+    torch.testing.assert_close(rotated(exemplar, 90), exemplar.rot90(1, (-2, -1)), rtol=0, atol=0)
+    torch.testing.assert_close(rotated(exemplar, -180), exemplar.flip(-1, -2), rtol=0, atol=0)
 
 
 def test_perspective_goes_from_small_to_large() -> None:
@@ -161,6 +197,36 @@ def test_a_periodic_clip_loops_without_any_cost() -> None:
     twice = quilt_video(clip, 2 * result.image.shape[1], mode="transition", loop=True)
     torch.testing.assert_close(twice.image, result.image.repeat(1, 2, 1, 1), rtol=0, atol=0)
     torch.testing.assert_close(twice.image, copied(twice, clip), rtol=0, atol=0)
+
+
+def test_a_loop_is_feathered_across_its_join() -> None:
+    settings = QuiltSettings(feather=1.0)
+    canvas = new_canvas(sources_of(texture(1, 12, 9, 9), settings), (7, 9, 9), settings)
+    canvas.lay(Patch(0, (0, 0, 0), Box((0, 0, 0), (7, 9, 9))))
+    canvas.lay(Patch(0, (-4, 0, 0), Box((5, 0, 0), (2, 9, 9))), must=np.ones((2, 9, 9), bool))
+    # Frame 0 is also the last; patches change after frames 4 and 6.
+    canvas.places[0], canvas.label[0] = canvas.places[6], canvas.label[6]
+    near, far = (feather(canvas.unrolled(1, margin), 1.0)[:, margin : margin + 6] for margin in (3, 20))
+    np.testing.assert_allclose(near, far, atol=1e-6)
+    looped = result_of(canvas, settings, [canvas.total], "", first=1).image
+    np.testing.assert_allclose(looped, far, atol=1e-6)
+    plain = canvas.sources.colors(canvas.places)[:, 1:]
+    assert not np.allclose(looped[:, 0], plain[:, 0], atol=1e-3)
+    assert not np.allclose(looped[:, 5], plain[:, 5], atol=1e-3)
+
+
+@pytest.mark.parametrize("mode", ["transition", "time"])
+def test_a_video_remembers_the_seam_across_its_join(mode: str) -> None:
+    clip = texture(2, 12, 9, 9)
+    settings = QuiltSettings(placement="random", refine=3)
+    result = quilt_video(clip, None if mode == "transition" else 18, mode=mode, loop=True, hold=3, settings=settings)
+    seam = result.seams[0, -1]
+    place = result.offset.numpy() + np.indices(result.patch.shape)
+    ahead = np.clip(place[0, -1] + 1, 0, 11)
+    continues = torch.from_numpy(ahead == place[0, 0])
+    assert bool((seam[continues] == 0).all())
+    if mode == "transition":
+        assert bool(continues.all())
 
 
 def test_mode_time_moves_nothing_in_space() -> None:

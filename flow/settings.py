@@ -1,0 +1,42 @@
+"""How worn texture is renewed, and presets of it."""
+
+from dataclasses import dataclass
+
+from kwatra.errors import InputError
+
+
+@dataclass(frozen=True)
+class Renewing:
+    """How texture is renewed.
+
+    flow_weight: lambda, what a change costs against the motion. seam: what disagreement along a seam costs.
+    tolerance: wear that is left alone. rigidity: what stretch adds to wear. usage: what much-used parts of the
+    exemplar cost. blocks: at most so many a frame, besides those that new texture needs. block: their size. window,
+    step: the windows whose energy is measured, and their distance. interpolation: see `flow.warp`.
+    Energies are in variances of the exemplar, sizes in px.
+    """
+
+    flow_weight: float = 0.025
+    seam: float = 0.4
+    tolerance: float = 0.06
+    rigidity: float = 0.1
+    usage: float = 0.02
+    blocks: int = 20
+    block: int = 48
+    window: int = 24
+    step: int = 6
+    interpolation: str = "lanczos"
+
+    def __post_init__(self) -> None:
+        if min(self.flow_weight, self.seam, self.tolerance, self.rigidity, self.usage) < 0 or self.blocks < 0:
+            raise InputError(f"{self} has a negative weight or number of blocks; give 0 or more")
+        if min(self.block, self.window, self.step) < 2:
+            raise InputError(f"{self} has a size below 2 px; give at least 2")
+
+
+PRESETS = {
+    "fast": Renewing(blocks=10, window=24, step=12, interpolation="bicubic"),
+    "default": Renewing(),
+    "best": Renewing(blocks=60, step=4),
+}
+"""How much work to spend on a frame."""

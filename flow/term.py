@@ -1,0 +1,31 @@
+"""The flow term: a frame is wanted close to the frame before it, carried along (thesis section 6.2.1)."""
+
+import torch
+import torch.nn.functional as F
+from torch import Tensor
+
+from flow.unknown import filled
+from flow.warps import Lookup, warp
+from kwatra import SoftPixels
+from kwatra.reductions import mean
+
+
+def flow_term(before: Tensor, look: Lookup, weight: float) -> SoftPixels:
+    """The flow energy weight * (x - x+)^T K (x - x+) of a frame (thesis equation 27).
+
+    x+ is the frame before, (C, H, W), warped by `look`; K the gradient weight of x+, 0 where nothing is known.
+    """
+    carried = filled(warp(before, look.coordinates), look.known)
+    shares = torch.full((len(before), 1, 1), 1 / len(before), device=before.device)
+    return SoftPixels(carried, (weight * gradient_weight(carried, shares) * look.known)[None], "flow")
+
+
+def gradient_weight(image: Tensor, share: Tensor) -> Tensor:
+    """K (H, W): motion is seen where colors change, so there the flow counts more (thesis 6.2.1); mean 1.
+
+    image (C, H, W); share (C, 1, 1): how much each channel counts, sum 1.
+    """
+    padded = F.pad(image[None], (0, 1, 0, 1), mode="replicate")[0]
+    steps = (padded[:, :-1, 1:] - image).abs() + (padded[:, 1:, :-1] - image).abs()
+    slope = (steps * share).sum(0)
+    return 0.5 + 0.5 * slope / mean(slope).clamp(min=1e-6)

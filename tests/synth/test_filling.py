@@ -1,0 +1,98 @@
+"""Filling holes: known pixels stay, the filling is texture, and bad requests are refused."""
+
+import numpy as np
+import pytest
+import torch
+from skimage import data
+
+from kwatra import InputError
+from synth import fill
+
+
+def disc(shape: tuple[int, int], center: tuple[int, int], radius: int) -> np.ndarray:
+    y, x = np.mgrid[: shape[0], : shape[1]]
+    return (y - center[0]) ** 2 + (x - center[1]) ** 2 < radius**2
+
+
+def steps(image: np.ndarray, where: np.ndarray) -> float:
+    """Mean difference between neighbors of which at least one is in `where`."""
+    image = image.astype(float)
+    across, down = np.abs(np.diff(image, axis=1)), np.abs(np.diff(image, axis=0))
+    return float(np.concatenate([across[where[:, 1:] | where[:, :-1]], down[where[1:] | where[:-1]]]).mean())
+
+
+def test_gravel_is_filled_with_gravel_and_no_seam_shows() -> None:
+    image = data.gravel()[:160, :160]
+    hole = disc(image.shape, (80, 90), 22)
+    broken = np.where(hole, np.uint8(255), image)
+    filled = fill(broken, hole)
+    assert filled.image.dtype == np.uint8
+    assert np.array_equal(filled.image[~hole], image[~hole])
+    usual = steps(image, np.ones_like(hole))
+    rim = hole & ~disc(image.shape, (80, 90), 21)
+    assert 0.7 * usual < steps(filled.image, disc(image.shape, (80, 90), 20)) < 1.3 * usual
+    assert 0.7 * usual < steps(filled.image, rim) < 1.3 * usual
+    number, row, column = filled.source
+    assert not number.any()
+    assert not hole[row, column].any()
+    assert np.array_equal(row[~hole], np.nonzero(~hole)[0])
+    assert np.array_equal(filled.take(image)[~hole], image[~hole])
+
+
+def test_stripes_go_on_through_the_hole() -> None:
+    stripes = np.tile((np.arange(96) % 12 < 6).astype(np.float64) * 3 - 1, (96, 1))
+    hole = disc(stripes.shape, (40, 50), 14)
+    broken = np.where(hole, np.nan, stripes)
+    filled = fill(broken, hole)
+    assert filled.image.dtype == np.float64
+    assert np.abs(filled.image - stripes).max() < 0.01
+    assert np.array_equal(filled.image[~hole], stripes[~hole])
+
+
+def test_only_the_neighborhood_of_the_hole_is_worked_on_and_the_rest_may_be_anything() -> None:
+    image = data.grass()[:200, :240].astype(np.uint16) * 257
+    hole = disc(image.shape, (30, 200), 6)
+    filled = fill(image, hole, preset="fast")
+    assert filled.result.image.shape[1] < 120
+    assert np.array_equal(filled.image[~hole], image[~hole])
+    assert filled.image.dtype == np.uint16
+    assert bool((filled.image[hole] != image[hole]).any())
+
+
+def test_other_images_may_be_the_exemplar() -> None:
+    generator = torch.Generator().manual_seed(0)
+    image, other = torch.rand(4, 48, 48, generator=generator), torch.full((4, 40, 40), 0.75)
+    hole = torch.zeros(48, 48, dtype=torch.bool)
+    hole[:, 24:] = True
+    filled = fill(image, hole, exemplar=[other, other], preset="fast")
+    assert torch.equal(filled.image[:, ~hole], image[:, ~hole])
+    # only what differs at the border is spread over the inside
+    assert torch.allclose(filled.image[:, :, 30:], torch.tensor(0.75), atol=0.1)
+    assert set(np.unique(filled.source[0][~hole.numpy()])) == {-1}
+    whole = fill(image, torch.ones_like(hole), exemplar=other, preset="fast")
+    assert torch.allclose(whole.image, torch.tensor(0.75), atol=1e-3)
+
+
+def test_the_same_seed_gives_the_same_bits_and_another_another() -> None:
+    image = data.gravel()[:64, :64]
+    hole = disc(image.shape, (32, 32), 12)
+    a, b, c = (fill(image, hole, seed=seed, preset="fast").image for seed in (0, 0, 1))
+    assert np.array_equal(a, b)
+    assert not np.array_equal(a, c)
+
+
+def test_bad_requests_are_refused() -> None:
+    image = np.random.default_rng(0).random((48, 48, 3))
+    hole = disc((48, 48), (20, 20), 8)
+    for bad, message in [
+        ({"hole": hole[:40]}, r"the hole is torch.bool of shape \(40, 48\)"),
+        ({"hole": hole.astype(float)}, "the hole is torch.float64"),
+        ({"hole": np.zeros_like(hole)}, "the hole is empty"),
+        ({"hole": np.ones_like(hole)}, "the hole covers the whole image"),
+        ({"preset": "slow"}, "the preset is 'slow'"),
+        ({"exemplar": image[..., :1]}, "an exemplar has 1 channels but the image 3"),
+        ({"image": image[0, 0]}, "the image to fill must be"),
+        ({"hole": np.indices((48, 48)).sum(0) % 3 > 0}, "no 4x4 window fits"),
+    ]:
+        with pytest.raises(InputError, match=message):
+            fill(**({"image": image, "hole": hole} | bad))
