@@ -31,18 +31,24 @@ from kwatra.reductions import mean, total
 _LEAST = 0.005
 """Blocks with less wear than this, on average, are left as they are."""
 
+_WORTH = 0.25
+"""A renewal stands if, measured, it saves at least this share of the wear of the pixels it took."""
+
 _BETWEEN = 4
 """Blocks start at multiples of this many px, and flush with the frame's borders."""
 
 
 @dataclass
 class Carried:
-    """A frame at work: source coordinates (2, H, W), the image (C, H, W) they show, and what is changed in it."""
+    """A frame at work: source coordinates (2, H, W), the image (C, H, W) they show, wear (H, W), where coordinates are
+    usable (H, W), and the number of the block that a pixel was taken of (H, W), or -1.
+    """
 
     source: Tensor
     image: Tensor
     wear: Tensor
     usable: Tensor
+    block: Tensor
 
 
 class Renewal:
@@ -77,10 +83,13 @@ class Renewal:
         """
         usable = self._usable(source)
         image = self.show(source)
-        wear = (self.wear(image, source, inside & usable) - self.settings.tolerance).clamp(min=0)
-        frame = Carried(source.clone(), image.clone(), wear.clone(), usable.clone())
+        wear = self._worn(image, source, inside & usable)
+        none = torch.full_like(wear, -1, dtype=torch.long)
+        before = Carried(source, image, wear, usable, none)
+        frame = Carried(source.clone(), image.clone(), wear.clone(), usable.clone(), none.clone())
         cost = self.settings.flow_weight * gradient_weight(image, self._share) / self.wear.variance
         self._renew(frame, cost, inside, self._places(wear, inside & ~usable), generator)
+        self._undo(frame, before, cost, inside)
         while bool((missing := inside & ~frame.usable).any()):
             self._renew(frame, cost, inside, self._places(torch.zeros_like(wear), missing), generator)
         changed = inside & usable & (frame.source != source).any(0)
@@ -91,6 +100,26 @@ class Renewal:
             "flow": float(flow / area),
             "renewed": float(total(changed.float()) / area),
         }  # fmt: skip
+
+    def _worn(self, image: Tensor, source: Tensor, inside: Tensor) -> Tensor:
+        return (self.wear(image, source, inside) - self.settings.tolerance).clamp(min=0)
+
+    def _undo(self, frame: Carried, before: Carried, cost: Tensor, inside: Tensor) -> None:
+        """Undo the blocks that saved too little, measured again: a seam may cost what the cut took for a gain."""
+        taken = (frame.block >= 0) & before.usable
+        if not bool(taken.any()):
+            return
+        after = self._worn(frame.image, frame.source, inside & frame.usable)
+        change = ((frame.image - before.image).square() * self._share).sum(0)
+        block = frame.block[taken]
+        saved, worn = (
+            torch.bincount(block, values[taken].double())
+            for values in (before.wear - after - cost * change, before.wear)
+        )
+        undo = taken.clone()
+        undo[taken] = (saved < _WORTH * worn)[block]
+        frame.source = torch.where(undo, before.source, frame.source)
+        frame.image = torch.where(undo, before.image, frame.image)
 
     def _usable(self, source: Tensor) -> Tensor:
         """Where (H, W) source coordinates lie in an exemplar, not beyond its border or in a hole."""
@@ -131,10 +160,11 @@ class Renewal:
         content = torch.stack([frame.image[(slice(None), *spot)] for spot in spots])
         known = torch.stack([(inside & frame.usable)[spot] * self._bell for spot in spots])[:, None]
         corners = self.blocks.nearest(content, known, self._used(frame.source, inside), generator)
-        for spot, corner in zip(spots, corners, strict=True):
+        for number, (spot, corner) in enumerate(zip(spots, corners, strict=True)):
             source = self._pixels[(slice(None), *spot)]
             source = source - source[:, :1, :1] + corner.view(2, 1, 1)
-            self._fuse(frame, spot, source, cost[spot], inside[spot])
+            take = self._fuse(frame, spot, source, cost[spot], inside[spot])
+            frame.block[spot] = torch.where(take, number, frame.block[spot])
 
     def _used(self, source: Tensor, inside: Tensor) -> Tensor:
         """What using each exemplar pixel (canvas) once more costs: in proportion to how much it is used already."""
@@ -144,8 +174,8 @@ class Renewal:
         used = torch.bincount(place, minlength=height * width).view(height, width).float()
         return self.settings.usage * self.wear.variance * used / mean(used).clamp(min=1e-6)
 
-    def _fuse(self, frame: Carried, spot: tuple[slice, slice], source: Tensor, cost: Tensor, inside: Tensor) -> None:
-        """Take of a block, given by its source coordinates, the pixels that lower the energy."""
+    def _fuse(self, frame: Carried, spot: tuple[slice, slice], source: Tensor, cost: Tensor, inside: Tensor) -> Tensor:
+        """Take of a block, given by its source coordinates, the pixels that lower the energy: (size, size)."""
         here = (slice(None), *spot)
         usable, new, old = frame.usable[spot], self.show(source), frame.image[here]
         change = ((new - old).square() * self._share).sum(0) * usable
@@ -159,6 +189,7 @@ class Renewal:
         frame.image[here] = torch.where(take, new, old)
         frame.wear[spot] = torch.where(take, 0.0, frame.wear[spot])
         frame.usable[spot] = usable | take
+        return take
 
     def _rim(self, spot: tuple[slice, slice]) -> Tensor:
         """The block's outermost pixels, but for those on the frame's border."""

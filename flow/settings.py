@@ -19,8 +19,8 @@ class Renewing:
     flow_weight: float = 0.025
     seam: float = 0.4
     tolerance: float = 0.06
-    rigidity: float = 0.1
-    usage: float = 0.02
+    rigidity: float = 1.0
+    usage: float = 0.3
     blocks: int = 20
     block: int = 48
     window: int = 24
