@@ -175,7 +175,9 @@ class Motion:
             inside = inside & entered(flow, look, state.inside, allowed, self.enter, state.number)
             look = known_of(look, state.inside)
         generator = torch.Generator().manual_seed((self.seed << 32) + number)
-        source, image, report = self.renewal(carried(state.source, look, state.inside), inside, generator)
+        carried_source = carried(state.source, look, state.inside)
+        moved = (carried_source != state.source).any(0)
+        source, image, report = self.renewal(carried_source, inside, generator, moved)
         return self._frame(State(number, source, inside), report, image)
 
     def _lookup(self, flow: Tensor, inside: Tensor) -> Lookup:

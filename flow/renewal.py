@@ -73,17 +73,17 @@ class Renewal:
         return torch.minimum(torch.maximum(read, self._low), self._high)
 
     def __call__(
-        self, source: Tensor, inside: Tensor, generator: torch.Generator
+        self, source: Tensor, inside: Tensor, generator: torch.Generator, moved: Tensor | None = None
     ) -> tuple[Tensor, Tensor, dict[str, float]]:
         """Renew a carried frame: its source coordinates (2, H, W), image (C, H, W), and what that took.
 
         inside (H, W): True where texture belongs; elsewhere coordinates are left alone. generator: chooses what enters
-        where there is nothing to agree with. The report holds "texture", mean wear before; "flow", mean change; and
-        "renewed", the share of pixels.
+        where there is nothing to agree with. moved (H, W): where texture can have worn at all (default: everywhere).
+        The report holds "texture", mean wear before; "flow", mean change; and "renewed", the share of pixels.
         """
         usable = self._usable(source)
         image = self.show(source)
-        wear = self._worn(image, source, inside & usable)
+        wear = self._worn(image, source, inside & usable if moved is None else inside & usable & moved)
         none = torch.full_like(wear, -1, dtype=torch.long)
         before = Carried(source, image, wear, usable, none)
         frame = Carried(source.clone(), image.clone(), wear.clone(), usable.clone(), none.clone())
