@@ -18,7 +18,7 @@ Map = TypeVar("Map", Tensor, np.ndarray)
 PRESETS = {
     "fast": (Settings(seams=1, iterations=1, candidates=2, exact_pairs=1 << 22), 1),
     "default": (Settings(), 1),
-    "best": (Settings(iterations=6), 4),
+    "best": (Settings(seams=12, iterations=6), 6),
 }
 """Settings, and how many seeds are tried of which the best result is kept."""
 
