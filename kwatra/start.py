@@ -180,7 +180,7 @@ class BlockStart:
     ) -> list[tuple[list[int], float]]:
         """Corners of blocks to copy, and their costs: good agreement with what is known and wished for, little used.
 
-        Where there is no seam to compare, or but one is to be cut, a block of about the least cost is drawn.
+        Where there is no seam to compare, or a wish decides, a block of about the least cost is drawn.
         """
         mismatch = self._mismatch(known, content, wish)
         again = self._continuations(corner)
@@ -193,7 +193,7 @@ class BlockStart:
         cost = mismatch / unit + self.usage * (used - mean(self.used)) + CONTINUATION * again
         cost = torch.where(self.valid, cost, math.inf)
         flat = cost.flatten()
-        if self.seams > 1 and self.aligned and bool(known.any()):
+        if self.seams > 1 and self.aligned and wish is None and bool(known.any()):
             picks = flat.argsort(stable=True)[: self.seams]
             picks = picks[flat[picks] <= flat.min() + ACCEPTABLE]
         else:
