@@ -57,6 +57,7 @@ VARIANTS: dict[str, Variant] = {
     "random windows": with_settings(replace(PLAIN, start="windows")),
     "random blocks": with_settings(replace(PLAIN, start="blocks")),
     "smaller blocks": with_settings(replace(PLAIN, block=0.25)),
+    "one seam": with_settings(replace(PLAIN, seams=1)),
     "usage ignored": with_settings(replace(PLAIN, usage=0.0)),
     "usage 1.0": with_settings(replace(PLAIN, usage=1.0)),
     "thesis levels": with_settings(replace(PLAIN, levels=THESIS)),
