@@ -21,7 +21,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from kwatra import THESIS, Exemplar, Feature, InputError, Level, Settings, gradient, match_histogram, optimize
+from kwatra import THESIS, Exemplar, Feature, Level, Settings, gradient, match_histogram, optimize
 from synth import read_image, write_image
 
 Variant = Callable[[Tensor, tuple[int, int], int], Tensor]
@@ -97,22 +97,19 @@ def parsed(words: list[str] | None) -> argparse.Namespace:
 def main(words: list[str] | None = None) -> int:
     arguments = parsed(words)
     chosen = {name: VARIANTS[name] for name in arguments.only or VARIANTS}
-    try:
-        given = tables.given_exemplars(arguments.exemplars, arguments.images)
-        exemplars = given or tables.carried_exemplars()
-        arguments.out.mkdir(parents=True, exist_ok=True)
-        found = {name: method(variant, arguments.size, arguments.seed) for name, variant in chosen.items()}
-        rows = list(bench.bench(exemplars, found, arguments.out))
-        print(tables.line("", "variant", bench.FIGURES, 4))
-        for row in tables.summaries(rows, bench.FIGURES):
-            print(tables.row_line(replace(row, exemplar="" if row.exemplar == "mean" else "med."), bench.FIGURES, 4))
-        print(f"images side by side: {bench.write_contact_sheet(arguments.out, exemplars, rows)}")
-    except (InputError, OSError) as error:
-        print(f"ablation: {error}", file=sys.stderr)
-        return 2
-    except KeyboardInterrupt:
-        return 130
-    return 0
+    return tables.exit_code("ablation", lambda: run(arguments, chosen))
+
+
+def run(arguments: argparse.Namespace, chosen: dict[str, Variant]) -> None:
+    given = tables.given_exemplars(arguments.exemplars, arguments.images)
+    exemplars = given or tables.carried_exemplars()
+    arguments.out.mkdir(parents=True, exist_ok=True)
+    found = {name: method(variant, arguments.size, arguments.seed) for name, variant in chosen.items()}
+    rows = list(bench.bench(exemplars, found, arguments.out))
+    print(tables.line("", "variant", bench.FIGURES, 4))
+    for row in tables.summaries(rows, bench.FIGURES):
+        print(tables.row_line(replace(row, exemplar="" if row.exemplar == "mean" else "med."), bench.FIGURES, 4))
+    print(f"images side by side: {bench.write_contact_sheet(arguments.out, exemplars, rows)}")
 
 
 if __name__ == "__main__":

@@ -25,7 +25,7 @@ from pathlib import Path
 
 import numpy as np
 import torch
-from tables import Row, carried_exemplars, eight_bit, given_exemplars, print_table, progress, size
+from tables import Row, carried_exemplars, eight_bit, exit_code, given_exemplars, print_table, progress, size
 from torch import Tensor
 
 from kwatra import InputError, measure
@@ -216,14 +216,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 def main(words: list[str] | None = None) -> int:
     arguments = parsed(words)
-    try:
-        run(arguments)
-    except (InputError, OSError) as error:
-        print(f"bench: {error}", file=sys.stderr)
-        return 2
-    except KeyboardInterrupt:
-        return 130
-    return 0
+    return exit_code("bench", lambda: run(arguments))
 
 
 if __name__ == "__main__":

@@ -40,7 +40,7 @@ from torch import Tensor
 import flow
 from flow.seen import BORDER
 from flow.warps import pixel_coordinates
-from kwatra import Exemplar, InputError, measure, optimize
+from kwatra import Exemplar, measure, optimize
 from kwatra.reductions import mean
 from synth import write_image
 
@@ -279,14 +279,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 def main(words: list[str] | None = None) -> int:
     arguments = parsed(words)
-    try:
-        run(arguments)
-    except (InputError, OSError) as error:
-        print(f"bench_flow: {error}", file=sys.stderr)
-        return 2
-    except KeyboardInterrupt:
-        return 130
-    return 0
+    return tables.exit_code("bench_flow", lambda: run(arguments))
 
 
 if __name__ == "__main__":

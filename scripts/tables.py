@@ -3,7 +3,7 @@
 import math
 import statistics
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -24,6 +24,18 @@ class Row:
     method: str
     file: str
     figures: dict[str, float]
+
+
+def exit_code(name: str, work: Callable[[], None]) -> int:
+    """Do a script's work; bad input is one sentence and 2, Ctrl-C 130."""
+    try:
+        work()
+    except (InputError, OSError) as error:
+        print(f"{name}: {error}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        return 130
+    return 0
 
 
 def carried_exemplars() -> dict[str, Tensor]:
