@@ -15,10 +15,12 @@ from torch import Tensor
 
 from flow.carrying import carried
 from flow.checks import check_mask
+from flow.copies import tidied
 from flow.entering import SIDES, entered, known_of
 from flow.fields import Field
 from flow.renewal import Renewal
 from flow.settings import Renewing
+from flow.upright import Upright
 from flow.warps import Lookup, lookup
 from kwatra import Exemplar, InputError, Level, Result, Settings, optimize
 from kwatra.result import Row
@@ -125,6 +127,7 @@ class Motion:
         self.exemplar, self.field, self.shape = exemplar, field, shape
         self.mask, self.enter, self.seed = mask, enter, seed
         self.device = exemplar.canvas.device
+        self.upright = Upright(exemplar, renewing.stiffness)
         self.renewing, self.renewal = renewing, Renewal(exemplar, shape, renewing)
         self._steady: tuple[Tensor, Lookup] | None = None
         self._whole = torch.ones(shape, dtype=torch.bool, device=self.device)
@@ -156,7 +159,7 @@ class Motion:
             synthesis = replace(synthesis, levels=_PROJECTION)
         mask = None if self.mask is None else inside
         still = optimize(self.exemplar, self.shape, settings=synthesis, start=first, mask=mask, seed=self.seed)
-        return self._frame(State(0, still.where.flip(0).float(), inside), {})
+        return self._frame(State(0, tidied(still.where.flip(0).float(), inside), inside), {})
 
     def resumed(self, state: State) -> Frame:
         """The frame that a state shows."""
@@ -175,9 +178,10 @@ class Motion:
             inside = inside & entered(flow, look, state.inside, allowed, self.enter, state.number)
             look = known_of(look, state.inside)
         generator = torch.Generator().manual_seed((self.seed << 32) + number)
-        carried_source = carried(state.source, look, state.inside)
-        moved = (carried_source != state.source).any(0)
-        source, image, report = self.renewal(carried_source, inside, generator, moved)
+        source = carried(state.source, look, state.inside)
+        moved = inside & (source != state.source).any(0)
+        source = self.upright(tidied(source, moved), moved)
+        source, image, report = self.renewal(source, inside, generator, moved)
         return self._frame(State(number, source, inside), report, image)
 
     def _lookup(self, flow: Tensor, inside: Tensor) -> Lookup:
@@ -188,7 +192,7 @@ class Motion:
         return look
 
     def _frame(self, state: State, report: dict[str, float], image: Tensor | None = None) -> Frame:
-        image = self.renewal.show(state.source) if image is None else image
+        image = self.renewal.read.picture(state.source, state.inside) if image is None else image
         height, width = self.exemplar.shape
         x, y = state.source.round().long()
         where = torch.stack([y.clamp(0, height - 1), x.clamp(0, width - 1)])

@@ -6,14 +6,11 @@ as sharp as the first. Where two copies of the exemplar meet, coordinates jump; 
 """
 
 import torch
-import torch.nn.functional as F
 from torch import Tensor
 
+from flow.copies import JUMP
 from flow.unknown import filled
 from flow.warps import Lookup, pixel_coordinates
-
-JUMP = 1.5
-"""Offsets between a pixel and its source that differ by more px than this belong to two copies."""
 
 
 def carried(source: Tensor, look: Lookup, inside: Tensor | None = None) -> Tensor:
@@ -52,13 +49,3 @@ def carried(source: Tensor, look: Lookup, inside: Tensor | None = None) -> Tenso
     moved = here[:, middle] + (look.coordinates.flatten(1) - pixels.flatten(1)[:, middle]) + change
     moved = moved.view_as(source)
     return torch.where(look.known, moved, pixels + filled(moved - pixels, look.known))
-
-
-def stretch(source: Tensor) -> Tensor:
-    """How far a copy is from rigid at each pixel: |gradient of (source - pixel)|^2, (H, W); 0 between copies."""
-    offset = source - pixel_coordinates(source.shape[1:], source.device)
-    total = torch.zeros_like(offset[0])
-    for axis, padding in ((1, (0, 0, 0, 1)), (2, (0, 1, 0, 0))):
-        change = offset.diff(dim=axis).square().sum(0)
-        total += F.pad(torch.where(change < JUMP**2, change, 0.0), padding)
-    return total

@@ -19,10 +19,11 @@ from torch import Tensor
 
 from flow.blocks import Blocks
 from flow.fusion import seam_cut
+from flow.reading import Reading
 from flow.settings import Renewing
 from flow.term import gradient_weight
-from flow.unknown import filled
-from flow.warps import pixel_coordinates, warp
+from flow.tones import Tones
+from flow.warps import pixel_coordinates
 from flow.wear import Wear
 from kwatra import Exemplar
 from kwatra.cut import FREE, KEEP, TAKE, VOID
@@ -41,7 +42,7 @@ _BETWEEN = 4
 @dataclass
 class Carried:
     """A frame at work: source coordinates (2, H, W), the image (C, H, W) they show, wear (H, W), where coordinates are
-    usable (H, W), and the number of the block that a pixel was taken of (H, W), or -1.
+    usable (H, W), the number of the block that a pixel was taken of (H, W), or -1, and what each tone costs.
     """
 
     source: Tensor
@@ -49,6 +50,7 @@ class Carried:
     wear: Tensor
     usable: Tensor
     block: Tensor
+    prices: Tensor
 
 
 class Renewal:
@@ -56,21 +58,15 @@ class Renewal:
 
     def __init__(self, exemplar: Exemplar, shape: tuple[int, int], settings: Renewing) -> None:
         self.exemplar, self.shape, self.settings = exemplar, shape, settings
-        self.wear = Wear(exemplar, shape, settings.window, settings.step, settings.rigidity)
+        self.wear = Wear(exemplar, shape, settings.window, settings.step, settings.area)
+        self.tones = Tones(exemplar, settings.tones)
+        self.read = Reading(exemplar, settings.interpolation)
         self.blocks = Blocks(exemplar, min(settings.block, *shape))
         self._pixels = pixel_coordinates(shape, exemplar.canvas.device)
-        self._canvas = filled(exemplar.canvas, exemplar.owner >= 0)
-        inside = exemplar.canvas[:, exemplar.owner >= 0]
-        self._low, self._high = inside.amin(1)[:, None, None], inside.amax(1)[:, None, None]
         self._share = exemplar.share
         t = (torch.arange(self.blocks.size) - (self.blocks.size - 1) / 2) / (0.4 * self.blocks.size)
         bell = torch.exp(-t.square()).to(exemplar.canvas.device)
         self._bell = bell[:, None] * bell
-
-    def show(self, source: Tensor) -> Tensor:
-        """What the exemplar has at source coordinates (2, *S), x first: (C, *S), within the exemplar's range."""
-        read = warp(self._canvas, source, self.settings.interpolation)
-        return torch.minimum(torch.maximum(read, self._low), self._high)
 
     def __call__(
         self, source: Tensor, inside: Tensor, generator: torch.Generator, moved: Tensor | None = None
@@ -81,12 +77,13 @@ class Renewal:
         where there is nothing to agree with. moved (H, W): where texture can have worn at all (default: everywhere).
         The report holds "texture", mean wear before; "flow", mean change; and "renewed", the share of pixels.
         """
-        usable = self._usable(source)
-        image = self.show(source)
-        wear = self._worn(image, source, inside & usable if moved is None else inside & usable & moved)
+        usable = self.read.usable(source)
+        image = self.read.picture(source, inside)
+        prices = self.tones.prices(source, inside & usable)
+        wear = self._worn(image, source, inside & usable if moved is None else inside & usable & moved, prices)
         none = torch.full_like(wear, -1, dtype=torch.long)
-        before = Carried(source, image, wear, usable, none)
-        frame = Carried(source.clone(), image.clone(), wear.clone(), usable.clone(), none.clone())
+        before = Carried(source, image, wear, usable, none, prices)
+        frame = Carried(source.clone(), image.clone(), wear.clone(), usable.clone(), none.clone(), prices)
         cost = self.settings.flow_weight * gradient_weight(image, self._share) / self.wear.variance
         self._renew(frame, cost, inside, self._places(wear, inside & ~usable), generator)
         self._undo(frame, before, cost, inside)
@@ -94,22 +91,24 @@ class Renewal:
             self._renew(frame, cost, inside, self._places(torch.zeros_like(wear), missing), generator)
         changed = inside & usable & (frame.source != source).any(0)
         area = total(inside.float()).clamp(min=1)
-        flow = total(((frame.image - image).square() * self._share).sum(0) * changed) / self.wear.variance
-        return frame.source, frame.image, {
+        shown = self.read.picture(frame.source, inside)
+        flow = total(((shown - image).square() * self._share).sum(0) * changed) / self.wear.variance
+        return frame.source, shown, {
             "texture": float(total(wear) / area),
             "flow": float(flow / area),
             "renewed": float(total(changed.float()) / area),
         }  # fmt: skip
 
-    def _worn(self, image: Tensor, source: Tensor, inside: Tensor) -> Tensor:
-        return (self.wear(image, source, inside) - self.settings.tolerance).clamp(min=0)
+    def _worn(self, image: Tensor, source: Tensor, inside: Tensor, prices: Tensor) -> Tensor:
+        wear = (self.wear(image, source, inside) - self.settings.tolerance).clamp(min=0)
+        return wear + prices.clamp(min=0)[self.tones.of(source)] * inside
 
     def _undo(self, frame: Carried, before: Carried, cost: Tensor, inside: Tensor) -> None:
         """Undo the blocks that saved too little, measured again: a seam may cost what the cut took for a gain."""
         taken = (frame.block >= 0) & before.usable
         if not bool(taken.any()):
             return
-        after = self._worn(frame.image, frame.source, inside & frame.usable)
+        after = self._worn(frame.image, frame.source, inside & frame.usable, frame.prices)
         change = ((frame.image - before.image).square() * self._share).sum(0)
         block = frame.block[taken]
         saved, worn = (
@@ -120,15 +119,6 @@ class Renewal:
         undo[taken] = (saved < _WORTH * worn)[block]
         frame.source = torch.where(undo, before.source, frame.source)
         frame.image = torch.where(undo, before.image, frame.image)
-
-    def _usable(self, source: Tensor) -> Tensor:
-        """Where (H, W) source coordinates lie in an exemplar, not beyond its border or in a hole."""
-        size = torch.tensor(self.exemplar.shape[::-1], device=source.device).view(2, 1, 1)
-        within = ((source >= 0) & (source <= size - 1)).all(0)
-        corners = [end.long().clamp(min=0).minimum(size - 1) for end in (source.floor(), source.ceil())]
-        owners = [self.exemplar.owner[y[1], x[0]] for y in corners for x in corners]
-        same = torch.stack([owner == owners[0] for owner in owners[1:]]).all(0)
-        return within & same & (owners[0] >= 0)
 
     def _places(self, wear: Tensor, missing: Tensor) -> list[tuple[int, int]]:
         """Corners (row, column) of the blocks to renew: those most worn, and all that miss texture."""
@@ -177,9 +167,10 @@ class Renewal:
     def _fuse(self, frame: Carried, spot: tuple[slice, slice], source: Tensor, cost: Tensor, inside: Tensor) -> Tensor:
         """Take of a block, given by its source coordinates, the pixels that lower the energy: (size, size)."""
         here = (slice(None), *spot)
-        usable, new, old = frame.usable[spot], self.show(source), frame.image[here]
+        usable, new, old = frame.usable[spot], self.read(source), frame.image[here]
         change = ((new - old).square() * self._share).sum(0) * usable
-        taking = torch.where(usable, cost * change - frame.wear[spot], 0.0)
+        tones = frame.prices[self.tones.of(source)]
+        taking = torch.where(usable, cost * change + tones - frame.wear[spot], 0.0)
         rough = (change / self.wear.variance).sqrt() * self.settings.seam
         state = torch.where(inside, FREE, VOID)
         state[self._rim(spot) & inside & usable] = KEEP

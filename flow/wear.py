@@ -6,7 +6,7 @@ import torch
 from scipy import ndimage
 from torch import Tensor
 
-from flow.carrying import stretch
+from flow.copies import distortion
 from kwatra import Exemplar, Grid
 from kwatra.search import SourceWindows
 from kwatra.sourcemap import at_windows
@@ -27,15 +27,15 @@ class Wear:
     Values are in variances of the exemplar: 0 is a verbatim copy, 2 what two unrelated pixels have between them.
     """
 
-    def __init__(self, exemplar: Exemplar, shape: tuple[int, int], width: int, step: int, rigidity: float) -> None:
-        self.rigidity = rigidity
+    def __init__(self, exemplar: Exemplar, shape: tuple[int, int], width: int, step: int, area: float) -> None:
+        self.area = area
         self.variance = max(float((exemplar.variances * exemplar.share.flatten()).sum()), 1e-8)
         fits = (w for w in range(min(width, *shape), 0, -1) if bool(exemplar.corners((w, w)).any()))
         width = next(fits, 1)
         step = min(step, width)
         width -= width % step
-        blurred = replace(exemplar, canvas=_blurred(exemplar.canvas, exemplar.owner >= 0))
-        self.source = SourceWindows(blurred, (width, width), torch.Generator().manual_seed(0))
+        smooth = replace(exemplar, canvas=blurred(exemplar.canvas, exemplar.owner >= 0, _BLUR))
+        self.source = SourceWindows(smooth, (width, width), torch.Generator().manual_seed(0))
         self.grid = Grid(shape, (width, width), (step, step), device=exemplar.canvas.device)
         pairs = len(self.grid) * len(self.source.numbers)
         self._route = "exact" if pairs <= _EXACT else "approximate"
@@ -43,9 +43,9 @@ class Wear:
 
     def __call__(self, image: Tensor, source: Tensor, inside: Tensor) -> Tensor:
         """Wear (H, W) of an image (C, H, W) with its source coordinates (2, H, W); 0 where not inside (H, W)."""
-        energy = self._energy(_blurred(image, torch.ones_like(inside)), source) / self.variance
+        energy = self._energy(blurred(image, torch.ones_like(inside), _BLUR), source) / self.variance
         windows = energy.view(-1, 1, 1, 1) * self.source.metric.falloff
-        wear = self.grid.scatter(windows)[0] / self._mass + self.rigidity * stretch(source)
+        wear = self.grid.scatter(windows)[0] / self._mass + self.area * distortion(source)
         return torch.where(inside, wear, 0.0)
 
     def _energy(self, image: Tensor, source: Tensor) -> Tensor:
@@ -61,11 +61,11 @@ class Wear:
         return energy
 
 
-def _blurred(image: Tensor, known: Tensor) -> Tensor:
-    """An image (C, H, W) blurred over its known pixels (H, W)."""
+def blurred(image: Tensor, known: Tensor, width: float) -> Tensor:
+    """An image (C, H, W) blurred over its known pixels (H, W) by a Gaussian of `width` px."""
 
     def blur(values: Tensor) -> Tensor:
-        smooth = ndimage.gaussian_filter(values.cpu().numpy(), _BLUR, mode="nearest", axes=(1, 2))
+        smooth = ndimage.gaussian_filter(values.cpu().numpy(), width, mode="nearest", axes=(1, 2))
         return torch.from_numpy(smooth).to(values.device)
 
     if bool(known.all()):

@@ -7,7 +7,8 @@ import torch
 from torch import Tensor
 
 import flow
-from flow.carrying import JUMP, carried, stretch
+from flow.carrying import carried
+from flow.copies import JUMP
 from flow.warps import lookup, pixel_coordinates
 
 SHAPE = (24, 30)
@@ -83,20 +84,3 @@ def test_what_is_behind_a_mask_has_no_influence() -> None:
 def test_where_nothing_is_known_coordinates_stay() -> None:
     look = lookup(still(2, 0))._replace(known=torch.zeros(SHAPE, dtype=torch.bool))
     assert torch.equal(carried(scattered(), look), scattered())
-
-
-def test_a_rigid_copy_is_not_stretched_and_an_enlarged_one_is_by_its_gradient() -> None:
-    assert float(stretch(copy_of(3.0, 4.0)).abs().max()) < 1e-8
-    enlarged = stretch(0.8 * pixel_coordinates(SHAPE))  # the offset changes by -0.2 along each axis
-    assert torch.allclose(enlarged[:-1, :-1], torch.tensor(2 * 0.2**2), atol=1e-5)
-    turn = math.radians(6)
-    x, y = pixel_coordinates(SHAPE)
-    turned = torch.stack([math.cos(turn) * x - math.sin(turn) * y, math.sin(turn) * x + math.cos(turn) * y])
-    expected = 2 * ((1 - math.cos(turn)) ** 2 + math.sin(turn) ** 2)
-    assert torch.allclose(stretch(turned)[:-1, :-1], torch.tensor(expected), atol=1e-5)
-
-
-def test_a_seam_is_no_stretch() -> None:
-    source = copy_of(10.0, 20.0)
-    source[:, :, 15:] = copy_of(60.0, 50.0)[:, :, 15:]
-    assert float(stretch(source).abs().max()) < 1e-8

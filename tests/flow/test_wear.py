@@ -34,14 +34,14 @@ def turned(degrees: float, size: float = 1.0) -> Tensor:
     return torch.stack([cos * x - sin * y, sin * x + cos * y]) + center + 12
 
 
-def wear_of(exemplar: Exemplar | Tensor, source: Tensor, rigidity: float = 0.0, inside: Tensor = WHOLE) -> Tensor:
+def wear_of(exemplar: Exemplar | Tensor, source: Tensor, area: float = 0.0, inside: Tensor = WHOLE) -> Tensor:
     exemplar = Exemplar.of(exemplar) if isinstance(exemplar, Tensor) else exemplar
     image = flow.warp(exemplar.canvas, source, "lanczos")
-    return Wear(exemplar, SHAPE, 16, 4, rigidity)(image, source, inside)
+    return Wear(exemplar, SHAPE, 16, 4, area)(image, source, inside)
 
 
 def test_a_verbatim_copy_is_not_worn() -> None:
-    wear = wear_of(stones(), turned(0), rigidity=1.0)
+    wear = wear_of(stones(), turned(0), area=1.0)
     assert float(wear.max()) < AT_THE_BORDER
     assert float(wear[18, 20]) < 1e-6
 
@@ -82,10 +82,10 @@ def test_something_unrelated_is_as_worn_as_its_nearest_window_is_far() -> None:
     assert torch.allclose(wear, least / variance, rtol=1e-3)
 
 
-def test_rigidity_counts_stretch() -> None:
+def test_showing_too_little_of_the_exemplar_is_wear() -> None:
     enlarged = turned(0, 0.9)
-    added = wear_of(stones(), enlarged, rigidity=3.0) - wear_of(stones(), enlarged)
-    assert torch.allclose(added[:-1, :-1], torch.tensor(3.0 * 2 * 0.1**2), atol=1e-4)
+    added = wear_of(stones(), enlarged, area=3.0) - wear_of(stones(), enlarged)
+    assert torch.allclose(added[:-1, :-1], torch.tensor(3.0 * (0.9**2 - 1) ** 2), atol=1e-4)
 
 
 def test_there_is_no_wear_outside() -> None:

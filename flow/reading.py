@@ -1,0 +1,38 @@
+"""What an exemplar shows at source coordinates."""
+
+import torch
+from torch import Tensor
+
+from flow.copies import softened
+from flow.unknown import filled
+from flow.warps import warp
+from kwatra import Exemplar
+
+
+class Reading:
+    """Reads an exemplar between its pixels, by one of the interpolations of `flow.warp`."""
+
+    def __init__(self, exemplar: Exemplar, interpolation: str) -> None:
+        self._owner, self._interpolation = exemplar.owner, interpolation
+        known = exemplar.owner >= 0
+        self._canvas = filled(exemplar.canvas, known)
+        colors = exemplar.canvas[:, known]
+        self._low, self._high = colors.amin(1)[:, None], colors.amax(1)[:, None]
+
+    def __call__(self, source: Tensor) -> Tensor:
+        """The colors at source coordinates (2, *S), x first: (C, *S), within the exemplar's range."""
+        read = warp(self._canvas, source, self._interpolation).flatten(1)
+        return torch.minimum(torch.maximum(read, self._low), self._high).view(-1, *source.shape[1:])
+
+    def picture(self, source: Tensor, inside: Tensor) -> Tensor:
+        """The frame (C, H, W) that source coordinates (2, H, W) show, its seams softened where inside (H, W)."""
+        return softened(self(source), source, inside, self)
+
+    def usable(self, source: Tensor) -> Tensor:
+        """Where (H, W) source coordinates lie in an exemplar, not beyond its border or in a hole."""
+        size = torch.tensor(self._owner.shape[::-1], device=source.device).view(2, 1, 1)
+        within = ((source >= 0) & (source <= size - 1)).all(0)
+        corners = [end.long().clamp(min=0).minimum(size - 1) for end in (source.floor(), source.ceil())]
+        owners = [self._owner[y[1], x[0]] for y in corners for x in corners]
+        same = torch.stack([owner == owners[0] for owner in owners[1:]]).all(0)
+        return within & same & (owners[0] >= 0)
