@@ -23,7 +23,7 @@ class Renewing:
     tolerance: float = 0.06
     stiffness: float = 30.0
     area: float = 0.5
-    tones: float = 0.4
+    tones: float = 0.5
     usage: float = 0.3
     blocks: int = 20
     block: int = 48

@@ -16,7 +16,7 @@ _CLASSES = 16
 _BLUR = 2.0
 """A tone is the color's first principal component after a blur of this many px."""
 
-_FREE = 0.2
+_FREE = 0.1
 """Relative shares up to this far (as a logarithm) from the exemplar's cost nothing."""
 
 
