@@ -30,7 +30,7 @@ _AROUND = 1.5
 _FLAT = 0.02
 """The least detail, in multiples of its mean."""
 
-_MOST = 0.05
+_MOST = 0.12
 """The largest change of the offset from pixel to pixel that is undone in one frame: a flow that turns its texture
 faster than that would be halted."""
 

@@ -63,7 +63,7 @@ def energy(upright: Upright, source: Tensor, u: Tensor) -> float:
             for v, w in ((y + 1, x), (y, x + 1)):
                 if v < SHAPE[0] and w < SHAPE[1]:
                     change = offset[:, v, w] - offset[:, y, x]
-                    change = change * (change.square().sum() < 1.5**2) / max(1, float(change.norm()) / 0.05)
+                    change = change * (change.square().sum() < 1.5**2) / max(1, float(change.norm()) / 0.12)
                     stiff = upright.stiffness * float(min(detail[y, x], detail[v, w])) ** 2
                     total += stiff * float((u[:, v, w] - u[:, y, x] + change).square().sum())
     return total
