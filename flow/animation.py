@@ -16,7 +16,7 @@ from torch import Tensor
 from flow.carrying import carried
 from flow.checks import check_mask
 from flow.copies import tidied
-from flow.entering import SIDES, entered, known_of
+from flow.entering import SIDES, entered, enters, known_of
 from flow.fields import Field
 from flow.renewal import Renewal
 from flow.settings import Renewing
@@ -134,11 +134,14 @@ class Motion:
 
     def check(self, state: State | None) -> None:
         """Refuse with InputError a field or a mask that does not fit the frame, or a state of another size."""
-        self.field(0 if state is None else state.number, self.shape)
+        flow = self.field(0 if state is None else state.number, self.shape)
         self.allowed(0 if state is None else state.number)
         if state is not None and tuple(state.inside.shape) != tuple(self.shape):
             size, asked = "x".join(map(str, state.inside.shape)), "x".join(map(str, self.shape))
             raise InputError(f"the state to go on from has frames of {size} (HxW), not {asked}; give that shape")
+        if state is None and self.enter and self.field.steady and not bool(enters(flow, self.enter).any()):
+            side = "any side" if self.enter == "all" else f"the {self.enter}"
+            raise InputError(f"texture is to enter from {side}, but the flow never comes from there; give another side")
 
     def allowed(self, number: int) -> Tensor:
         """Where (H, W) texture may be in a frame."""

@@ -26,12 +26,21 @@ def entered(flow: Tensor, look: Lookup, inside: Tensor, allowed: Tensor, side: s
     arrives = _read(inside, look, "bilinear") > threshold
     if not bool(allowed.all()) and float(flow.norm(dim=0).max()) > threshold:
         arrives |= (_read(_spread(~allowed), look) > 0) & (_read(_spread(inside), look) > 0)
-    return arrives | _enters(flow, side)
+    return arrives | enters(flow, side)
 
 
 def known_of(look: Lookup, inside: Tensor) -> Lookup:
     """The lookup, known only where it leads to texture."""
     return Lookup(look.coordinates, look.known & (_read(inside, look) > 0))
+
+
+def enters(flow: Tensor, side: str) -> Tensor:
+    """Where (H, W) a flow (2, H, W) comes from beyond a side of the frame, one of SIDES."""
+    height, width = flow.shape[1:]
+    x = torch.arange(width, device=flow.device) - flow[0]
+    y = torch.arange(height, device=flow.device)[:, None] - flow[1]
+    beyond = {"left": x < 0, "right": x > width - 1, "top": y < 0, "bottom": y > height - 1}
+    return torch.stack(list(beyond.values())).any(0) if side == "all" else beyond[side]
 
 
 def _read(mask: Tensor, look: Lookup, mode: str = "nearest") -> Tensor:
@@ -41,12 +50,3 @@ def _read(mask: Tensor, look: Lookup, mode: str = "nearest") -> Tensor:
 def _spread(mask: Tensor) -> Tensor:
     """A mask (H, W) and the pixels around it."""
     return F.max_pool2d(mask[None].float(), 3, 1, 1)[0] > 0
-
-
-def _enters(flow: Tensor, side: str) -> Tensor:
-    """Where (H, W) the flow comes from beyond a side of the frame."""
-    height, width = flow.shape[1:]
-    x = torch.arange(width, device=flow.device) - flow[0]
-    y = torch.arange(height, device=flow.device)[:, None] - flow[1]
-    beyond = {"left": x < 0, "right": x > width - 1, "top": y < 0, "bottom": y > height - 1}
-    return torch.stack(list(beyond.values())).any(0) if side == "all" else beyond[side]

@@ -221,7 +221,6 @@ def test_what_enters_flows_around_an_obstacle_and_leaves_no_wake() -> None:
 
 
 def test_without_motion_an_empty_frame_stays_empty_even_beside_an_obstacle() -> None:
-    assert not any(bool(frame.state.inside.any()) for frame in animated(0.0 * flow.uniform(), 3, enter="all"))
     state = flow.State(0, torch.zeros(2, *SHAPE), STONE & (torch.arange(SHAPE[1]) < 30))
     still = flow.Field(lambda t, shape: torch.zeros(2, *shape), steady=True)
     last = animated(still, 4, enter="left", mask=STONE, after=state)[-1]
@@ -264,6 +263,8 @@ def test_what_cannot_be_done_is_refused_at_once() -> None:
     refused("the number of frames is 0; give at least 1, or None for no end", frames=0)
     refused("texture is to enter from 'above'; give one of left, right, top, bottom, all", enter="above")
     refused("but a first frame is given; leave out one of the two", enter="left", first=brick())
+    refused("is to enter from the right, but the flow never comes from there; give another side", enter="right")
+    refused("is to enter from any side, but the flow never comes", enter="all", field=flow.source())
     refused("but the exemplar is a video; give one frame", exemplar=torch.rand(1, 4, 20, 20))
     refused("a flow is 30x20 but the frame 72x64", field=flow.sampled(torch.zeros(2, 20, 30)))
     refused("beyond the 72x64 frame; give a lower speed", field=flow.uniform(80.0))
