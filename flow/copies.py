@@ -61,18 +61,23 @@ def tidied(source: Tensor, free: Tensor) -> Tensor:
 
     What is tidy already is returned bit for bit.
     """
+    height, width = source.shape[1:]
     for _ in range(_ROUNDS):
-        around = torch.stack([_continued(source, step) for step in _AROUND])
-        own = _near(around - source, 1).sum(0)
-        crumbs = free & (own <= _FEW)
-        near = around[:, :, crumbs]
+        row, column = (free & _at_seams(source)).nonzero().T
+        here = source[:, row, column]
+        around = []
+        for down, right in _AROUND:
+            y, x = (row + down).clamp(0, height - 1), (column + right).clamp(0, width - 1)
+            around.append(source[:, y, x] - torch.stack([x - column, y - row]))
+        near = torch.stack(around)
+        own = _near(near - here, 1).sum(0)
         most, copy = _near(near[:, None] - near, 2).sum(1).max(0)
-        joins = most > own[crumbs] + 1
+        joins = (own <= _FEW) & (most > own + 1)
         if not bool(joins.any()):
             break
-        joined = near[copy, :, torch.arange(len(copy), device=copy.device)].T
+        joined = near[copy[joins], :, joins.nonzero()[:, 0]].T
         source = source.clone()
-        source[:, crumbs] = torch.where(joins, joined, source[:, crumbs])
+        source[:, row[joins], column[joins]] = joined
     return source
 
 
@@ -88,6 +93,17 @@ def softened(image: Tensor, source: Tensor, inside: Tensor, read: Callable[[Tens
         if bool(seam.any()):
             soft[:, seam] += _BLEED * (read(beside[:, seam]) - image[:, seam])
     return soft
+
+
+def _at_seams(source: Tensor) -> Tensor:
+    """Where (H, W) a pixel and one beside it belong to two copies."""
+    (_, down), (_, right) = changes(offsets(source))
+    seams = torch.zeros_like(source[0], dtype=torch.bool)
+    seams[1:] |= ~down
+    seams[:-1] |= ~down
+    seams[:, 1:] |= ~right
+    seams[:, :-1] |= ~right
+    return seams
 
 
 def _continued(source: Tensor, step: tuple[int, int]) -> Tensor:

@@ -18,6 +18,7 @@ import torch
 from torch import Tensor
 
 from flow.blocks import Blocks
+from flow.copies import softened
 from flow.fusion import seam_cut
 from flow.reading import Reading
 from flow.settings import Renewing
@@ -78,7 +79,7 @@ class Renewal:
         The report holds "texture", mean wear before; "flow", mean change; and "renewed", the share of pixels.
         """
         usable = self.read.usable(source)
-        image = self.read.picture(source, inside)
+        image = self.read(source)
         prices = self.tones.prices(source, inside & usable)
         wear = self._worn(image, source, inside & usable if moved is None else inside & usable & moved, prices)
         none = torch.full_like(wear, -1, dtype=torch.long)
@@ -91,9 +92,8 @@ class Renewal:
             self._renew(frame, cost, inside, self._places(torch.zeros_like(wear), missing), generator)
         changed = inside & usable & (frame.source != source).any(0)
         area = total(inside.float()).clamp(min=1)
-        shown = self.read.picture(frame.source, inside)
-        flow = total(((shown - image).square() * self._share).sum(0) * changed) / self.wear.variance
-        return frame.source, shown, {
+        flow = total(((frame.image - image).square() * self._share).sum(0) * changed) / self.wear.variance
+        return frame.source, softened(frame.image, frame.source, inside, self.read), {
             "texture": float(total(wear) / area),
             "flow": float(flow / area),
             "renewed": float(total(changed.float()) / area),

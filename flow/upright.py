@@ -60,7 +60,9 @@ class Upright:
         detail = warp(self._detail[None], source, "bilinear")[0]
         anchor = torch.where(free, detail, _FIXED)
         (down, one), (right, other) = changes(offsets(source))
-        down, right = (c * both / (c.norm(dim=0) / _MOST).clamp(min=1) for c, both in ((down, one), (right, other)))
+        down, right = (
+            c * both / (c.square().sum(0).sqrt() / _MOST).clamp(min=1) for c, both in ((down, one), (right, other))
+        )
         tall = self.stiffness * (detail[1:].minimum(detail[:-1]) * (free[1:] & free[:-1])).square()
         wide = self.stiffness * (detail[:, 1:].minimum(detail[:, :-1]) * (free[:, 1:] & free[:, :-1])).square()
         diagonal = anchor + _ends(tall) + _ends(wide.T).T
@@ -69,7 +71,7 @@ class Upright:
             return anchor * u + _pull(tall * u.diff(dim=1), wide * u.diff(dim=2))
 
         u = conjugate_gradients(
-            system, -_pull(tall * down, wide * right), diagonal.expand_as(source), torch.zeros_like(source), 0.02, 40
+            system, -_pull(tall * down, wide * right), diagonal.expand_as(source), torch.zeros_like(source), 0.05, 30
         )
         return torch.where(free, source + u, source)
 

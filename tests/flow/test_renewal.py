@@ -56,7 +56,7 @@ def test_worn_texture_is_replaced_by_less_worn() -> None:
     assert report["texture"] > 0
     assert report["renewed"] == pytest.approx(float(changed.float().mean()), abs=1e-6)
     assert report["renewed"] > 0.1
-    difference = ((image - worn).square()[0] * changed).mean() / brick().var(correction=0)
+    difference = ((renewal.read(source) - worn).square()[0] * changed).mean() / brick().var(correction=0)
     assert report["flow"] == pytest.approx(float(difference), rel=1e-3)
     before = float(renewal.wear(worn, copied(30), WHOLE).mean())
     for number in range(6):
