@@ -162,7 +162,7 @@ class Motion:
             synthesis = replace(synthesis, levels=_PROJECTION)
         mask = None if self.mask is None else inside
         still = optimize(self.exemplar, self.shape, settings=synthesis, start=first, mask=mask, seed=self.seed)
-        return self._frame(State(0, still.where.flip(0).float(), inside), {})
+        return self._frame(State(0, tidied(still.where.flip(0).float(), inside), inside), {})
 
     def resumed(self, state: State) -> Frame:
         """The frame that a state shows."""
