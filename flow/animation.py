@@ -1,9 +1,10 @@
 """Textures that flow: a sequence made frame by frame, for as long as one likes (thesis algorithm 3).
 
 The first frame is ordinary synthesis. Every other one is the frame before it carried along the flow, x+, and then
-optimized: its texture energy against the flow energy. Frames are carried as source coordinates (`flow.carrying`), and
-optimized by copying windows where the texture has worn (`flow.renewal`), so that nothing is ever blurred and a
-sequence never wears out. Memory does not grow with the number of frames.
+optimized: its texture energy against the flow energy. Frames are carried as source coordinates (`flow.carrying`),
+their elements turned upright (`flow.upright`), and blocks copied where the texture has worn all the same
+(`flow.renewal`), so that nothing is ever blurred and a sequence never wears out. Memory does not grow with the number
+of frames.
 """
 
 from collections.abc import Callable, Iterator
@@ -50,7 +51,7 @@ class Frame(Result):
     """A frame of an animation: a result, and the state that the next one follows from.
 
     Its image is 0 where there is no texture. Its one row of energies has frame, texture (mean wear before renewal),
-    flow (mean squared change against the carried frame; both in variances of the exemplar) and renewed (the share of
+    flow (mean squared change by renewal; both in variances of the exemplar) and renewed (the share of
     its pixels).
     """
 

@@ -1,11 +1,11 @@
 """Worn texture is renewed: what is left of the energy's minimization for a frame that was carried along.
 
 A frame carried along is x+, the best there is for the flow term (x - x+)^T K (x - x+) (thesis equation 27). What it
-loses is texture: copies of the exemplar stretch and turn, and where they meet they cease to agree. So the texture
-energy (thesis equation 18) is measured, window by window; where it is highest, blocks of the exemplar are found that
-come closest to what is there; and of each block those pixels are taken that lower
+loses is texture: copies of the exemplar are bent, what they show goes out of proportion, and where they meet they
+cease to agree. So the texture energy (thesis equation 18) is measured, window by window; where it is highest, blocks
+of the exemplar are found that come closest to what is there; and of each block those pixels are taken that lower
 
-    U(x) = sum_p wear(p) + lambda sum_p K(p) |x(p) - x+(p)|^2 + seams,
+    U(x) = sum_p wear(p) + sum_p tone(p) + lambda sum_p K(p) |x(p) - x+(p)|^2 + seams,
 
 by a minimum cut (a fusion of two labelings: Lempitsky, Rother, Roth and Blake 2010). Windows are copied, never
 averaged, so nothing blurs; and a pixel changes only where that buys more texture than it costs in motion.
