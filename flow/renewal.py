@@ -36,6 +36,9 @@ _LEAST = 0.005
 _WORTH = 0.25
 """A renewal stands if, measured, it saves at least this share of the wear of the pixels it took."""
 
+_RIM = 1 / 6
+"""The part of a block's side, at either end, over which what it saves in wear counts less, down to nothing."""
+
 _BETWEEN = 4
 """Blocks start at multiples of this many px, and flush with the frame's borders."""
 
@@ -68,6 +71,9 @@ class Renewal:
         t = (torch.arange(self.blocks.size) - (self.blocks.size - 1) / 2) / (0.4 * self.blocks.size)
         bell = torch.exp(-t.square()).to(exemplar.canvas.device)
         self._bell = bell[:, None] * bell
+        inner = (torch.arange(self.blocks.size) / (_RIM * self.blocks.size)).clamp(max=1).to(exemplar.canvas.device)
+        inner = inner.minimum(inner.flip(0))
+        self._inner = inner[:, None].minimum(inner)
 
     def __call__(
         self, source: Tensor, inside: Tensor, generator: torch.Generator, moved: Tensor | None = None
@@ -165,12 +171,15 @@ class Renewal:
         return self.settings.usage * self.wear.variance * used / mean(used).clamp(min=1e-6)
 
     def _fuse(self, frame: Carried, spot: tuple[slice, slice], source: Tensor, cost: Tensor, inside: Tensor) -> Tensor:
-        """Take of a block, given by its source coordinates, the pixels that lower the energy: (size, size)."""
+        """Take of a block, given by its source coordinates, the pixels that lower the energy: (size, size).
+
+        Wear counts less toward the block's rim, so that seams run where copies agree and not along the rim.
+        """
         here = (slice(None), *spot)
         usable, new, old = frame.usable[spot], self.read(source), frame.image[here]
         change = ((new - old).square() * self._share).sum(0) * usable
         tones = frame.prices[self.tones.of(source)]
-        taking = torch.where(usable, cost * change + tones - frame.wear[spot], 0.0)
+        taking = torch.where(usable, cost * change + tones - frame.wear[spot] * self._inner, 0.0)
         rough = (change / self.wear.variance).sqrt() * self.settings.seam
         state = torch.where(inside, FREE, VOID)
         state[self._rim(spot) & inside & usable] = KEEP

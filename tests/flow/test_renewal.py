@@ -61,7 +61,7 @@ def test_worn_texture_is_replaced_by_less_worn() -> None:
     before = float(renewal.wear(worn, copied(30), WHOLE).mean())
     for number in range(6):
         source, image, _ = renewal(source, WHOLE, torch.Generator().manual_seed(number))
-    assert float(renewal.wear(image, source, WHOLE).mean()) < 0.7 * before
+    assert float(renewal.wear(image, source, WHOLE).mean()) < 0.85 * before
 
 
 def test_the_image_is_what_its_coordinates_show() -> None:
