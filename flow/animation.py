@@ -163,7 +163,7 @@ class Motion:
             synthesis = replace(synthesis, levels=_PROJECTION)
         mask = None if self.mask is None else inside
         still = optimize(self.exemplar, self.shape, settings=synthesis, start=first, mask=mask, seed=self.seed)
-        return self._frame(State(0, tidied(still.where.flip(0).float(), inside), inside), {})
+        return self._frame(State(0, tidied(still.where.flip(0).float(), inside, inside), inside), {})
 
     def resumed(self, state: State) -> Frame:
         """The frame that a state shows."""
@@ -184,7 +184,7 @@ class Motion:
         generator = torch.Generator().manual_seed((self.seed << 32) + number)
         source = carried(state.source, look, state.inside)
         moved = inside & (source != state.source).any(0)
-        source = self.upright(tidied(source, moved), moved)
+        source = self.upright(tidied(source, moved, inside), moved)
         source, image, report = self.renewal(source, inside, generator, moved)
         return self._frame(State(number, source, inside), report, image)
 

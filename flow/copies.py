@@ -56,22 +56,24 @@ def distortion(source: Tensor) -> Tensor:
     return torch.where(one & other, (area - 1).square().clamp(max=1), 0.0)
 
 
-def tidied(source: Tensor, free: Tensor) -> Tensor:
+def tidied(source: Tensor, free: Tensor, inside: Tensor) -> Tensor:
     """Source coordinates (2, H, W) without crumbs: a lone pixel that is free (H, W) joins the copy around it.
 
-    What is tidy already is returned bit for bit.
+    inside (H, W): where there is texture; what is elsewhere has no influence. What is tidy already is returned bit for
+    bit.
     """
     height, width = source.shape[1:]
     for _ in range(_ROUNDS):
         row, column = (free & _at_seams(source)).nonzero().T
         here = source[:, row, column]
-        around = []
+        around, there = [], []
         for down, right in _AROUND:
             y, x = (row + down).clamp(0, height - 1), (column + right).clamp(0, width - 1)
             around.append(source[:, y, x] - torch.stack([x - column, y - row]))
-        near = torch.stack(around)
-        own = _near(near - here, 1).sum(0)
-        most, copy = _near(near[:, None] - near, 2).sum(1).max(0)
+            there.append(inside[y, x])
+        near, counts = torch.stack(around), torch.stack(there)
+        own = (counts & _near(near - here, 1)).sum(0)
+        most, copy = (counts[:, None] & counts & _near(near[:, None] - near, 2)).sum(1).max(0)
         joins = (own <= _FEW) & (most > own + 1)
         if not bool(joins.any()):
             break

@@ -58,16 +58,31 @@ def test_crumbs_join_the_copy_around_them() -> None:
     frayed = source.clone()
     frayed[:, 5, 4] = copy_of(33.0, 90.0)[:, 5, 4]
     frayed[:, 11, 20:22] = copy_of(5.0, 6.0)[:, 11, 20:22]
-    assert torch.equal(tidied(frayed, WHOLE), source)
+    assert torch.equal(tidied(frayed, WHOLE, WHOLE), source)
 
 
 def test_what_is_no_crumb_or_not_free_is_left_bit_for_bit() -> None:
     source = two_copies()
     source[:, 8:11, 20:23] = copy_of(5.0, 6.0)[:, 8:11, 20:23]
-    assert torch.equal(tidied(source, WHOLE), source)
+    assert torch.equal(tidied(source, WHOLE, WHOLE), source)
     frayed = source.clone()
     frayed[:, 5, 4] = copy_of(33.0, 90.0)[:, 5, 4]
-    assert torch.equal(tidied(frayed, ~WHOLE), frayed)
+    assert torch.equal(tidied(frayed, ~WHOLE, WHOLE), frayed)
+
+
+def test_what_lies_outside_draws_no_crumb_in() -> None:
+    """A lone pixel of its own copy, with texture on one side only and one other copy all over the outside."""
+    source = two_copies()
+    source[:, 6:, :] = copy_of(33.0, 90.0)[:, 6:, :]
+    source[:, 5, 4] = copy_of(80.0, 7.0)[:, 5, 4]
+    inside = WHOLE.clone()
+    inside[6:] = False
+    after = tidied(source, inside, inside)
+    assert torch.equal(after[:, 5, 4], copy_of(10.0, 20.0)[:, 5, 4])
+    source[:, :5] = copy_of(60.0, 50.0)[:, :5]
+    lone = torch.zeros_like(WHOLE)
+    lone[5, 4] = True
+    assert torch.equal(tidied(source, lone, lone), source)
 
 
 def test_a_seam_shows_an_eighth_of_each_other_copy_beside_it() -> None:
