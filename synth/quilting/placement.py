@@ -18,7 +18,11 @@ import torch
 
 from synth.quilting.boxes import Box, box_sums, everywhere, wrapped
 from synth.quilting.canvas import Canvas, Patch
+from synth.quilting.folds import folded
 from synth.quilting.matching import Matcher
+
+FOLD = 100.0
+"""Added to C, in units of sigma^2, where a mirrored copy would fold the picture: any other offset is better."""
 
 
 @dataclass(frozen=True)
@@ -109,6 +113,7 @@ class Placer:
             if span is None:
                 continue
             cost = self._cost(number, region, filling, usage)
+            cost[self._folds(number, region, span)] += FOLD
             cost[self._taken(number, span)] = np.inf
             spans.append((number, span))
             costs.append(cost)
@@ -159,6 +164,13 @@ class Placer:
             return None
         return self.canvas.sources.usage(self.canvas.places[self.canvas.filled])
 
+    def _folds(self, number: int, region: Box, span: Box) -> np.ndarray:
+        """Translations that would fold the picture along half the error-region's shorter side, or more."""
+        if not self.canvas.patches or not self.canvas.sources.mirrored(number):
+            return np.zeros(span.extent, bool)
+        long = np.prod(region.extent) / max(region.extent[-2:]) / 2
+        return folded(self.canvas, number, span, self.matcher.reach(number, region)) >= long
+
     def _taken(self, number: int, span: Box) -> np.ndarray:
         mask = np.zeros(span.extent, bool)
         for home, shift in self.used:
@@ -172,7 +184,7 @@ class Placer:
         if not np.isfinite(cost).any():
             return None
         if self.rule.kind == "random":
-            weight = np.isfinite(cost).astype(np.float64)
+            weight = (cost == cost.min()).astype(np.float64)
         else:
             weight = np.exp(-(cost - cost.min()) / self.rule.k)
         total = np.cumsum(weight)
