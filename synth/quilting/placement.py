@@ -1,7 +1,4 @@
-"""Where the next patch goes (thesis section 3.2): the region that needs one, and the offset that suits it.
-
-While filling, the region holds filled and empty pixels, so the texture grows and fits what is there; while refining, it
-is the box with the costliest seams. The offset is drawn from those that cover the region and have not been used,
+"""The offset that suits a region (thesis section 3.2), drawn from those that cover it and have not been used,
 
     P(t) ~ exp(-C(t) / (k sigma^2))      (equation 3),
 
@@ -16,10 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 
-from synth.quilting.boxes import Box, box_sums, everywhere, wrapped
+from synth.quilting.boxes import Box, everywhere
 from synth.quilting.canvas import Canvas, Patch
 from synth.quilting.folds import folded
 from synth.quilting.matching import Matcher
+from synth.quilting.regions import Regions
 
 FOLD = 100.0
 """Added to C, in units of sigma^2, where a mirrored copy would fold the picture: any other offset is better."""
@@ -44,62 +42,13 @@ class Rule:
 
 
 class Placer:
-    """Chooses regions and patches for a canvas; remembers the offsets it has used."""
+    """Chooses patches for the regions of a canvas; remembers the offsets it has used."""
 
     def __init__(self, canvas: Canvas, rule: Rule, generator: torch.Generator):
         self.canvas, self.rule, self.generator = canvas, rule, generator
         self.matcher = Matcher(canvas)
         self.used: set[tuple[int, tuple[int, ...]]] = set()
-        self.tried = np.ones(canvas.shape, np.float32)
-
-    def extent(self) -> tuple[int, ...]:
-        """The error-region's extent on this canvas."""
-        return tuple(min(e, self.canvas.longest(d)) for d, e in enumerate(self.rule.region))
-
-    def first(self) -> Box:
-        """Where an empty canvas begins: its middle."""
-        extent = self.extent()
-        return Box(tuple((n - e) // 2 for n, e in zip(self.canvas.shape, extent, strict=True)), extent)
-
-    def frontier(self) -> Box:
-        """A region on the border of the filled part, about half of it filled."""
-        extent = self.extent()
-        filled = box_sums(wrapped(self.canvas.filled, extent, self.canvas.periodic), extent)
-        volume = int(np.prod(extent))
-        share = filled / volume
-        score = np.where((filled > 0) & (filled < volume), 1 - np.abs(share - 0.5), -1)
-        lattice = np.full(score.shape, -1.0)
-        at = np.ix_(*[_stations(n, max(e // 2, 1)) for n, e in zip(score.shape, extent, strict=True)])
-        lattice[at] = score[at]
-        if lattice.max() < 0:
-            lattice = score
-        best = np.flatnonzero((lattice >= lattice.max() - 0.1) & (lattice > 0))
-        spot = best[self._below(len(best))]
-        return Box(tuple(int(i) for i in np.unravel_index(spot, score.shape)), extent)
-
-    def costliest(self) -> Box | None:
-        """The region whose seams cost most, regions lately visited counting less; None without seams."""
-        extent = self.extent()
-        seams = self.canvas.seams.sum(0, dtype=np.int64)
-        sums = box_sums(wrapped(seams, extent, self.canvas.periodic), extent)
-        sums = sums * self.tried[tuple(slice(0, n) for n in sums.shape)]
-        if sums.max() <= 0:
-            return None
-        spot = np.unravel_index(int(np.argmax(sums)), sums.shape)
-        return Box(tuple(int(i) for i in spot), extent)
-
-    def anywhere(self) -> Box:
-        """A region drawn at random."""
-        extent = self.extent()
-        spans = zip(self.canvas.shape, extent, self.canvas.periodic, strict=True)
-        return Box(tuple(self._below(n if wraps else n - e + 1) for n, e, wraps in spans), extent)
-
-    def rest(self, region: Box) -> None:
-        """Look elsewhere for a while: the seams in and around `region` count half as much from now on."""
-        around = Box(
-            tuple(s - e // 2 for s, e in zip(region.start, region.extent, strict=True)), region.extent
-        ).clipped(self.canvas.shape, self.canvas.periodic)
-        self.tried[self.canvas.indices(around)] *= 0.5
+        self.regions = Regions(canvas, rule.region, generator)
 
     def choose(self, region: Box, *, grid: tuple[int, ...] | None = None, filling: bool = False) -> Patch | None:
         """A patch that covers `region`, drawn by equation 3 among the unused offsets; None if there is none.
@@ -191,9 +140,6 @@ class Placer:
         draw = float(torch.rand(1, generator=self.generator, dtype=torch.float64)) * total[-1]
         return int(min(np.searchsorted(total, draw, side="right"), len(cost) - 1))
 
-    def _below(self, count: int) -> int:
-        return int(torch.randint(count, (1,), generator=self.generator))
-
     def _patch(self, number: int, shift: tuple[int, ...], region: Box, filling: bool) -> Patch:
         self.used.add((number, shift))
         shape = self.canvas.sources.shapes[number]
@@ -218,10 +164,6 @@ class Placer:
             start.append(int(np.clip(rs + (re - length) // 2, s, s + e - length)))
             extent.append(length)
         return Box(tuple(start), tuple(extent))
-
-
-def _stations(count: int, step: int) -> np.ndarray:
-    return np.unique(np.append(np.arange(0, count, step), count - 1))
 
 
 def _multiples(span: Box, grid: tuple[int, ...]) -> np.ndarray:

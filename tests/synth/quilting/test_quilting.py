@@ -135,7 +135,7 @@ def test_unused_offsets_only() -> None:
     placer = new_placer(canvas, settings, (6, 6))
     seen = set()
     for _ in range(40):
-        patch = placer.choose(placer.anywhere(), filling=True)
+        patch = placer.choose(placer.regions.anywhere(), filling=True)
         assert patch is not None
         canvas.lay(patch)
         assert (patch.number, patch.shift) not in seen
