@@ -38,7 +38,7 @@ def enlarged(clip: Tensor, size: Sequence[int], settings: QuiltSettings, report:
     count = clip.shape[1]
     canvas = new_canvas(sources_of(clip, settings), (count, *size), settings)
     region = (count, *error_region(clip.shape[1:], settings.region)[1:])
-    history, stopped = run(canvas, new_placer(canvas, settings, region), settings, report)
+    history, stopped = run(canvas, new_placer(canvas, settings, region, reach=2.0), settings, report)
     return result_of(canvas, settings, history, stopped)
 
 

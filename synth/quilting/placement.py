@@ -30,7 +30,8 @@ class Rule:
     `kind`: "random", "whole" or "sub". `k`: equation 3. `region`: extent of the error-region per axis.
     `evenness`: what a source region used on average as often as any other adds to C, in units of sigma^2.
     `most`: the most pixels a patch may have (bounds memory and time of a cut).
-    `reach`: how far a refining patch may reach past the region on each side, in extents of the region.
+    `reach`: how far a patch may reach past the region on each side, in extents of the region. Larger patches make fewer
+    seams, and copy larger pieces.
     """
 
     kind: str
@@ -38,7 +39,7 @@ class Rule:
     region: tuple[int, ...]
     evenness: float = 0.0
     most: int = 1_500_000
-    reach: float = 1.25
+    reach: float = 1.0
 
 
 class Placer:
@@ -78,7 +79,7 @@ class Placer:
         for (number, span), cost in zip(spans, costs, strict=True):
             if pick < cost.size:
                 shift = np.add(np.unravel_index(pick, cost.shape), span.start)
-                return self._patch(number, tuple(int(s) for s in shift), region, filling)
+                return self._patch(number, tuple(int(s) for s in shift), region)
             pick -= cost.size
         raise AssertionError("a draw lies within the costs it was drawn from")
 
@@ -140,7 +141,7 @@ class Placer:
         draw = float(torch.rand(1, generator=self.generator, dtype=torch.float64)) * total[-1]
         return int(min(np.searchsorted(total, draw, side="right"), len(cost) - 1))
 
-    def _patch(self, number: int, shift: tuple[int, ...], region: Box, filling: bool) -> Patch:
+    def _patch(self, number: int, shift: tuple[int, ...], region: Box) -> Patch:
         self.used.add((number, shift))
         shape = self.canvas.sources.shapes[number]
         box = Box(shift, shape).clipped(self.canvas.shape, self.canvas.periodic)
@@ -148,14 +149,11 @@ class Placer:
             low, high = self._band(number)
             start, stop = max(box.start[-2], low), min(box.stop[-2], high)
             box = Box((*box.start[:-2], start, box.start[-1]), (*box.extent[:-2], stop - start, box.extent[-1]))
-        return Patch(number, shift, self._bounded(box, region, filling))
+        return Patch(number, shift, self._bounded(box, region))
 
-    def _bounded(self, box: Box, region: Box, filling: bool) -> Box:
-        """`box` cut, around `region`, to what the canvas and the budget of a cut allow and refining needs."""
-        wide = [
-            e if filling else math.ceil(re * (1 + 2 * self.rule.reach))
-            for e, re in zip(box.extent, region.extent, strict=True)
-        ]
+    def _bounded(self, box: Box, region: Box) -> Box:
+        """`box` cut, around `region`, to what the canvas, the budget of a cut and the rule's reach allow."""
+        wide = [math.ceil(e * (1 + 2 * self.rule.reach)) for e in region.extent]
         excess = max(np.prod(box.extent, dtype=float) / self.rule.most, 1.0)
         shrink = excess ** (-1 / len(box.extent))
         start, extent = [], []

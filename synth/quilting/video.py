@@ -85,7 +85,7 @@ def quilt_video(
         canvas, history, stopped = displaced(clip, begun, settings, report)
     else:
         canvas = begun(clip)
-        placer = new_placer(canvas, settings, error_region(clip.shape[1:], settings.region))
+        placer = new_placer(canvas, settings, error_region(clip.shape[1:], settings.region), reach=2.0)
         history, stopped = run(canvas, placer, settings, report)
     return result_of(canvas, settings, history, stopped, first=held)
 
