@@ -3,7 +3,8 @@
     feathering:  x(p) = sum_L w_L(p) P_L(p) / sum_L w_L(p),   w_L = G_s * [label = L]
     splining:    the same in each frequency band, the band of scale s blended over a width of about s
 
-P_L is patch L continued past its seams, in so far as its source reaches. Feathering suits small misfits in colour;
+P_L is patch L continued past its seams, in so far as its source reaches; w_L falls off towards the source's border,
+where the patch ends, so that it ends gently. Feathering suits small misfits in colour;
 splining hides strong ones, and takes contrast away where patches are small.
 """
 
@@ -45,8 +46,9 @@ def _blend(canvas: Canvas, sigmas: list[float], bands: bool) -> np.ndarray:
     for label in np.unique(canvas.label[canvas.filled]):
         box = _around(canvas, int(label), margin)
         at = canvas.indices(box)
-        image, inside = _patch_image(canvas, int(label), box)
-        masks = [_blurred((canvas.label[at] == label).astype(np.float32), s) * inside for s in sigmas]
+        image, depth = _patch_image(canvas, int(label), box)
+        own = (canvas.label[at] == label).astype(np.float32)
+        masks = [_blurred(own, s) * np.minimum(depth / (2 * s), 1) for s in sigmas]
         layers = _bands(image, sigmas) if bands else [image]
         for level, layer in enumerate(layers):
             mask = masks[min(level, len(masks) - 1)]
@@ -72,17 +74,17 @@ def _around(canvas: Canvas, label: int, margin: int) -> Box:
 
 
 def _patch_image(canvas: Canvas, label: int, box: Box) -> tuple[np.ndarray, np.ndarray]:
-    """Patch `label` over `box`, its border repeated outside the source, and where the source reaches."""
+    """Patch `label` over `box`, its border repeated outside the source, and how many pixels deep inside it lies."""
     patch = canvas.patches[label]
     image = canvas.sources.images[patch.number]
-    inside = np.ones(box.extent, np.float32)
+    depth = np.full(box.extent, np.inf, np.float32)
     for axis, (start, stop, shift) in enumerate(zip(box.start, box.stop, patch.shift, strict=True)):
         at = np.arange(start, stop) - shift
         count = canvas.sources.shapes[patch.number][axis]
         image = np.take(image, np.clip(at, 0, count - 1), axis + 1)
-        line = ((at >= 0) & (at < count)).astype(np.float32)
-        inside *= line.reshape([-1 if d == axis else 1 for d in range(len(box.extent))])
-    return image, inside
+        line = np.clip(np.minimum(at + 1, count - at), 0, None).astype(np.float32)
+        depth = np.minimum(depth, line.reshape([-1 if d == axis else 1 for d in range(len(box.extent))]))
+    return image, depth
 
 
 def _blurred(values: np.ndarray, sigma: float) -> np.ndarray:

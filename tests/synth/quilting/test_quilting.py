@@ -10,8 +10,10 @@ from kwatra.errors import InputError
 from synth.quilting import Overlay, QuiltSettings, merge, quilt, quilt_video, seams_drawn
 from synth.quilting.blendseams import feather, spline
 from synth.quilting.boxes import Box
-from synth.quilting.canvas import Patch
+from synth.quilting.canvas import Canvas, Patch
+from synth.quilting.costs import SeamCost
 from synth.quilting.growth import Budget, fill, refine
+from synth.quilting.sources import Sources
 from synth.quilting.synthesis import error_region, new_canvas, new_placer, result_of, sources_of
 from synth.quilting.variants import rotated
 
@@ -164,6 +166,18 @@ def test_blending_leaves_patches_alone_and_softens_seams() -> None:
     one.lay(Patch(0, (-2, -3), Box((0, 0), (20, 20))))
     for blended in (feather(one, 1.0), spline(one)):
         np.testing.assert_allclose(blended, one.sources.colors(one.places), atol=1e-5)
+
+
+def test_a_patch_ends_gently_where_its_source_does() -> None:
+    # A bright source of 8 rows on a dark one that runs on: splined, brightness must not jump where it ends.
+    dark, bright = np.zeros((1, 40, 8), np.float32), np.ones((1, 8, 8), np.float32)
+    sources = Sources([dark, bright])
+    canvas = Canvas(sources, (40, 8), (False, False), SeamCost(sources))
+    canvas.lay(Patch(0, (0, 0), Box((0, 0), (40, 8))))
+    canvas.lay(Patch(1, (16, 0), Box((16, 0), (8, 8))), must=np.ones((8, 8), bool))
+    level = spline(canvas)[0, :, 4]
+    assert level[16:24].max() > 0.3
+    assert np.abs(np.diff(level)).max() < 0.15
 
 
 def test_a_loop_ends_where_it_begins() -> None:
