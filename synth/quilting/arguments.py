@@ -47,7 +47,7 @@ def _add_quilt(subparsers: Any) -> None:
         "the gradient (default: for videos only)")  # fmt: skip
     add("--tile", action="store_true", help="make a picture that repeats without a seam in both directions")
     _add_copies(parser)
-    _add_blending(parser, "default: 0; videos 1, or splined in spacetime")
+    _add_blending(parser, "default: 0, and 1 for videos")
     _add_video(parser)
     add("--seams", type=Path, metavar="FILE", help="also write the result with its seams drawn in red")
     add("--map", type=Path, metavar="FILE", help="also write where each pixel is from: .npy, int32, (copy, [t,] y, x)")

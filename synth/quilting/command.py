@@ -117,8 +117,6 @@ def _settings(base: QuiltSettings, arguments: argparse.Namespace, **more: Any) -
     given["normalized"] = getattr(arguments, "edges", None)
     if given["spline"]:
         given["feather"] = 0.0
-    elif given["feather"] is not None:
-        given["spline"] = False
     return dataclasses.replace(base, **({name: v for name, v in given.items() if v is not None} | more))
 
 

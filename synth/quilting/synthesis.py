@@ -12,7 +12,7 @@ import torch
 from torch import Tensor
 
 from kwatra.errors import InputError
-from synth.quilting.blendseams import SPLINE_SIGMAS, blending_reach, feather, spline
+from synth.quilting.blendseams import FRAMES_PER_PIXEL, SPLINE_SIGMAS, blending_reach, feather, spline
 from synth.quilting.canvas import Canvas
 from synth.quilting.costs import SeamCost
 from synth.quilting.growth import Budget, Report, fill, refine
@@ -41,7 +41,8 @@ class QuiltSettings:
     where they would fold the picture about a line.
     `scale`: also copies between these two scales; `perspective`: their scale then goes from the first at the top to the
     second at the bottom (figure 11).
-    `feather`: blend seams by a Gaussian of so many pixels. `spline`: blend them by multi-resolution splining.
+    `feather`: blend seams by a Gaussian of so many pixels, and twice as many frames. `spline`: blend them by
+    multi-resolution splining.
     """
 
     placement: str = "whole"
@@ -207,7 +208,7 @@ def result_of(canvas: Canvas, settings: QuiltSettings, history: Sequence[int], s
 def _image(canvas: Canvas, settings: QuiltSettings, first: int) -> np.ndarray:
     if not (settings.feather or settings.spline):
         return canvas.sources.colors(canvas.places[first:])
-    margin = blending_reach(settings.feather or max(SPLINE_SIGMAS)) if first else 0
+    margin = blending_reach(FRAMES_PER_PIXEL * settings.feather or max(SPLINE_SIGMAS)) if first else 0
     if margin:
         canvas = canvas.unrolled(first, margin)
     image = feather(canvas, settings.feather) if settings.feather else spline(canvas)
