@@ -10,6 +10,7 @@ waves made here.
 """
 
 import argparse
+import dataclasses
 import math
 from collections.abc import Callable
 from pathlib import Path
@@ -134,12 +135,12 @@ def figure_15(side: int) -> Tensor:
 def figure_16(side: int) -> dict[str, Tensor]:
     """Videos: a loop, twice the length by offsets in time, and by offsets in space and time."""
     clip = waves(24, side)
-    few = {mode: default_settings(mode) for mode in ("time", "spacetime")}
-    return {
-        "loop": quilt_video(clip, 48, mode="transition").image,
-        "time": quilt_video(clip, mode="time", settings=few["time"]).image,
-        "spacetime": quilt_video(clip, mode="spacetime", settings=few["spacetime"]).image,
-    }
+
+    def longer(mode: str) -> Tensor:
+        return quilt_video(clip, mode=mode, settings=dataclasses.replace(default_settings(mode), refine=15)).image
+
+    loop = quilt_video(clip, 48, mode="transition").image
+    return {"loop": loop, "time": longer("time"), "spacetime": longer("spacetime")}
 
 
 FIGURES: tuple[Callable[[int], Tensor], ...] = (
@@ -163,7 +164,7 @@ def main() -> None:
         path = arguments.out / f"{figure.__name__}.png"
         write_image(path, figure(arguments.side).clamp(0, 1), RGB, overwrite=True)
         print(f"{path}: {figure.__doc__}")
-    for name, video in figure_16(min(arguments.side, 64)).items():
+    for name, video in figure_16(min(arguments.side, 48)).items():
         path = arguments.out / f"figure_16_{name}.gif"
         write_video(path, video, 15, overwrite=True)
         print(f"{path}: {name}")

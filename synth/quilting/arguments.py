@@ -41,29 +41,33 @@ def _add_quilt(subparsers: Any) -> None:
     add("--placement", choices=("random", "whole", "sub"), help="how patches are placed: whole for structured "
         "textures, sub for stochastic ones and motion (default: whole; videos: by mode)")  # fmt: skip
     add("--k", type=float, metavar="K", help="randomness of the choice of offsets, 0.001 to 1 (default: 0.01)")
-    add(
-        "--refine",
-        type=_whole,
-        metavar="STEPS",
-        help="at most so many patches that mend seams (default: 60)",
-    )
+    add("--refine", type=_whole, metavar="STEPS", help="at most so many patches that mend seams (default: 60)")
     add("--seconds", type=float, metavar="S", help="stop refining after this time")
     add("--edges", action=argparse.BooleanOptionalAction, help="let seams prefer busy places: normalize their cost by "
         "the gradient (default: for videos only)")  # fmt: skip
     add("--tile", action="store_true", help="make a picture that repeats without a seam in both directions")
+    _add_copies(parser)
+    _add_blending(parser, "default: 0, and 1 for videos")
+    _add_video(parser)
+    add("--seams", type=Path, metavar="FILE", help="also write the result with its seams drawn in red")
+    add("--map", type=Path, metavar="FILE", help="also write where each pixel is from: .npy, int32, (copy, [t,] y, x)")
+    _add_common(parser)
+    add("--seed", type=_whole, default=0, metavar="N", help="another seed, another result (default: 0)")
+
+
+def _add_copies(parser: argparse.ArgumentParser) -> None:
+    """What else than the exemplar itself is copied from."""
+    add = parser.add_argument
     add("--rotate", type=_angles, nargs="?", const=(90.0, 180.0, 270.0), metavar="DEG,...", help="use rotated copies "
         "too (without angles: by quarter turns; --rotate=-20,20)")  # fmt: skip
     add("--mirror", action="store_true", help="use mirrored copies too")
     add("--scale", type=_scales, metavar="A:B", help="use scaled copies too, from A to B times the size")
     add("--perspective", action="store_true", help="let the scale go from A at the top to B at the bottom")
-    blend = parser.add_mutually_exclusive_group()
-    blend.add_argument(
-        "--feather",
-        type=float,
-        metavar="S",
-        help="blend seams by a Gaussian of S pixels (default: 0, and 1 for videos)",
-    )
-    blend.add_argument("--spline", action="store_true", help="blend seams by multi-resolution splining")
+
+
+def _add_video(parser: argparse.ArgumentParser) -> None:
+    """What only videos have."""
+    add = parser.add_argument
     add("--mode", choices=("transition", "time", "spacetime"), help="videos: join the clip to itself, displace it in "
         "time, or in space and time (default: transition; spacetime where --size differs)")  # fmt: skip
     add("--frames", type=_whole, metavar="N", help="videos: length (default: one loop, or twice the clip)")
@@ -75,10 +79,12 @@ def _add_quilt(subparsers: Any) -> None:
         help="videos: frames that a loop holds at its ends (default: 10, or half a short clip)",
     )
     add("--fps", type=float, metavar="F", help="videos: frames a second (default: as the file says; a folder: 25)")
-    add("--seams", type=Path, metavar="FILE", help="also write the result with its seams drawn in red")
-    add("--map", type=Path, metavar="FILE", help="also write where each pixel is from: .npy, int32, (copy, [t,] y, x)")
-    _add_common(parser)
-    add("--seed", type=_whole, default=0, metavar="N", help="another seed, another result (default: 0)")
+
+
+def _add_blending(parser: argparse.ArgumentParser, default: str) -> None:
+    blend = parser.add_mutually_exclusive_group()
+    blend.add_argument("--feather", type=float, metavar="S", help=f"blend seams by a Gaussian of S pixels ({default})")
+    blend.add_argument("--spline", action="store_true", help="blend seams by multi-resolution splining")
 
 
 def _add_merge(subparsers: Any) -> None:
@@ -100,9 +106,7 @@ def _add_merge(subparsers: Any) -> None:
     add("--spare", type=Path, action="append", metavar="MASK", help="white where the background must show; as --keep")
     add("-o", "--output", type=Path, metavar="OUT", help="the file to write (default: BACKGROUND_merge)")
     add("--plain", action="store_true", help="cost of a seam by colour alone, not less where the images are busy")
-    blend = parser.add_mutually_exclusive_group()
-    blend.add_argument("--feather", type=float, metavar="S", help="blend seams by a Gaussian of S pixels")
-    blend.add_argument("--spline", action="store_true", help="blend seams by multi-resolution splining")
+    _add_blending(parser, "default: 0")
     add("--seams", type=Path, metavar="FILE", help="also write the result with its seams drawn in red")
     _add_common(parser)
 

@@ -3,8 +3,10 @@
     feathering:  x(p) = sum_L w_L(p) P_L(p) / sum_L w_L(p),   w_L = G_s * [label = L]
     splining:    the same in each frequency band, the band of scale s blended over a width of about s
 
-P_L is patch L continued past its seams, in so far as its source reaches. Feathering suits small misfits in colour;
-splining hides strong ones, and takes contrast away where patches are small.
+P_L is patch L continued past its seams, in so far as its source reaches; w_L falls off towards the source's border,
+where the patch ends, so that it ends gently. Feathering suits small misfits in colour; it is wider along time, where a
+seam flat across it would change many pixels in one frame. Splining hides strong misfits, and takes contrast away where
+patches are small.
 """
 
 from __future__ import annotations
@@ -19,35 +21,40 @@ from synth.quilting.canvas import Canvas
 from synth.quilting.sources import LEVELS
 
 SPLINE_SIGMAS = (1.0, 2.0, 4.0, 8.0)
+FRAMES_PER_PIXEL = 2.0
+"""How much wider feathering is along time, in frames, than across the picture, in pixels."""
 
 
 def feather(canvas: Canvas, sigma: float) -> np.ndarray:
-    """The canvas as an image (C, *shape), seams blended by a Gaussian of `sigma` pixels."""
-    return _blend(canvas, [sigma], bands=False)
+    """The canvas as an image (C, *shape), seams blended by a Gaussian of `sigma` pixels, twice as many frames."""
+    time = [FRAMES_PER_PIXEL * sigma] * (len(canvas.shape) - 2)
+    return _blend(canvas, [(*time, sigma, sigma)], bands=False)
 
 
 def spline(canvas: Canvas) -> np.ndarray:
     """The canvas as an image (C, *shape), blended across seams by multi-resolution splining."""
-    return _blend(canvas, list(SPLINE_SIGMAS), bands=True)
+    return _blend(canvas, [(sigma,) * len(canvas.shape) for sigma in SPLINE_SIGMAS], bands=True)
 
 
 def blending_reach(sigma: float) -> int:
-    """How far from a seam, in pixels, blending of this width changes anything."""
+    """How far from a seam, in pixels or frames, a Gaussian of this width changes anything."""
     return int(np.ceil(3 * sigma))
 
 
-def _blend(canvas: Canvas, sigmas: list[float], bands: bool) -> np.ndarray:
+def _blend(canvas: Canvas, widths: list[tuple[float, ...]], bands: bool) -> np.ndarray:
+    """Blended by Gaussians of `widths`, one for each band but the last, or one in all; each per axis."""
     channels = len(canvas.sources.planes)
-    levels = len(sigmas) + (1 if bands else 0)
+    levels = len(widths) + (1 if bands else 0)
     total = np.zeros((levels, channels, *canvas.shape), np.float32)
     weights = np.zeros((levels, *canvas.shape), np.float32)
-    margin = blending_reach(max(sigmas))
+    margin = tuple(blending_reach(width) for width in widths[-1])
     for label in np.unique(canvas.label[canvas.filled]):
         box = _around(canvas, int(label), margin)
         at = canvas.indices(box)
-        image, inside = _patch_image(canvas, int(label), box)
-        masks = [_blurred((canvas.label[at] == label).astype(np.float32), s) * inside for s in sigmas]
-        layers = _bands(image, sigmas) if bands else [image]
+        image, depth = _patch_image(canvas, int(label), box)
+        own = (canvas.label[at] == label).astype(np.float32)
+        masks = [_blurred(own, width) * _ending(depth, width) for width in widths]
+        layers = _bands(image, widths) if bands else [image]
         for level, layer in enumerate(layers):
             mask = masks[min(level, len(masks) - 1)]
             weights[level][at] += mask
@@ -60,37 +67,44 @@ def _blend(canvas: Canvas, sigmas: list[float], bands: bool) -> np.ndarray:
     return np.where(same, plain, blended)
 
 
-def _around(canvas: Canvas, label: int, margin: int) -> Box:
-    """The pixels within `margin` of a patch's; on an axis that wraps, at most once around."""
+def _around(canvas: Canvas, label: int, margin: tuple[int, ...]) -> Box:
+    """The pixels within `margin` per axis of a patch's; on an axis that wraps, at most once around."""
     box = canvas.patches[label].box
     start, extent = [], []
-    for s, e, n, wraps in zip(box.start, box.extent, canvas.shape, canvas.periodic, strict=True):
-        reach = min(margin, (n - e) // 2) if wraps else margin
+    for s, e, n, wraps, most in zip(box.start, box.extent, canvas.shape, canvas.periodic, margin, strict=True):
+        reach = min(most, (n - e) // 2) if wraps else most
         start.append(s - reach)
         extent.append(e + 2 * reach)
     return Box(tuple(start), tuple(extent)).clipped(canvas.shape, canvas.periodic)
 
 
-def _patch_image(canvas: Canvas, label: int, box: Box) -> tuple[np.ndarray, np.ndarray]:
-    """Patch `label` over `box`, its border repeated outside the source, and where the source reaches."""
+def _patch_image(canvas: Canvas, label: int, box: Box) -> tuple[np.ndarray, list[np.ndarray]]:
+    """Patch `label` over `box`, its border repeated outside the source, and how many pixels deep inside, per axis."""
     patch = canvas.patches[label]
     image = canvas.sources.images[patch.number]
-    inside = np.ones(box.extent, np.float32)
+    depth = []
     for axis, (start, stop, shift) in enumerate(zip(box.start, box.stop, patch.shift, strict=True)):
         at = np.arange(start, stop) - shift
         count = canvas.sources.shapes[patch.number][axis]
         image = np.take(image, np.clip(at, 0, count - 1), axis + 1)
-        line = ((at >= 0) & (at < count)).astype(np.float32)
-        inside *= line.reshape([-1 if d == axis else 1 for d in range(len(box.extent))])
-    return image, inside
+        depth.append(np.clip(np.minimum(at + 1, count - at), 0, None).astype(np.float32))
+    return image, depth
 
 
-def _blurred(values: np.ndarray, sigma: float) -> np.ndarray:
-    result: np.ndarray = ndimage.gaussian_filter(values, sigma, mode="nearest", truncate=3)
+def _ending(depth: list[np.ndarray], width: tuple[float, ...]) -> np.ndarray:
+    """What is left of a patch's weight near its source's border: all of it from twice the width on."""
+    weight = np.ones((), np.float32)
+    for line in np.ix_(*[np.minimum(inside / (2 * w), 1) for inside, w in zip(depth, width, strict=True)]):
+        weight = np.minimum(weight, line)
+    return weight
+
+
+def _blurred(values: np.ndarray, width: tuple[float, ...]) -> np.ndarray:
+    result: np.ndarray = ndimage.gaussian_filter(values, width, mode="nearest", truncate=3)
     return result
 
 
-def _bands(image: np.ndarray, sigmas: list[float]) -> list[np.ndarray]:
+def _bands(image: np.ndarray, widths: list[tuple[float, ...]]) -> list[np.ndarray]:
     """Band-pass layers from fine to coarse that sum to the image."""
-    smooth = [image] + [np.stack([_blurred(plane, s) for plane in image]) for s in sigmas]
+    smooth = [image] + [np.stack([_blurred(plane, width) for plane in image]) for width in widths]
     return [a - b for a, b in pairwise(smooth)] + [smooth[-1]]

@@ -15,7 +15,11 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from synth.quilting.boxes import Box
+from synth.quilting.canvas import Canvas
 from synth.quilting.growth import Report
+from synth.quilting.placement import Placer
+from synth.quilting.starts import cheapest_start, lay_all
 from synth.quilting.synthesis import (
     Quilt,
     QuiltSettings,
@@ -23,23 +27,41 @@ from synth.quilting.synthesis import (
     new_canvas,
     new_placer,
     result_of,
-    run,
     sources_of,
 )
+from synth.quilting.transition import MOST_PIXELS
+
+FRAMES = 4
+"""The frames on which patches are chosen."""
+GRID = 4
+"""Offsets are multiples of so many pixels: closer ones make the same seams again."""
 
 
 def enlarged(clip: Tensor, size: Sequence[int], settings: QuiltSettings, report: Report) -> Quilt:
     """The clip (C, T, H, W) with frames of another size, as many as it has.
 
     Patches are placed by matching all that they overlap: it is most of a frame, and seams there last the whole clip.
+    Therefore they are chosen on FRAMES of its frames. No patch has many more than MOST_PIXELS pixels, which bounds the
+    memory of a cut.
     """
     blended = bool(settings.feather) or settings.spline
-    settings = dataclasses.replace(settings, placement="whole", normalized=False, feather=0.0, spline=blended)
+    settings = dataclasses.replace(
+        settings, placement="whole", normalized=False, grid=GRID, feather=0.0, spline=blended
+    )
     count = clip.shape[1]
-    canvas = new_canvas(sources_of(clip, settings), (count, *size), settings)
-    region = (count, *error_region(clip.shape[1:], settings.region)[1:])
-    history, stopped = run(canvas, new_placer(canvas, settings, region), settings, report)
-    return result_of(canvas, settings, history, stopped)
+    few = clip[:, :: max(count // FRAMES, 1)].contiguous()
+    region = (few.shape[1], *error_region(clip.shape[1:], settings.region)[1:])
+
+    def begun(source: Tensor) -> Canvas:
+        return new_canvas(sources_of(source, settings), (source.shape[1], *size), settings)
+
+    def placer(canvas: Canvas, own: QuiltSettings) -> Placer:
+        return new_placer(canvas, own, region, most=MOST_PIXELS * few.shape[1] // count, reach=2.0)
+
+    patches, stopped = cheapest_start(lambda: begun(few), placer, settings, report)
+    canvas = begun(clip)
+    lasting = [dataclasses.replace(p, box=Box(p.box.start, (count, *p.box.extent[1:]))) for p in patches]
+    return result_of(canvas, settings, lay_all(canvas, lasting, report), stopped)
 
 
 def composed(outer: Quilt, inner: Quilt) -> Quilt:

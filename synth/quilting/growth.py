@@ -27,7 +27,7 @@ def fill(canvas: Canvas, placer: Placer, grid: tuple[int, ...] | None, report: R
     size = canvas.label.size
     while not canvas.filled.all():
         started = bool(canvas.filled.any())
-        region = placer.frontier() if started else placer.first()
+        region = placer.regions.frontier() if started else placer.regions.first()
         patch = placer.choose(region, grid=grid, filling=True)
         if patch is None:
             # Every offset that fits here is spent; a used one is better than a hole.
@@ -44,6 +44,7 @@ def refine(
 
     Returns the total seam cost after each step, the start first, and why it stopped.
     """
+    regions = placer.regions
     history, idle, begun = [canvas.total], 0, time.monotonic()
     while True:
         if len(history) > budget.steps:
@@ -52,11 +53,11 @@ def refine(
             return history, f"the last {idle} patches no longer lowered the total seam cost"
         if budget.seconds is not None and time.monotonic() - begun > budget.seconds:
             return history, f"the budget of {budget.seconds:g} seconds was used up"
-        region = placer.anywhere() if placer.rule.kind == "random" else placer.costliest()
+        region = regions.anywhere() if placer.rule.kind == "random" else regions.costliest()
         if region is None:
             return history, "no seam costs anything"
         patch = placer.choose(region, grid=grid)
         idle = 0 if patch is not None and canvas.lay(patch, cheaper=True) else idle + 1
-        placer.rest(region)
+        regions.rest(region)
         history.append(canvas.total)
         report("refining", min(len(history) / (budget.steps + 1), 1.0))

@@ -32,9 +32,15 @@ class Matcher:
             return None
         return Box(tuple(s - r for s, r in zip(region.start, room, strict=True)), tuple(r + 1 for r in room))
 
+    def reach(self, number: int, region: Box) -> Box:
+        """The stretch of canvas that a source can touch while it covers `region`."""
+        shape = self.canvas.sources.shapes[number]
+        start = tuple(s + e - n for s, e, n in zip(region.start, region.extent, shape, strict=True))
+        return Box(start, tuple(2 * n - e for n, e in zip(shape, region.extent, strict=True)))
+
     def whole(self, number: int, region: Box) -> np.ndarray:
         """Equation 2 for each of `translations(number, region)`; infinite where nothing overlaps."""
-        reach = self._reach(number, region)
+        reach = self.reach(number, region)
         colors, mask = self.read(reach)
         size = self._fast(reach.extent)
         source = self._source_spectrum(number, size)
@@ -62,7 +68,7 @@ class Matcher:
         """Mean of `usage` over the source pixels that each translation brings to the empty canvas, or to `region`."""
         if not empty:
             return np.flip(box_sums(usage, region.extent)) / np.prod(region.extent)
-        reach = self._reach(number, region)
+        reach = self.reach(number, region)
         vacant = self._vacant(reach)
         size = self._fast(reach.extent)
         spectrum = np.conj(_forward(usage, size)) * _forward(vacant, size)
@@ -88,12 +94,6 @@ class Matcher:
     def _room(self, number: int, region: Box) -> tuple[int, ...]:
         shape = self.canvas.sources.shapes[number]
         return tuple(n - e + 1 for n, e in zip(shape, region.extent, strict=True))
-
-    def _reach(self, number: int, region: Box) -> Box:
-        """The stretch of canvas that a source can touch while it covers `region`."""
-        shape = self.canvas.sources.shapes[number]
-        start = tuple(s + e - n for s, e, n in zip(region.start, region.extent, shape, strict=True))
-        return Box(start, tuple(2 * n - e for n, e in zip(shape, region.extent, strict=True)))
 
     def _source_spectrum(self, number: int, size: tuple[int, ...]) -> np.ndarray:
         """Transforms of the source's channels and, last, of its squared colours."""

@@ -1,7 +1,4 @@
-"""Where the next patch goes (thesis section 3.2): the region that needs one, and the offset that suits it.
-
-While filling, the region holds filled and empty pixels, so the texture grows and fits what is there; while refining, it
-is the box with the costliest seams. The offset is drawn from those that cover the region and have not been used,
+"""The offset that suits a region (thesis section 3.2), drawn from those that cover it and have not been used,
 
     P(t) ~ exp(-C(t) / (k sigma^2))      (equation 3),
 
@@ -16,9 +13,14 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 
-from synth.quilting.boxes import Box, box_sums, everywhere, wrapped
+from synth.quilting.boxes import Box, everywhere
 from synth.quilting.canvas import Canvas, Patch
+from synth.quilting.folds import folded
 from synth.quilting.matching import Matcher
+from synth.quilting.regions import Regions
+
+FOLD = 100.0
+"""Added to C, in units of sigma^2, where a mirrored copy would fold the picture: any other offset is better."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +30,8 @@ class Rule:
     `kind`: "random", "whole" or "sub". `k`: equation 3. `region`: extent of the error-region per axis.
     `evenness`: what a source region used on average as often as any other adds to C, in units of sigma^2.
     `most`: the most pixels a patch may have (bounds memory and time of a cut).
-    `reach`: how far a refining patch may reach past the region on each side, in extents of the region.
+    `reach`: how far a patch may reach past the region on each side, in extents of the region. Larger patches make fewer
+    seams, and copy larger pieces.
     """
 
     kind: str
@@ -36,66 +39,17 @@ class Rule:
     region: tuple[int, ...]
     evenness: float = 0.0
     most: int = 1_500_000
-    reach: float = 1.25
+    reach: float = 1.0
 
 
 class Placer:
-    """Chooses regions and patches for a canvas; remembers the offsets it has used."""
+    """Chooses patches for the regions of a canvas; remembers the offsets it has used."""
 
     def __init__(self, canvas: Canvas, rule: Rule, generator: torch.Generator):
         self.canvas, self.rule, self.generator = canvas, rule, generator
         self.matcher = Matcher(canvas)
         self.used: set[tuple[int, tuple[int, ...]]] = set()
-        self.tried = np.ones(canvas.shape, np.float32)
-
-    def extent(self) -> tuple[int, ...]:
-        """The error-region's extent on this canvas."""
-        return tuple(min(e, self.canvas.longest(d)) for d, e in enumerate(self.rule.region))
-
-    def first(self) -> Box:
-        """Where an empty canvas begins: its middle."""
-        extent = self.extent()
-        return Box(tuple((n - e) // 2 for n, e in zip(self.canvas.shape, extent, strict=True)), extent)
-
-    def frontier(self) -> Box:
-        """A region on the border of the filled part, about half of it filled."""
-        extent = self.extent()
-        filled = box_sums(wrapped(self.canvas.filled, extent, self.canvas.periodic), extent)
-        volume = int(np.prod(extent))
-        share = filled / volume
-        score = np.where((filled > 0) & (filled < volume), 1 - np.abs(share - 0.5), -1)
-        lattice = np.full(score.shape, -1.0)
-        at = np.ix_(*[_stations(n, max(e // 2, 1)) for n, e in zip(score.shape, extent, strict=True)])
-        lattice[at] = score[at]
-        if lattice.max() < 0:
-            lattice = score
-        best = np.flatnonzero((lattice >= lattice.max() - 0.1) & (lattice > 0))
-        spot = best[self._below(len(best))]
-        return Box(tuple(int(i) for i in np.unravel_index(spot, score.shape)), extent)
-
-    def costliest(self) -> Box | None:
-        """The region whose seams cost most, regions lately visited counting less; None without seams."""
-        extent = self.extent()
-        seams = self.canvas.seams.sum(0, dtype=np.int64)
-        sums = box_sums(wrapped(seams, extent, self.canvas.periodic), extent)
-        sums = sums * self.tried[tuple(slice(0, n) for n in sums.shape)]
-        if sums.max() <= 0:
-            return None
-        spot = np.unravel_index(int(np.argmax(sums)), sums.shape)
-        return Box(tuple(int(i) for i in spot), extent)
-
-    def anywhere(self) -> Box:
-        """A region drawn at random."""
-        extent = self.extent()
-        spans = zip(self.canvas.shape, extent, self.canvas.periodic, strict=True)
-        return Box(tuple(self._below(n if wraps else n - e + 1) for n, e, wraps in spans), extent)
-
-    def rest(self, region: Box) -> None:
-        """Look elsewhere for a while: the seams in and around `region` count half as much from now on."""
-        around = Box(
-            tuple(s - e // 2 for s, e in zip(region.start, region.extent, strict=True)), region.extent
-        ).clipped(self.canvas.shape, self.canvas.periodic)
-        self.tried[self.canvas.indices(around)] *= 0.5
+        self.regions = Regions(canvas, rule.region, generator)
 
     def choose(self, region: Box, *, grid: tuple[int, ...] | None = None, filling: bool = False) -> Patch | None:
         """A patch that covers `region`, drawn by equation 3 among the unused offsets; None if there is none.
@@ -109,6 +63,7 @@ class Placer:
             if span is None:
                 continue
             cost = self._cost(number, region, filling, usage)
+            cost[self._folds(number, region, span)] += FOLD
             cost[self._taken(number, span)] = np.inf
             spans.append((number, span))
             costs.append(cost)
@@ -124,7 +79,7 @@ class Placer:
         for (number, span), cost in zip(spans, costs, strict=True):
             if pick < cost.size:
                 shift = np.add(np.unravel_index(pick, cost.shape), span.start)
-                return self._patch(number, tuple(int(s) for s in shift), region, filling)
+                return self._patch(number, tuple(int(s) for s in shift), region)
             pick -= cost.size
         raise AssertionError("a draw lies within the costs it was drawn from")
 
@@ -159,6 +114,13 @@ class Placer:
             return None
         return self.canvas.sources.usage(self.canvas.places[self.canvas.filled])
 
+    def _folds(self, number: int, region: Box, span: Box) -> np.ndarray:
+        """Translations that would fold the picture along half the error-region's shorter side, or more."""
+        if not self.canvas.patches or not self.canvas.sources.mirrored(number):
+            return np.zeros(span.extent, bool)
+        long = np.prod(region.extent) / max(region.extent[-2:]) / 2
+        return folded(self.canvas, number, span, self.matcher.reach(number, region)) >= long
+
     def _taken(self, number: int, span: Box) -> np.ndarray:
         mask = np.zeros(span.extent, bool)
         for home, shift in self.used:
@@ -172,17 +134,14 @@ class Placer:
         if not np.isfinite(cost).any():
             return None
         if self.rule.kind == "random":
-            weight = np.isfinite(cost).astype(np.float64)
+            weight = (cost == cost.min()).astype(np.float64)
         else:
             weight = np.exp(-(cost - cost.min()) / self.rule.k)
         total = np.cumsum(weight)
         draw = float(torch.rand(1, generator=self.generator, dtype=torch.float64)) * total[-1]
         return int(min(np.searchsorted(total, draw, side="right"), len(cost) - 1))
 
-    def _below(self, count: int) -> int:
-        return int(torch.randint(count, (1,), generator=self.generator))
-
-    def _patch(self, number: int, shift: tuple[int, ...], region: Box, filling: bool) -> Patch:
+    def _patch(self, number: int, shift: tuple[int, ...], region: Box) -> Patch:
         self.used.add((number, shift))
         shape = self.canvas.sources.shapes[number]
         box = Box(shift, shape).clipped(self.canvas.shape, self.canvas.periodic)
@@ -190,14 +149,11 @@ class Placer:
             low, high = self._band(number)
             start, stop = max(box.start[-2], low), min(box.stop[-2], high)
             box = Box((*box.start[:-2], start, box.start[-1]), (*box.extent[:-2], stop - start, box.extent[-1]))
-        return Patch(number, shift, self._bounded(box, region, filling))
+        return Patch(number, shift, self._bounded(box, region))
 
-    def _bounded(self, box: Box, region: Box, filling: bool) -> Box:
-        """`box` cut, around `region`, to what the canvas and the budget of a cut allow and refining needs."""
-        wide = [
-            e if filling else math.ceil(re * (1 + 2 * self.rule.reach))
-            for e, re in zip(box.extent, region.extent, strict=True)
-        ]
+    def _bounded(self, box: Box, region: Box) -> Box:
+        """`box` cut, around `region`, to what the canvas, the budget of a cut and the rule's reach allow."""
+        wide = [math.ceil(e * (1 + 2 * self.rule.reach)) for e in region.extent]
         excess = max(np.prod(box.extent, dtype=float) / self.rule.most, 1.0)
         shrink = excess ** (-1 / len(box.extent))
         start, extent = [], []
@@ -206,10 +162,6 @@ class Placer:
             start.append(int(np.clip(rs + (re - length) // 2, s, s + e - length)))
             extent.append(length)
         return Box(tuple(start), tuple(extent))
-
-
-def _stations(count: int, step: int) -> np.ndarray:
-    return np.unique(np.append(np.arange(0, count, step), count - 1))
 
 
 def _multiples(span: Box, grid: tuple[int, ...]) -> np.ndarray:

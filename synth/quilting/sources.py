@@ -19,14 +19,21 @@ class Sources:
     """A mosaic of sources.
 
     `images`: one (C, *shape) float array per source. `bands`: for each source the part of the output, as fractions
-    (low, high) of axis `-2`, in which it may be used; None for everywhere.
+    (low, high) of axis `-2`, in which it may be used; None for everywhere. `matrices`: for each source the 2x2 matrix
+    that takes the last two axes, from its center, to where the exemplar shows the same; None where none is transformed.
     """
 
-    def __init__(self, images: Sequence[np.ndarray], bands: Sequence[tuple[float, float]] | None = None):
+    def __init__(
+        self,
+        images: Sequence[np.ndarray],
+        bands: Sequence[tuple[float, float]] | None = None,
+        matrices: Sequence[np.ndarray] | None = None,
+    ):
         self.images = [np.ascontiguousarray(image, dtype=np.float32) for image in images]
         self.shapes = [image.shape[1:] for image in self.images]
         self.dims = len(self.shapes[0])
         self.bands = list(bands) if bands is not None else None
+        self.matrices = [np.eye(2)] * len(self.images) if matrices is None else list(matrices)
         self.cell = tuple(max(s[d] for s in self.shapes) + 2 for d in range(self.dims))
         steps = [int(np.prod(self.cell[d + 1 :])) for d in range(self.dims)]
         self.strides = tuple(steps)
@@ -73,6 +80,19 @@ class Sources:
         for axis, stride in enumerate(self.strides):
             at[axis], rest = np.divmod(rest, stride)
         return number.astype(np.int32), at - 1
+
+    def mirrored(self, number: int) -> list[int]:
+        """The sources of the other handedness than source `number`."""
+        hand = np.linalg.det(self.matrices)
+        return [int(k) for k in np.flatnonzero(hand * hand[number] < 0)]
+
+    def moved(self, at: np.ndarray, here: int, there: int) -> np.ndarray:
+        """Where source `there` shows what source `here` shows at `at` (dims, n), rounded to pixels and not clipped."""
+        turn = np.linalg.solve(self.matrices[there], self.matrices[here])
+        centers = [(np.array(self.shapes[k][-2:])[:, None] - 1) / 2 for k in (here, there)]
+        moved = at.astype(np.int64)
+        moved[-2:] = np.rint(turn @ (at[-2:] - centers[0]) + centers[1])
+        return moved
 
     def colors(self, places: np.ndarray) -> np.ndarray:
         """Original colours (C, *places.shape) at places of the mosaic, bit for bit."""

@@ -12,13 +12,13 @@ import torch
 from torch import Tensor
 
 from kwatra.errors import InputError
-from synth.quilting.blendseams import SPLINE_SIGMAS, blending_reach, feather, spline
+from synth.quilting.blendseams import FRAMES_PER_PIXEL, SPLINE_SIGMAS, blending_reach, feather, spline
 from synth.quilting.canvas import Canvas
 from synth.quilting.costs import SeamCost
 from synth.quilting.growth import Budget, Report, fill, refine
 from synth.quilting.placement import Placer, Rule
 from synth.quilting.sources import Sources
-from synth.quilting.variants import bands, rotated_and_mirrored, scaled, scales_between
+from synth.quilting.variants import Copy, bands, copies, scales_between
 
 PLACEMENTS = ("random", "whole", "sub")
 SCALES = 5
@@ -37,10 +37,12 @@ class QuiltSettings:
     much a source region costs for being used already. `refine`: at most so many refinement patches; `patience`: stop
     after so many in a row that lowered nothing; `seconds`: or after this time (then the result depends on the machine).
     `normalized`: cost M' (equation 5) for M (equation 1). `tile`: the picture repeats without a seam.
-    `rotate`: also copies turned by these angles, in degrees counterclockwise. `mirror`: also mirrored ones.
+    `rotate`: also copies turned by these angles, in degrees counterclockwise. `mirror`: also mirrored ones, but not
+    where they would fold the picture about a line.
     `scale`: also copies between these two scales; `perspective`: their scale then goes from the first at the top to the
     second at the bottom (figure 11).
-    `feather`: blend seams by a Gaussian of so many pixels. `spline`: blend them by multi-resolution splining.
+    `feather`: blend seams by a Gaussian of so many pixels, and twice as many frames. `spline`: blend them by
+    multi-resolution splining.
     """
 
     placement: str = "whole"
@@ -138,14 +140,16 @@ def check_exemplar(exemplar: Tensor) -> None:
 def sources_of(exemplar: Tensor, settings: QuiltSettings) -> Sources:
     """The exemplar and the copies of it that the settings ask for."""
     scales = [1.0] if settings.scale is None else scales_between(*settings.scale, SCALES)
-    images, parts = [], []
+    made: list[Copy] = []
+    parts: list[tuple[float, float]] = []
     for scale, part in zip(scales, bands(len(scales)), strict=True):
-        copies = rotated_and_mirrored(scaled(exemplar, scale), settings.rotate, settings.mirror)
-        images += copies
-        parts += [part] * len(copies)
-    for image in images:
-        check_exemplar(image)
-    return Sources([image.numpy() for image in images], parts if settings.perspective else None)
+        more = copies(exemplar, scale, settings.rotate, settings.mirror)
+        made += more
+        parts += [part] * len(more)
+    for copy in made:
+        check_exemplar(copy.image)
+    images, matrices = [copy.image.numpy() for copy in made], [copy.matrix for copy in made]
+    return Sources(images, parts if settings.perspective else None, matrices)
 
 
 def new_canvas(sources: Sources, size: Sequence[int], settings: QuiltSettings) -> Canvas:
@@ -204,7 +208,7 @@ def result_of(canvas: Canvas, settings: QuiltSettings, history: Sequence[int], s
 def _image(canvas: Canvas, settings: QuiltSettings, first: int) -> np.ndarray:
     if not (settings.feather or settings.spline):
         return canvas.sources.colors(canvas.places[first:])
-    margin = blending_reach(settings.feather or max(SPLINE_SIGMAS)) if first else 0
+    margin = blending_reach(FRAMES_PER_PIXEL * settings.feather or max(SPLINE_SIGMAS)) if first else 0
     if margin:
         canvas = canvas.unrolled(first, margin)
     image = feather(canvas, settings.feather) if settings.feather else spline(canvas)

@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
+import numpy as np
 import torch
 import torch.nn.functional as F
 from torch import Tensor
@@ -16,11 +18,25 @@ from torch import Tensor
 from kwatra.errors import InputError
 
 
-def rotated_and_mirrored(exemplar: Tensor, rotate: Sequence[float], mirror: bool) -> list[Tensor]:
-    """The exemplar, its copies turned by the angles of `rotate`, and with `mirror` the left-right image of each."""
-    turned = [exemplar, *(rotated(exemplar, angle) for angle in rotate)]
-    flipped = [image.flip(-1) for image in turned] if mirror else []
-    return turned + flipped
+@dataclass(frozen=True)
+class Copy:
+    """A transformed exemplar. At (y, x) from its center it shows what the exemplar has at `matrix` (y, x) from its."""
+
+    image: Tensor
+    matrix: np.ndarray
+
+
+def copies(exemplar: Tensor, scale: float, rotate: Sequence[float], mirror: bool) -> list[Copy]:
+    """The scaled exemplar, copies turned by the angles of `rotate`, with `mirror` the left-right image of each."""
+    base = scaled(exemplar, scale)
+    turned = [Copy(rotated(base, angle) if angle else base, _turn(angle) / scale) for angle in (0.0, *rotate)]
+    flip = np.diag([1.0, -1.0])
+    return turned + ([Copy(copy.image.flip(-1), copy.matrix @ flip) for copy in turned] if mirror else [])
+
+
+def _turn(degrees: float) -> np.ndarray:
+    sin, cos = math.sin(math.radians(degrees)), math.cos(math.radians(degrees))
+    return np.array([[cos, sin], [-sin, cos]])
 
 
 def rotated(exemplar: Tensor, degrees: float) -> Tensor:

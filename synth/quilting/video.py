@@ -19,14 +19,13 @@ from torch import Tensor
 from kwatra.errors import InputError
 from synth.quilting.boxes import Box
 from synth.quilting.canvas import Canvas, Patch
-from synth.quilting.displaced import displaced
+from synth.quilting.displaced import displaced, lasting_region
 from synth.quilting.enlarge import composed, enlarged
 from synth.quilting.growth import Report
 from synth.quilting.synthesis import (
     Quilt,
     QuiltSettings,
     check_exemplar,
-    error_region,
     new_canvas,
     new_placer,
     result_of,
@@ -85,7 +84,7 @@ def quilt_video(
         canvas, history, stopped = displaced(clip, begun, settings, report)
     else:
         canvas = begun(clip)
-        placer = new_placer(canvas, settings, error_region(clip.shape[1:], settings.region))
+        placer = new_placer(canvas, settings, lasting_region(clip.shape[1:], settings.region), reach=2.0)
         history, stopped = run(canvas, placer, settings, report)
     return result_of(canvas, settings, history, stopped, first=held)
 
@@ -93,12 +92,14 @@ def quilt_video(
 def default_settings(mode: str) -> QuiltSettings:
     """What suits a mode: motion is matched locally, and time-only offsets are drawn at random, as in the thesis.
 
-    What moves hides a seam (equation 5), and what remains of it is feathered by a pixel and a frame: a seam in time is
-    seen as a flash, not as a line.
+    What moves hides a seam (equation 5), and what remains of it is feathered by a pixel and a few frames: a seam in
+    time is seen as a flash, not as a line. Of patches moved in space too, those over the busy middle of a clip can be
+    laid in more ways than those at its borders, so that motion would grow unless using a part again is priced.
     """
-    placement = "random" if mode == "time" else "sub"
-    common = QuiltSettings(normalized=True, feather=1.0, grid=1, evenness=0.0, refine=60, patience=15)
-    return dataclasses.replace(common, placement=placement)
+    common = QuiltSettings(normalized=True, grid=1, evenness=0.0, refine=60, patience=15, feather=1.0)
+    if mode == "spacetime":
+        return dataclasses.replace(common, placement="sub", evenness=0.2)
+    return dataclasses.replace(common, placement="random" if mode == "time" else "sub")
 
 
 def _check(clip: Tensor, frames: int | None, size: tuple[int, ...], mode: str, loop: bool, hold: int | None) -> None:

@@ -1,0 +1,53 @@
+"""Several starts tried out on a small version of the work, and the best laid at full size.
+
+Which patches make good seams shows on a part of a clip as well as on all of it, at a part of the time: a few sequences
+of patches are drawn and refined there, and that with the cheapest seams is laid, in the same order, in the whole.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Sequence
+
+from synth.quilting.canvas import Canvas, Patch
+from synth.quilting.growth import Report
+from synth.quilting.placement import Placer
+from synth.quilting.synthesis import QuiltSettings, run
+
+STARTS = 4
+
+
+def cheapest_start(
+    begun: Callable[[], Canvas],
+    placer: Callable[[Canvas, QuiltSettings], Placer],
+    settings: QuiltSettings,
+    report: Report,
+) -> tuple[list[Patch], str]:
+    """The patches laid on `begun()` by the best of the starts, and why refining it stopped.
+
+    `placer` makes the placer for a canvas and settings; the starts differ by seed, and share the time allowed.
+    """
+    seconds = None if settings.seconds is None else settings.seconds / STARTS
+    trials = []
+    for start in range(STARTS):
+        own = dataclasses.replace(settings, seed=(settings.seed * STARTS + start) % 2**63, seconds=seconds)
+        canvas = begun()
+        known = len(canvas.patches)
+        _, stopped = run(canvas, placer(canvas, own), own, report)
+        trials.append((canvas.total, start, canvas.patches[known:], stopped))
+    _, _, patches, stopped = min(trials)
+    return patches, stopped
+
+
+def lay_all(canvas: Canvas, patches: Sequence[Patch], report: Report) -> list[int]:
+    """Lay patches in order, once the canvas is full only where they lower the total; that total after each of those."""
+    history: list[int] = []
+    for number, patch in enumerate(patches):
+        full = bool(canvas.filled.all())
+        if full and not history:
+            history = [canvas.total]
+        canvas.lay(patch, cheaper=full)
+        if full:
+            history.append(canvas.total)
+        report("cutting at full size", number / len(patches))
+    return history or [canvas.total]
