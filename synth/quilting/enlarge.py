@@ -85,11 +85,13 @@ def composed(outer: Quilt, inner: Quilt) -> Quilt:
         )
         cost += torch.from_numpy(np.where(same, inside, 0))
     _, names = np.unique(patch, return_inverse=True)
+    total = float(seams.sum(dtype=torch.float64))
     return dataclasses.replace(
         outer,
         source=torch.from_numpy(inner.source.numpy()[at]),
         offset=torch.from_numpy(offset.astype(np.int32)),
         patch=torch.from_numpy(names.reshape(patch.shape).astype(np.int32)),
         seams=seams,
-        cost=float(seams.sum(dtype=torch.float64)),
+        cost=total,
+        history=tuple(before + total - outer.cost for before in outer.history),
     )

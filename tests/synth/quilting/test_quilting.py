@@ -252,6 +252,9 @@ def test_a_larger_looping_video_says_where_each_pixel_is_from() -> None:
             axis, 0, result.patch.shape[axis] - 1
         )
         assert bool((result.seams[axis].narrow(axis, 0, borders.shape[axis])[borders] == 0).all())
+    assert result.cost == pytest.approx(float(result.seams.sum()))
+    assert result.history[-1] == pytest.approx(result.cost)
+    assert list(result.history) == sorted(result.history, reverse=True)
 
 
 def test_a_periodic_clip_loops_without_any_cost() -> None:
