@@ -40,7 +40,7 @@ class Renewing:
 
 
 PRESETS = {
-    "fast": Renewing(blocks=10, window=24, step=12, interpolation="bicubic"),
+    "fast": Renewing(blocks=4, window=24, step=24, interpolation="bicubic"),
     "default": Renewing(),
     "best": Renewing(blocks=60, step=4),
 }

@@ -55,7 +55,7 @@ def add_animate(subparsers: Any) -> None:
     add("--preset", choices=("fast", "default", "best"), default="default", help="how much work to spend")
     add("--resume", action="store_true", help="go on after the last frame of an interrupted run, or a folder's; the "
         "result is the same as without the break")  # fmt: skip
-    add_common(parser)
+    add_common(parser, threads=1)  # one frame's steps are too small to share
 
 
 def obstacle(text: str) -> Obstacle:

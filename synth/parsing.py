@@ -63,9 +63,10 @@ def whole(least: int) -> Callable[[str], int]:
     return parse
 
 
-def add_common(parser: argparse.ArgumentParser) -> None:
-    """Add what all commands that compute take."""
+def add_common(parser: argparse.ArgumentParser, threads: int | None = None) -> None:
+    """Add what all commands that compute take; threads: how many by default, None for as many as cores."""
     add = parser.add_argument
     add("--device", choices=("cpu", "cuda"), default="cpu", help="where to compute (default: cpu)")
-    add("--threads", type=whole(1), metavar="N", help="threads to use (default: as many as cores)")
+    add("--threads", type=whole(1), default=threads, metavar="N",
+        help=f"threads to use (default: {threads or 'as many as cores'})")  # fmt: skip
     add("--overwrite", action="store_true", help="replace files that exist")
