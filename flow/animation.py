@@ -30,6 +30,9 @@ from kwatra.sourcemap import look_up
 _PROJECTION = (Level(1, 16), Level(1, 8))
 """How a given first picture is brought to the exemplar: at full resolution, keeping what is texture already."""
 
+_NOWHERE = -1e3
+"""The source coordinates of what is not yet there: far outside any exemplar."""
+
 Mask = Tensor | Callable[[int], Tensor] | None
 
 
@@ -157,7 +160,7 @@ class Motion:
         inside = self.allowed(0)
         if self.enter is not None:
             inside = torch.zeros_like(inside)
-            nowhere = torch.full((2, *self.shape), -1.0, device=self.device)
+            nowhere = torch.full((2, *self.shape), _NOWHERE, device=self.device)
             return self._frame(State(0, nowhere, inside), {})
         if first is not None:
             synthesis = replace(synthesis, levels=_PROJECTION)
@@ -197,9 +200,7 @@ class Motion:
 
     def _frame(self, state: State, report: dict[str, float], image: Tensor | None = None) -> Frame:
         image = self.renewal.read.picture(state.source, state.inside) if image is None else image
-        height, width = self.exemplar.shape
-        x, y = state.source.round().long()
-        where = torch.stack([y.clamp(0, height - 1), x.clamp(0, width - 1)])
+        where = self.renewal.read.pixels(state.source)
         origin = look_up(self.exemplar.origin, where)
         origin[:1] = torch.where(state.inside, origin[:1], -1)
         rows: list[Row] = [{"frame": state.number, **report}]

@@ -62,24 +62,19 @@ def tidied(source: Tensor, free: Tensor, inside: Tensor) -> Tensor:
     inside (H, W): where there is texture; what is elsewhere has no influence. What is tidy already is returned bit for
     bit.
     """
-    height, width = source.shape[1:]
     for _ in range(_ROUNDS):
-        row, column = (free & _at_seams(source)).nonzero().T
-        here = source[:, row, column]
-        around, there = [], []
-        for down, right in _AROUND:
-            y, x = (row + down).clamp(0, height - 1), (column + right).clamp(0, width - 1)
-            around.append(source[:, y, x] - torch.stack([x - column, y - row]))
-            there.append(inside[y, x])
-        near, counts = torch.stack(around), torch.stack(there)
-        own = (counts & _near(near - here, 1)).sum(0)
-        most, copy = (counts[:, None] & counts & _near(near[:, None] - near, 2)).sum(1).max(0)
-        joins = (own <= _FEW) & (most > own + 1)
+        place = (free & _at_seams(source)).nonzero().T
+        near, there = _around(source, inside, place)
+        own = (there & _near(near - source[:, *place], 1)).sum(0)
+        lone = own <= _FEW
+        place, near, there = place[:, lone], near[:, :, lone], there[:, lone]
+        alike = there[:, None] & there & _near(near[:, None] - near, 2)
+        most, copy = alike.sum(1).max(0)
+        joins = most > own[lone] + 1
         if not bool(joins.any()):
             break
-        joined = near[copy[joins], :, joins.nonzero()[:, 0]].T
         source = source.clone()
-        source[:, row[joins], column[joins]] = joined
+        source[:, *place[:, joins]] = near[copy[joins], :, joins.nonzero()[:, 0]].T
     return source
 
 
@@ -106,6 +101,18 @@ def _at_seams(source: Tensor) -> Tensor:
     seams[:, 1:] |= ~right
     seams[:, :-1] |= ~right
     return seams
+
+
+def _around(source: Tensor, inside: Tensor, place: Tensor) -> tuple[Tensor, Tensor]:
+    """Where pixels at places (2, N), row first, are in the copies of the eight around them, (8, 2, N).
+
+    It comes with where (8, N) there is texture; beyond the border is the border.
+    """
+    steps = torch.tensor(_AROUND, device=source.device)[:, :, None]
+    sides = torch.tensor(inside.shape, device=source.device)[:, None]
+    beside = (place + steps).clamp(min=0).minimum(sides - 1)
+    y, x = beside.unbind(1)
+    return source[:, y, x].movedim(1, 0) - (beside - place).flip(1), inside[y, x]
 
 
 def _continued(source: Tensor, step: tuple[int, int]) -> Tensor:

@@ -33,9 +33,6 @@ from kwatra.reductions import mean, total
 _LEAST = 0.005
 """Blocks with less wear than this, on average, are left as they are."""
 
-_WORTH = 0.25
-"""A renewal stands if, measured, it saves at least this share of the wear of the pixels it took."""
-
 _RIM = 1 / 6
 """The part of a block's side, at either end, over which what it saves in wear counts less, down to nothing."""
 
@@ -46,14 +43,13 @@ _BETWEEN = 4
 @dataclass
 class Carried:
     """A frame at work: source coordinates (2, H, W), the image (C, H, W) they show, wear (H, W), where coordinates are
-    usable (H, W), the number of the block that a pixel was taken of (H, W), or -1, and what each tone costs.
+    usable (H, W), and what each tone costs.
     """
 
     source: Tensor
     image: Tensor
     wear: Tensor
     usable: Tensor
-    block: Tensor
     prices: Tensor
 
 
@@ -88,14 +84,12 @@ class Renewal:
         image = self.read(source)
         prices = self.tones.prices(source, inside & usable)
         wear = self._worn(image, source, inside & usable if moved is None else inside & usable & moved, prices)
-        none = torch.full_like(wear, -1, dtype=torch.long)
-        before = Carried(source, image, wear, usable, none, prices)
-        frame = Carried(source.clone(), image.clone(), wear.clone(), usable.clone(), none.clone(), prices)
+        frame = Carried(source.clone(), image.clone(), wear.clone(), usable.clone(), prices)
         cost = self.settings.flow_weight * gradient_weight(image, self._share) / self.wear.variance
-        self._renew(frame, cost, inside, self._places(wear, inside & ~usable), generator)
-        self._undo(frame, before, cost, inside)
-        while bool((missing := inside & ~frame.usable).any()):
-            self._renew(frame, cost, inside, self._places(torch.zeros_like(wear), missing), generator)
+        lost = inside & self.read.lost(source)
+        self._renew(frame, cost, inside, self._places(wear, lost), generator)
+        while bool((lost := lost & ~frame.usable).any()):
+            self._renew(frame, cost, inside, self._places(torch.zeros_like(wear), lost), generator)
         changed = inside & usable & (frame.source != source).any(0)
         area = total(inside.float()).clamp(min=1)
         flow = total(((frame.image - image).square() * self._share).sum(0) * changed) / self.wear.variance
@@ -109,29 +103,12 @@ class Renewal:
         wear = (self.wear(image, source, inside) - self.settings.tolerance).clamp(min=0)
         return wear + prices.clamp(min=0)[self.tones.of(source)] * inside
 
-    def _undo(self, frame: Carried, before: Carried, cost: Tensor, inside: Tensor) -> None:
-        """Undo the blocks that saved too little, measured again: a seam may cost what the cut took for a gain."""
-        taken = (frame.block >= 0) & before.usable
-        if not bool(taken.any()):
-            return
-        after = self._worn(frame.image, frame.source, inside & frame.usable, frame.prices)
-        change = ((frame.image - before.image).square() * self._share).sum(0)
-        block = frame.block[taken]
-        saved, worn = (
-            torch.bincount(block, values[taken].double())
-            for values in (before.wear - after - cost * change, before.wear)
-        )
-        undo = taken.clone()
-        undo[taken] = (saved < _WORTH * worn)[block]
-        frame.source = torch.where(undo, before.source, frame.source)
-        frame.image = torch.where(undo, before.image, frame.image)
-
-    def _places(self, wear: Tensor, missing: Tensor) -> list[tuple[int, int]]:
-        """Corners (row, column) of the blocks to renew: those most worn, and all that miss texture."""
+    def _places(self, wear: Tensor, lost: Tensor) -> list[tuple[int, int]]:
+        """Corners (row, column) of the blocks to renew: those most worn, and all that have lost their texture."""
         size = self.blocks.size
         rows, columns = (_starts(side, size) for side in self.shape)
         worn = _block_sums(wear, rows, columns, size) / size**2
-        holes = _block_sums(missing.float(), rows, columns, size)
+        holes = _block_sums(lost.float(), rows, columns, size)
         need = np.where(holes > 0.5, 10 + holes, np.where(worn > _LEAST, worn, 0))
         places: list[tuple[int, int]] = []
         while need.max() > 0:
@@ -156,11 +133,10 @@ class Renewal:
         content = torch.stack([frame.image[(slice(None), *spot)] for spot in spots])
         known = torch.stack([(inside & frame.usable)[spot] * self._bell for spot in spots])[:, None]
         corners = self.blocks.nearest(content, known, self._used(frame.source, inside), generator)
-        for number, (spot, corner) in enumerate(zip(spots, corners, strict=True)):
+        for spot, corner in zip(spots, corners, strict=True):
             source = self._pixels[(slice(None), *spot)]
             source = source - source[:, :1, :1] + corner.view(2, 1, 1)
-            take = self._fuse(frame, spot, source, cost[spot], inside[spot])
-            frame.block[spot] = torch.where(take, number, frame.block[spot])
+            self._fuse(frame, spot, source, cost[spot], inside[spot])
 
     def _used(self, source: Tensor, inside: Tensor) -> Tensor:
         """What using each exemplar pixel (canvas) once more costs: in proportion to how much it is used already."""
@@ -170,8 +146,8 @@ class Renewal:
         used = torch.bincount(place, minlength=height * width).view(height, width).float()
         return self.settings.usage * self.wear.variance * used / mean(used).clamp(min=1e-6)
 
-    def _fuse(self, frame: Carried, spot: tuple[slice, slice], source: Tensor, cost: Tensor, inside: Tensor) -> Tensor:
-        """Take of a block, given by its source coordinates, the pixels that lower the energy: (size, size).
+    def _fuse(self, frame: Carried, spot: tuple[slice, slice], source: Tensor, cost: Tensor, inside: Tensor) -> None:
+        """Take of a block, given by its source coordinates, the pixels that lower the energy.
 
         Wear counts less toward the block's rim, so that seams run where copies agree and not along the rim.
         """
@@ -189,7 +165,6 @@ class Renewal:
         frame.image[here] = torch.where(take, new, old)
         frame.wear[spot] = torch.where(take, 0.0, frame.wear[spot])
         frame.usable[spot] = usable | take
-        return take
 
     def _rim(self, spot: tuple[slice, slice]) -> Tensor:
         """The block's outermost pixels, but for those on the frame's border."""

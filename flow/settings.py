@@ -19,11 +19,11 @@ class Renewing:
     """
 
     flow_weight: float = 0.025
-    seam: float = 0.4
+    seam: float = 1.2
     tolerance: float = 0.06
     stiffness: float = 30.0
     area: float = 0.5
-    tones: float = 0.5
+    tones: float = 1.0
     usage: float = 0.3
     blocks: int = 20
     block: int = 48
@@ -40,7 +40,7 @@ class Renewing:
 
 
 PRESETS = {
-    "fast": Renewing(blocks=4, window=24, step=24, interpolation="bicubic"),
+    "fast": Renewing(blocks=6, window=24, step=24, interpolation="bicubic"),
     "default": Renewing(),
     "best": Renewing(blocks=60, step=4),
 }

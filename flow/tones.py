@@ -8,6 +8,7 @@ classes of which the exemplar holds equally much, and a class that the frame sho
 import torch
 from torch import Tensor
 
+from flow.unknown import filled
 from flow.wear import blurred
 from kwatra import Exemplar
 
@@ -33,8 +34,9 @@ class Tones:
         tone = directions[:, -1] @ colors
         rank = torch.empty_like(tone, dtype=torch.long)
         rank[tone.argsort(stable=True)] = torch.arange(len(tone), device=tone.device)
-        self._tone = torch.zeros_like(known, dtype=torch.long)
-        self._tone[known] = rank * _CLASSES // len(tone)
+        tones = torch.zeros_like(known, dtype=torch.long)
+        tones[known] = rank * _CLASSES // len(tone)
+        self._tone = filled(tones[None], known)[0]
 
     def of(self, source: Tensor) -> Tensor:
         """The class (*S) of the tone at source coordinates (2, *S), x first."""

@@ -34,6 +34,9 @@ _MOST = 0.12
 """The largest change of the offset from pixel to pixel that is undone in one frame: a flow that turns its texture
 faster than that would be halted."""
 
+_TOLERANCE, _STEPS = 0.05, 15
+"""When the minimum is near enough: what is left over is undone in the next frame."""
+
 _FIXED = 1e6
 """The weight d of pixels that are to stay where they are."""
 
@@ -68,17 +71,21 @@ class Upright:
         diagonal = anchor + _ends(tall) + _ends(wide.T).T
 
         def system(u: Tensor) -> Tensor:
-            return anchor * u + _pull(tall * u.diff(dim=1), wide * u.diff(dim=2))
+            return _pull(anchor * u, tall * u.diff(dim=1), wide * u.diff(dim=2))
 
-        u = conjugate_gradients(
-            system, -_pull(tall * down, wide * right), diagonal.expand_as(source), torch.zeros_like(source), 0.05, 30
-        )
+        still = torch.zeros_like(source)
+        right_side = -_pull(still.clone(), tall * down, wide * right)
+        u = conjugate_gradients(system, right_side, diagonal.expand_as(source), still, _TOLERANCE, _STEPS)
         return torch.where(free, source + u, source)
 
 
-def _pull(down: Tensor, right: Tensor) -> Tensor:
-    """The transpose of differences along both axes: (2, H, W) from (2, H - 1, W) and (2, H, W - 1)."""
-    return F.pad(down, (0, 0, 1, 0)) - F.pad(down, (0, 0, 0, 1)) + F.pad(right, (1, 0)) - F.pad(right, (0, 1))
+def _pull(values: Tensor, down: Tensor, right: Tensor) -> Tensor:
+    """Values (2, H, W), in place, and the transpose of differences along both axes, (2, H - 1, W) and (2, H, W - 1)."""
+    values[:, 1:] += down
+    values[:, :-1] -= down
+    values[:, :, 1:] += right
+    values[:, :, :-1] -= right
+    return values
 
 
 def _ends(weights: Tensor) -> Tensor:

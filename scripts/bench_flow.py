@@ -12,6 +12,8 @@ begin with the same still. The columns:
     epe still    the same between the still and one warp of it, by the sharpest interpolation: what the measure allows
     flicker      mean absolute difference between a frame and the warped one before it, in the exemplar's deviations
     flick still  the same between the still and one warp of it: what two interpolations differ by
+    flick moved  the same between the still moved by one frame and by two, each read from the still itself: what a
+                 sequence measures that loses nothing and renews nothing
     overall      the still's figure, of kwatra.measure (lower is better)
     moved        that of the still moved by half a pixel, as a multiple of the still's: what any motion costs
     overall@N    that of frame N, as a multiple of the still's
@@ -106,7 +108,7 @@ METHODS = {
 
 def figure_names(at: Iterable[int]) -> list[str]:
     judged = [f"{figure}@{number}" for number in at for figure in ("overall", "sharp")]
-    return ["epe", "epe still", "flicker", "flick still", "overall", "moved", *judged, "s/frame", "stills"]
+    return ["epe", "epe still", "flicker", "flick still", "flick moved", "overall", "moved", *judged, "s/frame", "stills"]
 
 
 @dataclass
@@ -161,12 +163,15 @@ def motion(before: Tensor, after: Tensor, task: Task, number: int) -> tuple[floa
 
 @dataclass(frozen=True)
 class Still:
-    """The first frame, what it and itself moved by half a pixel measure, one warp's motion, and the cpu seconds."""
+    """The first frame, what it and itself moved by half a pixel measure, the motion of one warp of it and of the next,
+    and the cpu seconds.
+    """
 
     image: Tensor
     figures: dict[str, float]
     moved: dict[str, float]
     motion: tuple[float, float]
+    moving: tuple[float, float]
     cpu: float
 
 
@@ -175,16 +180,19 @@ def still_of(task: Task) -> Still:
     optimize(Exemplar.of(task.exemplar), task.shape, seed=task.seed)
     cpu = time.process_time() - cpu
     image = in_8_bits(next(kwatra_frames(task)))
-    warped = flow.warp(image, flow.lookup(task.field(0, task.shape)).coordinates, "lanczos")
+    once = flow.lookup(task.field(0, task.shape)).coordinates
+    twice = flow.warp(once, flow.lookup(task.field(1, task.shape)).coordinates, "bilinear")
+    first, second = (in_8_bits(flow.warp(image, places, "lanczos")) for places in (once, twice))
     half = flow.warp(image, pixel_coordinates(task.shape) + 0.5, "lanczos")
     figures, moved = (measure(in_8_bits(picture), task.exemplar) for picture in (image, half))
-    return Still(image, figures, moved, motion(image, in_8_bits(warped), task, 0), cpu)
+    return Still(image, figures, moved, motion(image, first, task, 0), motion(first, second, task, 1), cpu)
 
 
 def figures_of(task: Task, still: Still, sequence: Sequence, stands: dict[int, int], at: list[int]) -> dict[str, float]:
     """A row of the table. stands: which frame of the sequence is judged as frame N."""
     epe, flicker = (sum(values) / len(values) for values in (sequence.errors, sequence.flicker))
     figures = {"epe": epe, "epe still": still.motion[0], "flicker": flicker, "flick still": still.motion[1]}
+    figures["flick moved"] = still.moving[1]
     figures["overall"] = still.figures["overall"]
     figures["moved"] = still.moved["overall"] / max(still.figures["overall"], 1e-9)
     for number in at:

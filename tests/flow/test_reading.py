@@ -47,6 +47,24 @@ def test_a_place_is_usable_when_all_pixels_around_it_belong_to_one_image() -> No
         assert bool(usable(torch.tensor([x, y]).view(2, 1, 1))) == right, (x, y)
 
 
+def test_texture_is_lost_from_two_px_beyond_what_is_usable() -> None:
+    hole = torch.ones(20, 30, dtype=torch.bool)
+    hole[6:14, 9:19] = False
+    lost = Reading(Exemplar.of(picture(), masks=[hole]), "bicubic").lost
+    places = {(0.0, 0.0): False, (-2.0, 5.0): False, (-2.1, 5.0): True, (31.0, 21.0): False, (31.1, 5.0): True,
+              (5.0, -9.0): True, (10.0, 10.0): False, (11.0, 10.0): True, (13.5, 9.5): True}  # fmt: skip
+    x, y = torch.tensor(list(places)).T
+    assert lost(torch.stack([x, y])[:, None]).tolist() == [list(places.values())]
+
+
+def test_a_sources_pixel_is_the_nearest_there_is() -> None:
+    hole = torch.ones(20, 30, dtype=torch.bool)
+    hole[6:14, 9:19] = False
+    pixels = Reading(Exemplar.of(picture(), masks=[hole]), "bicubic").pixels
+    source = torch.tensor([[[3.4, -2.0, 31.0, 10.0]], [[5.6, 4.0, 25.0, 9.0]]])
+    assert pixels(source).tolist() == [[[6, 4, 19, 9]], [[3, 0, 29, 8]]]
+
+
 def test_a_picture_is_what_is_read_but_for_its_seams() -> None:
     read = Reading(Exemplar.of(picture()), "bicubic")
     whole = torch.ones(8, 9, dtype=torch.bool)

@@ -141,14 +141,30 @@ def test_every_hole_is_filled_from_within_the_exemplar() -> None:
     source[:, :20, 50:] = torch.nan_to_num(copied()[:, :20, 50:] + 500)
     inside = flow.disc_mask(SHAPE, (40.0, 40.0), 9.0)
     assert not bool(owned(exemplar, source)[inside].all())
-    _, filled, image, _ = renewed(source, inside, exemplar=exemplar)
-    assert bool(owned(exemplar, filled)[inside].all())
+    renewal, filled, image, _ = renewed(source, inside, exemplar=exemplar)
+    lost = inside & renewal.read.lost(source)
+    assert bool(lost.any())
+    assert bool(owned(exemplar, filled)[lost].all())
+    assert not bool(renewal.read.lost(filled)[inside].any())
     assert torch.equal(filled[:, ~inside], source[:, ~inside])
     assert bool(image.isfinite().all())
 
 
+def test_copies_a_little_beyond_the_border_wait_for_a_block() -> None:
+    """Their last pixels pass for more; when some are farther out, all beyond the border are renewed with them."""
+    settings = replace(QUICK, blocks=0)
+    source = copied() - torch.tensor([18.0, 0.0]).view(2, 1, 1)  # 2 px beyond the left border
+    _, after, image, _ = renewed(source, settings=settings)
+    assert torch.equal(after, source)
+    assert torch.equal(image[:, :, 0], brick()[:, 16:76, 0])
+    source[:, 20:30] -= torch.tensor([1.0, 0.0]).view(2, 1, 1)
+    _, after, _, _ = renewed(source, settings=settings)
+    assert bool(owned(Exemplar.of(brick()), after)[20:30].all())
+    assert bool(owned(Exemplar.of(brick()), after)[18:32, :12].all())
+
+
 def test_an_empty_frame_is_filled_with_texture() -> None:
-    renewal, source, image, report = renewed(torch.full((2, *SHAPE), -1.0))
+    renewal, source, image, report = renewed(torch.full((2, *SHAPE), -9.0))
     assert float(image.std()) > 0.6 * float(brick().std())
     assert float(renewal.wear(image, source, WHOLE).mean()) < 0.5
     assert report["renewed"] == 0  # new, not renewed
@@ -158,14 +174,14 @@ def test_an_empty_frame_is_filled_with_texture() -> None:
 def test_where_nothing_may_change_only_holes_do(settings: Renewing, reach: int) -> None:
     """Without blocks for worn texture, those that fill a hole may still renew what is beside it."""
     source = copied(12)
-    source[:, :16, :16] = -1
+    source[:, :16, :16] = -9
     _, filled, image, report = renewed(source, settings=settings)
     kept = torch.ones(SHAPE, dtype=torch.bool)
     kept[: 17 + reach, : 17 + reach] = False  # beside the hole is a seam
     worn = flow.warp(brick(), copied(12), "lanczos").clamp(brick().min(), brick().max())
     assert float((image - worn)[:, kept].abs().max()) < 1e-3
     assert reach or report["flow"] < 1e-6
-    assert bool(owned(Exemplar.of(brick()), filled).all())
+    assert bool(owned(Exemplar.of(brick()), filled)[:16, :16].all())
 
 
 def test_what_is_shown_stays_within_the_exemplars_range_and_out_of_its_holes() -> None:
