@@ -11,6 +11,7 @@ from torch import Tensor
 from flow.unknown import filled
 from flow.wear import blurred
 from kwatra import Exemplar
+from kwatra.reductions import mean, total
 
 _CLASSES = 16
 
@@ -29,9 +30,10 @@ class Tones:
         known = exemplar.owner >= 0
         smooth = blurred(exemplar.canvas * exemplar.share.sqrt(), known, _BLUR)
         colors = smooth[:, known].double()
-        middle = colors.mean(1, keepdim=True)
-        _, directions = torch.linalg.eigh((colors - middle) @ (colors - middle).T)
-        tone = directions[:, -1] @ colors
+        apart = torch.stack([channel - mean(channel) for channel in colors])
+        spread = torch.stack([torch.stack([total(one * other) for other in apart]) for one in apart])
+        _, directions = torch.linalg.eigh(spread)
+        tone = (directions[:, -1:] * colors).sum(0)
         rank = torch.empty_like(tone, dtype=torch.long)
         rank[tone.argsort(stable=True)] = torch.arange(len(tone), device=tone.device)
         tones = torch.zeros_like(known, dtype=torch.long)
