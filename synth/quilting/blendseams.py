@@ -21,6 +21,8 @@ from synth.quilting.canvas import Canvas
 from synth.quilting.sources import LEVELS
 
 SPLINE_SIGMAS = (1.0, 2.0, 4.0, 8.0)
+FADING = 2.0
+"""How many widths of the blending before its source ends a patch begins to lose its weight."""
 FRAMES_PER_PIXEL = 2.0
 """How much wider feathering is along time, in frames, than across the picture, in pixels."""
 
@@ -33,12 +35,19 @@ def feather(canvas: Canvas, sigma: float) -> np.ndarray:
 
 def spline(canvas: Canvas) -> np.ndarray:
     """The canvas as an image (C, *shape), blended across seams by multi-resolution splining."""
-    return _blend(canvas, [(sigma,) * len(canvas.shape) for sigma in SPLINE_SIGMAS], bands=True)
+    time = [FRAMES_PER_PIXEL] * (len(canvas.shape) - 2)
+    return _blend(canvas, [(*time, sigma, sigma) for sigma in SPLINE_SIGMAS], bands=True)
 
 
 def blending_reach(sigma: float) -> int:
     """How far from a seam, in pixels or frames, a Gaussian of this width changes anything."""
     return int(np.ceil(3 * sigma))
+
+
+def ending_reach(dims: int, sigma: float, splined: bool) -> tuple[int, ...]:
+    """How far, per axis, a patch must lie from its source's border to have its full weight."""
+    time, across = (FRAMES_PER_PIXEL, max(SPLINE_SIGMAS)) if splined else (FRAMES_PER_PIXEL * sigma, sigma)
+    return (int(np.ceil(FADING * time)),) * (dims - 2) + (int(np.ceil(FADING * across)),) * 2
 
 
 def _blend(canvas: Canvas, widths: list[tuple[float, ...]], bands: bool) -> np.ndarray:
@@ -92,9 +101,9 @@ def _patch_image(canvas: Canvas, label: int, box: Box) -> tuple[np.ndarray, list
 
 
 def _ending(depth: list[np.ndarray], width: tuple[float, ...]) -> np.ndarray:
-    """What is left of a patch's weight near its source's border: all of it from twice the width on."""
+    """What is left of a patch's weight near its source's border: all of it from FADING times the width on."""
     weight = np.ones((), np.float32)
-    for line in np.ix_(*[np.minimum(inside / (2 * w), 1) for inside, w in zip(depth, width, strict=True)]):
+    for line in np.ix_(*[np.minimum(inside / (FADING * w), 1) for inside, w in zip(depth, width, strict=True)]):
         weight = np.minimum(weight, line)
     return weight
 
@@ -105,6 +114,7 @@ def _blurred(values: np.ndarray, width: tuple[float, ...]) -> np.ndarray:
 
 
 def _bands(image: np.ndarray, widths: list[tuple[float, ...]]) -> list[np.ndarray]:
-    """Band-pass layers from fine to coarse that sum to the image."""
-    smooth = [image] + [np.stack([_blurred(plane, width) for plane in image]) for width in widths]
+    """Band-pass layers of each frame from fine to coarse that sum to the image: what moves is not a fine detail."""
+    still = [(*[0.0] * (len(width) - 2), *width[-2:]) for width in widths]
+    smooth = [image] + [np.stack([_blurred(plane, width) for plane in image]) for width in still]
     return [a - b for a, b in pairwise(smooth)] + [smooth[-1]]

@@ -11,21 +11,17 @@ from collections.abc import Callable, Sequence
 
 from synth.quilting.canvas import Canvas, Patch
 from synth.quilting.growth import Report
-from synth.quilting.placement import Placer
-from synth.quilting.synthesis import QuiltSettings, run
+from synth.quilting.synthesis import QuiltSettings
 
 STARTS = 4
 
 
 def cheapest_start(
-    begun: Callable[[], Canvas],
-    placer: Callable[[Canvas, QuiltSettings], Placer],
-    settings: QuiltSettings,
-    report: Report,
+    begun: Callable[[], Canvas], sew: Callable[[Canvas, QuiltSettings], str], settings: QuiltSettings
 ) -> tuple[list[Patch], str]:
-    """The patches laid on `begun()` by the best of the starts, and why refining it stopped.
+    """The patches laid on `begun()` by the best of the starts, and why it stopped, as `sew` says, which lays them.
 
-    `placer` makes the placer for a canvas and settings; the starts differ by seed, and share the time allowed.
+    The starts differ by seed, and share the time allowed.
     """
     seconds = None if settings.seconds is None else settings.seconds / STARTS
     trials = []
@@ -33,7 +29,7 @@ def cheapest_start(
         own = dataclasses.replace(settings, seed=(settings.seed * STARTS + start) % 2**63, seconds=seconds)
         canvas = begun()
         known = len(canvas.patches)
-        _, stopped = run(canvas, placer(canvas, own), own, report)
+        stopped = sew(canvas, own)
         trials.append((canvas.total, start, canvas.patches[known:], stopped))
     _, _, patches, stopped = min(trials)
     return patches, stopped

@@ -66,6 +66,7 @@ def quilt_video(
     if size != tuple(clip.shape[-2:]):
         larger = enlarged(clip, size, settings, report)
         way = "transition" if loop and frames is None else mode
+        frames = 2 * clip.shape[1] if way == mode and frames is None else frames
         rest = dataclasses.replace(settings, rotate=(), mirror=False, scale=None, perspective=False)
         outer = quilt_video(larger.image, frames, mode=way, loop=loop, hold=hold, settings=rest, report=report)
         return composed(outer, larger)
