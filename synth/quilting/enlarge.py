@@ -1,9 +1,11 @@
 """Larger frames than the clip's (thesis section 3.5 E), and one quilt made from another.
 
-Patches that last as long as the clip and are moved in the frame only keep every motion whole from first frame to last;
-the seams between them are surfaces along time, which show as lines that stand still: motion does not hide them, so they
-are cut by the plain cost and splined unless no blending is wanted. What comes out is a clip of its own, to be looped or
-lengthened like any other; `composed` then says where in the original each pixel is from.
+Copies that last as long as the clip and are moved in the frame keep every motion whole from first frame to last. They
+stand side by side from border to border, so that a scene's ground stays at the bottom and its sky at the top, each a
+few frames ahead of or behind its neighbors, so that what is seen twice is not seen moving twice. The seams between them
+are surfaces along time, which show as lines that stand still: motion does not hide them, so they are cut by the plain
+cost and splined unless no blending is wanted. What comes out is a clip of its own, to be looped or lengthened like any
+other; `composed` then says where in the original each pixel is from.
 """
 
 from __future__ import annotations
@@ -77,9 +79,7 @@ def enlarged(clip: Tensor, size: Sequence[int], settings: QuiltSettings, report:
         fill(canvas, placer, None, report)
         return f"{len(canvas.patches)} copies that last as long as the clip are laid side by side"
 
-    patches, stopped = cheapest_start(
-        lambda: new_canvas(sources_of(small, settings), shape, settings), sew, settings
-    )
+    patches, stopped = cheapest_start(lambda: new_canvas(sources_of(small, settings), shape, settings), sew, settings)
     canvas = new_canvas(sources_of(clip, settings), (count - spare * scale[0], *size), settings)
     history = lay_all(canvas, [p.scaled(scale, canvas.shape) for p in patches], report)
     return result_of(canvas, settings, history, stopped)

@@ -15,7 +15,6 @@ from synth.quilting.canvas import Canvas, Patch
 from synth.quilting.costs import SeamCost
 from synth.quilting.displaced import lasting_region
 from synth.quilting.growth import Budget, fill, refine
-from synth.quilting.placement import Placer
 from synth.quilting.sources import Sources
 from synth.quilting.starts import STARTS, cheapest_start, lay_all
 from synth.quilting.synthesis import error_region, new_canvas, new_placer, result_of, run, sources_of
@@ -199,6 +198,21 @@ def test_feathering_spreads_a_seam_over_frames_more_than_over_pixels() -> None:
     np.testing.assert_allclose(steps, [1 / (2 * np.sqrt(2 * np.pi)), 1 / np.sqrt(2 * np.pi)], rtol=0.05)
 
 
+def test_splining_takes_what_moves_for_no_finer_than_what_rests() -> None:
+    # Dark and bright side by side, all of it blinking: each frame is blended as wide as if nothing changed.
+    dark, bright = np.zeros((1, 24, 8, 64), np.float32), np.ones((1, 24, 8, 64), np.float32)
+    widths = []
+    for light in (bright, bright * (np.arange(24) % 2).reshape(24, 1, 1)):
+        sources = Sources([dark, light])
+        canvas = Canvas(sources, (24, 8, 64), (False,) * 3, SeamCost(sources))
+        canvas.lay(Patch(0, (0, 0, 0), Box((0, 0, 0), (24, 8, 64))))
+        right = np.indices((24, 8, 64))[2] >= 32
+        canvas.lay(Patch(1, (0, 0, 0), Box((0, 0, 0), (24, 8, 64))), must=right, must_not=~right)
+        widths.append(np.diff(spline(canvas)[0, 13, 4]).max())
+    assert widths[1] == pytest.approx(widths[0], abs=0.01)
+    assert widths[0] < 0.1
+
+
 def test_patches_of_short_clips_overlap_for_some_frames() -> None:
     assert lasting_region((72, 40, 80), 0.25) == (18, 10, 20)
     assert lasting_region((12, 40, 80), 0.25) == (8, 10, 20)
@@ -213,11 +227,11 @@ def test_the_cheapest_start_is_taken_and_laid_again_the_same() -> None:
     def begun() -> Canvas:
         return new_canvas(sources, (36, 36), settings)
 
-    def placer(canvas: Canvas, own: QuiltSettings) -> Placer:
+    def sew(canvas: Canvas, own: QuiltSettings) -> str:
         seeds.append(own.seed)
-        return new_placer(canvas, own, (6, 6))
+        return run(canvas, new_placer(canvas, own, (6, 6)), own, lambda what, part: None)[1]
 
-    patches, _ = cheapest_start(begun, placer, settings, lambda what, part: None)
+    patches, _ = cheapest_start(begun, sew, settings)
     again = begun()
     history = lay_all(again, patches, lambda what, part: None)
     assert len(set(seeds)) == len(seeds) == STARTS
