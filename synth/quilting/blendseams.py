@@ -5,8 +5,8 @@
 
 P_L is patch L continued past its seams, in so far as its source reaches; w_L falls off towards the source's border,
 where the patch ends, so that it ends gently. Feathering suits small misfits in colour; it is wider along time, where a
-seam flat across it would change many pixels in one frame. Splining hides strong misfits, and takes contrast away where
-patches are small.
+seam flat across it would change many pixels in one frame, but not where patches differ much. Splining hides strong
+misfits, and takes contrast away where patches are small.
 """
 
 from __future__ import annotations
@@ -21,6 +21,11 @@ from synth.quilting.canvas import Canvas
 from synth.quilting.sources import LEVELS
 
 SPLINE_SIGMAS = (1.0, 2.0, 4.0, 8.0)
+ALIKE = 0.3
+"""A difference, as a part of the colour range, with which a patch still has a good third of its weight in other frames:
+mixed with what it is not like, it would be seen as a ghost."""
+HARD_FRAMES = 0.5
+"""How wide feathering is along time, in frames, where patches are not alike."""
 FADING = 2.0
 """How many widths of the blending before its source ends a patch begins to lose its weight."""
 FRAMES_PER_PIXEL = 2.0
@@ -57,12 +62,18 @@ def _blend(canvas: Canvas, widths: list[tuple[float, ...]], bands: bool) -> np.n
     total = np.zeros((levels, channels, *canvas.shape), np.float32)
     weights = np.zeros((levels, *canvas.shape), np.float32)
     margin = tuple(blending_reach(width) for width in widths[-1])
+    plain = canvas.sources.colors(canvas.places)
     for label in np.unique(canvas.label[canvas.filled]):
         box = _around(canvas, int(label), margin)
         at = canvas.indices(box)
         image, depth = _patch_image(canvas, int(label), box)
         own = (canvas.label[at] == label).astype(np.float32)
-        masks = [_blurred(own, width) * _ending(depth, width) for width in widths]
+        masks = [_blurred(own, width) for width in widths]
+        if not bands and len(at) > 2:
+            there = np.stack([plane[at] for plane in plain])
+            misfit = np.abs(image - there).mean(0) / (canvas.sources.step * LEVELS)
+            masks = [_where_alike(masks[0], misfit, own, widths[0])]
+        masks = [mask * _ending(depth, width) for mask, width in zip(masks, widths, strict=True)]
         layers = _bands(image, widths) if bands else [image]
         for level, layer in enumerate(layers):
             mask = masks[min(level, len(masks) - 1)]
@@ -71,9 +82,15 @@ def _blend(canvas: Canvas, widths: list[tuple[float, ...]], bands: bool) -> np.n
                 total[level, channel][at] += layer[channel] * mask
     blended: np.ndarray = (total / np.maximum(weights, 1e-12)[:, None]).sum(0)
     # Far from seams a pixel is a copy, and rounding must not say otherwise.
-    plain = canvas.sources.colors(canvas.places)
     same = np.abs(blended - plain) < 1e-6 * canvas.sources.step * LEVELS
     return np.where(same, plain, blended)
+
+
+def _where_alike(mask: np.ndarray, misfit: np.ndarray, own: np.ndarray, width: tuple[float, ...]) -> np.ndarray:
+    """The mask where the patch is like what is there; elsewhere one that hardly reaches into other frames."""
+    narrow = _blurred(own, (*[HARD_FRAMES] * (len(width) - 2), *width[-2:]))
+    blended: np.ndarray = narrow + np.exp(-np.square(misfit / ALIKE)) * (mask - narrow)
+    return blended
 
 
 def _around(canvas: Canvas, label: int, margin: tuple[int, ...]) -> Box:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+import numpy as np
 from torch import Tensor
 
 from synth.quilting.boxes import Box
@@ -33,6 +34,11 @@ def lasting_region(shape: Sequence[int], part: float) -> tuple[int, ...]:
     return (max(extent[0], min(LASTING, shape[0])), *extent[1:])
 
 
+def flash(canvas: Canvas) -> int:
+    """What the seams between a frame and the next cost, where it is most."""
+    return int(canvas.seams[0].sum((1, 2), dtype=np.int64).max())
+
+
 def displaced(
     clip: Tensor, begun: Callable[[Tensor], Canvas], settings: QuiltSettings, report: Report
 ) -> tuple[Canvas, list[int], str]:
@@ -49,7 +55,7 @@ def displaced(
         placer = new_placer(canvas, own, region, most=longest * area, reach=2.0)
         return run(canvas, placer, own, report)[1]
 
-    patches, stopped = cheapest_start(lambda: begun(small), sew, settings)
+    patches, stopped = cheapest_start(lambda: begun(small), sew, settings, flash)
     height, width = clip.shape[2:]
     whole = [
         Patch(p.number, (p.shift[0], 0, 0), Box((p.box.start[0], 0, 0), (p.box.extent[0], height, width)))

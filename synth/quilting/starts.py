@@ -17,11 +17,14 @@ STARTS = 4
 
 
 def cheapest_start(
-    begun: Callable[[], Canvas], sew: Callable[[Canvas, QuiltSettings], str], settings: QuiltSettings
+    begun: Callable[[], Canvas],
+    sew: Callable[[Canvas, QuiltSettings], str],
+    settings: QuiltSettings,
+    price: Callable[[Canvas], int] = lambda canvas: canvas.total,
 ) -> tuple[list[Patch], str]:
     """The patches laid on `begun()` by the best of the starts, and why it stopped, as `sew` says, which lays them.
 
-    The starts differ by seed, and share the time allowed.
+    The best is that of the least `price`. The starts differ by seed, and share the time allowed.
     """
     seconds = None if settings.seconds is None else settings.seconds / STARTS
     trials = []
@@ -30,7 +33,7 @@ def cheapest_start(
         canvas = begun()
         known = len(canvas.patches)
         stopped = sew(canvas, own)
-        trials.append((canvas.total, start, canvas.patches[known:], stopped))
+        trials.append((price(canvas), start, canvas.patches[known:], stopped))
     _, _, patches, stopped = min(trials)
     return patches, stopped
 
