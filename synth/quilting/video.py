@@ -99,7 +99,7 @@ def default_settings(mode: str) -> QuiltSettings:
     """
     common = QuiltSettings(normalized=True, grid=1, evenness=0.0, refine=60, patience=15, feather=1.0)
     if mode == "spacetime":
-        return dataclasses.replace(common, placement="sub", evenness=0.2)
+        return dataclasses.replace(common, placement="sub", evenness=1.0)
     return dataclasses.replace(common, placement="random" if mode == "time" else "sub")
 
 
