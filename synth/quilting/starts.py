@@ -9,6 +9,8 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Sequence
 
+import numpy as np
+
 from synth.quilting.canvas import Canvas, Patch
 from synth.quilting.growth import Report
 from synth.quilting.synthesis import QuiltSettings
@@ -22,9 +24,9 @@ def cheapest_start(
     settings: QuiltSettings,
     price: Callable[[Canvas], int] = lambda canvas: canvas.total,
 ) -> tuple[list[Patch], str]:
-    """The patches laid on `begun()` by the best of the starts, and why it stopped, as `sew` says, which lays them.
+    """The patches that are seen in the best of the starts on `begun()`, in order, and why it stopped, as `sew` says.
 
-    The best is that of the least `price`. The starts differ by seed, and share the time allowed.
+    `sew` lays them. The best is that of the least `price`. The starts differ by seed, and share the time allowed.
     """
     seconds = None if settings.seconds is None else settings.seconds / STARTS
     trials = []
@@ -33,7 +35,8 @@ def cheapest_start(
         canvas = begun()
         known = len(canvas.patches)
         stopped = sew(canvas, own)
-        trials.append((price(canvas), start, canvas.patches[known:], stopped))
+        seen = np.unique(canvas.label)
+        trials.append((price(canvas), start, [canvas.patches[k] for k in seen[seen >= known]], stopped))
     _, _, patches, stopped = min(trials)
     return patches, stopped
 
