@@ -110,3 +110,9 @@ def test_longer_and_larger_is_twice_as_long_as_the_clip() -> None:
 def test_a_patch_is_scaled_with_its_box() -> None:
     patch = Patch(0, (-1, 3, 2), Box((0, 3, 2), (5, 8, 10)))
     assert patch.scaled((2, 4, 4), (10, 44, 45)) == Patch(0, (-2, 12, 8), Box((0, 12, 8), (10, 32, 37)))
+
+
+def test_what_is_moved_in_space_and_time_grows_from_the_clip_in_place() -> None:
+    result = quilt_video(clip(10, 16, 16), mode="spacetime", settings=QuiltSettings(refine=0))
+    there = np.stack(np.broadcast_arrays(-5, 0, 0)).reshape(3, 1, 1)
+    assert (result.offset.numpy()[:, 10] == there).all(0).mean() > 0.9
