@@ -28,7 +28,8 @@ KEEP, TAKE, FREE, VOID = 0, 1, 2, 3
 """What may happen to a pixel: it keeps its patch, takes the new one, may do either, or is empty and stays so."""
 
 MOST_AT_ONCE = 100_000
-"""Cuts over more free pixels than this are solved coarse to fine (coarsecut.py): faster, and bounded in memory."""
+"""Cuts over more free pixels than this are solved coarse to fine (coarsecut.py): faster, and bounded in memory. In
+three dimensions a third of it is the limit, for there a flow takes far longer."""
 
 Costs = tuple[np.ndarray, np.ndarray, np.ndarray]
 
@@ -53,7 +54,8 @@ def best_cut(
     take = state == TAKE
     if (unary[free] < 0).any():
         solve = _solve_maxflow if (maxflow() is not None if use_maxflow is None else use_maxflow) else _solve_scipy
-        take[free] = solve_in_bands(unary, arcs, free, solve, MOST_AT_ONCE)
+        most = MOST_AT_ONCE if state.ndim < 3 else MOST_AT_ONCE // 3
+        take[free] = solve_in_bands(unary, arcs, free, solve, most)
     return take
 
 

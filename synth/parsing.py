@@ -7,7 +7,7 @@ from collections.abc import Callable
 def size(text: str) -> tuple[int, int]:
     """WIDTHxHEIGHT as (height, width)."""
     width, _, height = text.lower().partition("x")
-    if not (width.isdecimal() and height.isdecimal()):
+    if not (width.isdecimal() and height.isdecimal() and int(width) and int(height)):
         raise argparse.ArgumentTypeError(f"{text!r} is no size; write WIDTHxHEIGHT in pixels, for example 512x384")
     return int(height), int(width)
 
@@ -63,10 +63,14 @@ def whole(least: int) -> Callable[[str], int]:
     return parse
 
 
-def add_common(parser: argparse.ArgumentParser, threads: int | None = None) -> None:
-    """Add what all commands that compute take; threads: how many by default, None for as many as cores."""
+def add_common(parser: argparse.ArgumentParser, threads: int | None = None, device: bool = True) -> None:
+    """Add what all commands that compute take.
+
+    `threads`: how many by default, None for as many as cores. `device`: whether there is a choice of it.
+    """
     add = parser.add_argument
-    add("--device", choices=("cpu", "cuda"), default="cpu", help="where to compute (default: cpu)")
+    if device:
+        add("--device", choices=("cpu", "cuda"), default="cpu", help="where to compute (default: cpu)")
     add("--threads", type=whole(1), default=threads, metavar="N",
         help=f"threads to use (default: {threads or 'as many as cores'})")  # fmt: skip
     add("--overwrite", action="store_true", help="replace files that exist")

@@ -163,6 +163,7 @@ def _save_gif(target: Path, frames: Iterator[np.ndarray], rate: float) -> None:
     from PIL import Image
     from PIL.GifImagePlugin import getdata, getheader
 
+    # Frame by frame: Pillow's own writer would drop each frame that equals the last, and hold all of them till the end.
     # Hundredths of a second are all a GIF can say.
     pause = max(round(100 / rate), 2) * 10
     with target.open("wb") as file:

@@ -6,6 +6,8 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from synth.parsing import add_common, size, whole
+
 _QUILT_EPILOG = """examples:
   kwatra quilt bricks.png                                 twice the size, as bricks_quilt.png
   kwatra quilt pebbles.png --placement sub --tile
@@ -37,11 +39,11 @@ def _add_quilt(subparsers: Any) -> None:
     add = parser.add_argument
     add("exemplar", type=Path, metavar="EXEMPLAR", help="an image, a video (.mp4, .gif) or a folder of frames")
     add("-o", "--output", type=Path, metavar="OUT", help="the file or folder to write (default: EXEMPLAR_quilt)")
-    add("--size", type=_size, metavar="WxH", help="size in pixels (default: an image's doubled, a video's own)")
+    add("--size", type=size, metavar="WxH", help="size in pixels (default: an image's doubled, a video's own)")
     add("--placement", choices=("random", "whole", "sub"), help="how patches are placed: whole for structured "
         "textures, sub for stochastic ones and motion (default: whole; videos: by mode)")  # fmt: skip
     add("--k", type=float, metavar="K", help="randomness of the choice of offsets, 0.001 to 1 (default: 0.01)")
-    add("--refine", type=_whole, metavar="STEPS", help="at most so many patches that mend seams (default: 60)")
+    add("--refine", type=whole(0), metavar="STEPS", help="at most so many patches that mend seams (default: 60)")
     add("--seconds", type=float, metavar="S", help="stop refining after this time")
     add("--edges", action=argparse.BooleanOptionalAction, help="let seams prefer busy places: normalize their cost by "
         "the gradient (default: for videos only)")  # fmt: skip
@@ -51,8 +53,8 @@ def _add_quilt(subparsers: Any) -> None:
     _add_video(parser)
     add("--seams", type=Path, metavar="FILE", help="also write the result with its seams drawn in red")
     add("--map", type=Path, metavar="FILE", help="also write where each pixel is from: .npy, int32, (copy, [t,] y, x)")
-    _add_common(parser)
-    add("--seed", type=_whole, default=0, metavar="N", help="another seed, another result (default: 0)")
+    add_common(parser, device=False)
+    add("--seed", type=whole(0), default=0, metavar="N", help="another seed, another result (default: 0)")
 
 
 def _add_copies(parser: argparse.ArgumentParser) -> None:
@@ -70,11 +72,11 @@ def _add_video(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("--mode", choices=("transition", "time", "spacetime"), help="videos: join the clip to itself, displace it in "
         "time, or in space and time (default: transition; spacetime where --size differs)")  # fmt: skip
-    add("--frames", type=_whole, metavar="N", help="videos: length (default: one loop, or twice the clip)")
+    add("--frames", type=whole(0), metavar="N", help="videos: length (default: one loop, or twice the clip)")
     add("--loop", action="store_true", help="videos: make the end meet the beginning")
     add(
         "--hold",
-        type=_whole,
+        type=whole(0),
         metavar="K",
         help="videos: frames that a loop holds at its ends (default: 10, or half a short clip)",
     )
@@ -108,25 +110,7 @@ def _add_merge(subparsers: Any) -> None:
     add("--plain", action="store_true", help="cost of a seam by colour alone, not less where the images are busy")
     _add_blending(parser, "default: 0")
     add("--seams", type=Path, metavar="FILE", help="also write the result with its seams drawn in red")
-    _add_common(parser)
-
-
-def _add_common(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--threads", type=_whole, metavar="N", help="threads to use (default: as many as cores)")
-    parser.add_argument("--overwrite", action="store_true", help="replace files that exist")
-
-
-def _size(text: str) -> tuple[int, int]:
-    width, _, height = text.lower().partition("x")
-    if not (width.isdecimal() and height.isdecimal() and int(width) and int(height)):
-        raise argparse.ArgumentTypeError(f"{text!r} is no size; write WIDTHxHEIGHT in pixels, for example 512x384")
-    return int(height), int(width)
-
-
-def _whole(text: str) -> int:
-    if not text.isdecimal():
-        raise argparse.ArgumentTypeError(f"{text!r} is no whole number from 0 on")
-    return int(text)
+    add_common(parser, device=False)
 
 
 def _angles(text: str) -> tuple[float, ...]:

@@ -5,8 +5,8 @@
 
 P_L is patch L continued past its seams, in so far as its source reaches; w_L falls off towards the source's border,
 where the patch ends, so that it ends gently. Feathering suits small misfits in colour; it is wider along time, where a
-seam flat across it would change many pixels in one frame. Splining hides strong misfits, and takes contrast away where
-patches are small.
+seam flat across it would change many pixels in one frame, but not where patches differ much. Splining hides strong
+misfits, and takes contrast away where patches are small.
 """
 
 from __future__ import annotations
@@ -21,6 +21,13 @@ from synth.quilting.canvas import Canvas
 from synth.quilting.sources import LEVELS
 
 SPLINE_SIGMAS = (1.0, 2.0, 4.0, 8.0)
+ALIKE = 0.3
+"""A difference, as a part of the colour range, with which a patch still has a good third of its weight in other frames:
+mixed with what it is not like, it would be seen as a ghost."""
+HARD_FRAMES = 0.5
+"""How wide feathering is along time, in frames, where patches are not alike."""
+FADING = 2.0
+"""How many widths of the blending before its source ends a patch begins to lose its weight."""
 FRAMES_PER_PIXEL = 2.0
 """How much wider feathering is along time, in frames, than across the picture, in pixels."""
 
@@ -33,12 +40,19 @@ def feather(canvas: Canvas, sigma: float) -> np.ndarray:
 
 def spline(canvas: Canvas) -> np.ndarray:
     """The canvas as an image (C, *shape), blended across seams by multi-resolution splining."""
-    return _blend(canvas, [(sigma,) * len(canvas.shape) for sigma in SPLINE_SIGMAS], bands=True)
+    time = [FRAMES_PER_PIXEL] * (len(canvas.shape) - 2)
+    return _blend(canvas, [(*time, sigma, sigma) for sigma in SPLINE_SIGMAS], bands=True)
 
 
 def blending_reach(sigma: float) -> int:
     """How far from a seam, in pixels or frames, a Gaussian of this width changes anything."""
     return int(np.ceil(3 * sigma))
+
+
+def ending_reach(dims: int, sigma: float, splined: bool) -> tuple[int, ...]:
+    """How far, per axis, a patch must lie from its source's border to have its full weight."""
+    time, across = (FRAMES_PER_PIXEL, max(SPLINE_SIGMAS)) if splined else (FRAMES_PER_PIXEL * sigma, sigma)
+    return (int(np.ceil(FADING * time)),) * (dims - 2) + (int(np.ceil(FADING * across)),) * 2
 
 
 def _blend(canvas: Canvas, widths: list[tuple[float, ...]], bands: bool) -> np.ndarray:
@@ -48,12 +62,18 @@ def _blend(canvas: Canvas, widths: list[tuple[float, ...]], bands: bool) -> np.n
     total = np.zeros((levels, channels, *canvas.shape), np.float32)
     weights = np.zeros((levels, *canvas.shape), np.float32)
     margin = tuple(blending_reach(width) for width in widths[-1])
+    plain = canvas.sources.colors(canvas.places)
     for label in np.unique(canvas.label[canvas.filled]):
         box = _around(canvas, int(label), margin)
         at = canvas.indices(box)
         image, depth = _patch_image(canvas, int(label), box)
         own = (canvas.label[at] == label).astype(np.float32)
-        masks = [_blurred(own, width) * _ending(depth, width) for width in widths]
+        masks = [_blurred(own, width) for width in widths]
+        if not bands and len(at) > 2:
+            there = np.stack([plane[at] for plane in plain])
+            misfit = np.abs(image - there).mean(0) / (canvas.sources.step * LEVELS)
+            masks = [_where_alike(masks[0], misfit, own, widths[0])]
+        masks = [mask * _ending(depth, width) for mask, width in zip(masks, widths, strict=True)]
         layers = _bands(image, widths) if bands else [image]
         for level, layer in enumerate(layers):
             mask = masks[min(level, len(masks) - 1)]
@@ -62,9 +82,15 @@ def _blend(canvas: Canvas, widths: list[tuple[float, ...]], bands: bool) -> np.n
                 total[level, channel][at] += layer[channel] * mask
     blended: np.ndarray = (total / np.maximum(weights, 1e-12)[:, None]).sum(0)
     # Far from seams a pixel is a copy, and rounding must not say otherwise.
-    plain = canvas.sources.colors(canvas.places)
     same = np.abs(blended - plain) < 1e-6 * canvas.sources.step * LEVELS
     return np.where(same, plain, blended)
+
+
+def _where_alike(mask: np.ndarray, misfit: np.ndarray, own: np.ndarray, width: tuple[float, ...]) -> np.ndarray:
+    """The mask where the patch is like what is there; elsewhere one that hardly reaches into other frames."""
+    narrow = _blurred(own, (*[HARD_FRAMES] * (len(width) - 2), *width[-2:]))
+    blended: np.ndarray = narrow + np.exp(-np.square(misfit / ALIKE)) * (mask - narrow)
+    return blended
 
 
 def _around(canvas: Canvas, label: int, margin: tuple[int, ...]) -> Box:
@@ -92,9 +118,9 @@ def _patch_image(canvas: Canvas, label: int, box: Box) -> tuple[np.ndarray, list
 
 
 def _ending(depth: list[np.ndarray], width: tuple[float, ...]) -> np.ndarray:
-    """What is left of a patch's weight near its source's border: all of it from twice the width on."""
+    """What is left of a patch's weight near its source's border: all of it from FADING times the width on."""
     weight = np.ones((), np.float32)
-    for line in np.ix_(*[np.minimum(inside / (2 * w), 1) for inside, w in zip(depth, width, strict=True)]):
+    for line in np.ix_(*[np.minimum(inside / (FADING * w), 1) for inside, w in zip(depth, width, strict=True)]):
         weight = np.minimum(weight, line)
     return weight
 
@@ -105,6 +131,7 @@ def _blurred(values: np.ndarray, width: tuple[float, ...]) -> np.ndarray:
 
 
 def _bands(image: np.ndarray, widths: list[tuple[float, ...]]) -> list[np.ndarray]:
-    """Band-pass layers from fine to coarse that sum to the image."""
-    smooth = [image] + [np.stack([_blurred(plane, width) for plane in image]) for width in widths]
+    """Band-pass layers of each frame from fine to coarse that sum to the image: what moves is not a fine detail."""
+    still = [(*[0.0] * (len(width) - 2), *width[-2:]) for width in widths]
+    smooth = [image] + [np.stack([_blurred(plane, width) for plane in image]) for width in still]
     return [a - b for a, b in pairwise(smooth)] + [smooth[-1]]

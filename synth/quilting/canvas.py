@@ -32,6 +32,14 @@ class Patch:
         start = (self.box.start[0] + steps, *self.box.start[1:])
         return Patch(self.number, (self.shift[0] + steps, *self.shift[1:]), Box(start, self.box.extent))
 
+    def scaled(self, by: tuple[int, ...], shape: tuple[int, ...]) -> Patch:
+        """The same patch where every axis is so many times longer, on an output of `shape`."""
+        shift, start, extent = (
+            tuple(v * f for v, f in zip(values, by, strict=True))
+            for values in (self.shift, self.box.start, self.box.extent)
+        )
+        return Patch(self.number, shift, Box(start, extent).clipped(shape, (False,) * len(shape)))
+
 
 class Canvas:
     """The state of a synthesis; arrays are indexed by output pixel.

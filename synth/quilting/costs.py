@@ -2,6 +2,7 @@
 
     M(s, t, A, B)  = |A(s) - B(s)| + |A(t) - B(t)|                                        (thesis equation 1)
     M'(s, t, A, B) = M / (|G_A(s)| + |G_A(t)| + |G_B(s)| + |G_B(t)|),  G along s -> t      (thesis equation 5)
+                     times ACROSS_TIME where s -> t is a step in time
 
 |.| is the sum over channels of absolute differences of quantized colours: whole numbers, so M is a metric without any
 rounding and sums of it are exact. M' prefers seams through busy regions, where they show less; it is no metric, and the
@@ -16,6 +17,9 @@ import numpy as np
 from synth.quilting.sources import LEVELS, Sources
 
 NORMALIZED_SCALE = 4096
+ACROSS_TIME = 2
+"""What a seam between frames costs more in M'. Each pixel passes from patch to patch in some frame; where it were as
+cheap as a seam within a frame, all would pass in one, which is the smallest surface, and is seen as a flash."""
 FLAT = 0.02
 """Gradient, per channel and as a fraction of the colour range, that a perfectly flat region is taken to have in M'."""
 
@@ -49,7 +53,8 @@ class SeamCost:
             return match
         slope = self.gradients[axis]
         busy = slope[s[0]] + slope[t[0]] + slope[s[1]] + slope[t[1]] + self.flat
-        return (match.astype(np.int64) * NORMALIZED_SCALE // busy).astype(np.int32)
+        scale = NORMALIZED_SCALE * (ACROSS_TIME if axis < len(self.strides) - 2 else 1)
+        return (match.astype(np.int64) * scale // busy).astype(np.int32)
 
 
 def _gradients(sources: Sources) -> list[np.ndarray]:

@@ -8,14 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+import numpy as np
 from torch import Tensor
 
 from synth.quilting.boxes import Box
 from synth.quilting.canvas import Canvas, Patch
 from synth.quilting.growth import Report
-from synth.quilting.placement import Placer
 from synth.quilting.starts import cheapest_start, lay_all
-from synth.quilting.synthesis import QuiltSettings, error_region, new_placer
+from synth.quilting.synthesis import QuiltSettings, error_region, new_placer, run
 from synth.quilting.transition import MOST_PIXELS, shrunk
 
 SMALL = 64
@@ -34,6 +34,11 @@ def lasting_region(shape: Sequence[int], part: float) -> tuple[int, ...]:
     return (max(extent[0], min(LASTING, shape[0])), *extent[1:])
 
 
+def flash(canvas: Canvas) -> int:
+    """What the seams between a frame and the next cost, where it is most."""
+    return int(canvas.seams[0].sum((1, 2), dtype=np.int64).max())
+
+
 def displaced(
     clip: Tensor, begun: Callable[[Tensor], Canvas], settings: QuiltSettings, report: Report
 ) -> tuple[Canvas, list[int], str]:
@@ -46,10 +51,11 @@ def displaced(
     longest = max(MOST_PIXELS // (clip.shape[2] * clip.shape[3]), 4)
     region = (min(lasting_region(clip.shape[1:], settings.region)[0], longest // 2), *small.shape[2:])
 
-    def placer(canvas: Canvas, own: QuiltSettings) -> Placer:
-        return new_placer(canvas, own, region, most=longest * area, reach=2.0)
+    def sew(canvas: Canvas, own: QuiltSettings) -> str:
+        placer = new_placer(canvas, own, region, most=longest * area, reach=2.0)
+        return run(canvas, placer, own, report)[1]
 
-    patches, stopped = cheapest_start(lambda: begun(small), placer, settings, report)
+    patches, stopped = cheapest_start(lambda: begun(small), sew, settings, flash)
     height, width = clip.shape[2:]
     whole = [
         Patch(p.number, (p.shift[0], 0, 0), Box((p.box.start[0], 0, 0), (p.box.extent[0], height, width)))

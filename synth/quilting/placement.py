@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 
+from synth.quilting.borders import admitted, margins, trimmed
 from synth.quilting.boxes import Box, everywhere
 from synth.quilting.canvas import Canvas, Patch
 from synth.quilting.folds import folded
@@ -32,6 +33,8 @@ class Rule:
     `most`: the most pixels a patch may have (bounds memory and time of a cut).
     `reach`: how far a patch may reach past the region on each side, in extents of the region. Larger patches make fewer
     seams, and copy larger pieces.
+    `margin`: how far from its source's border a patch ends, per axis, and `inside`: see borders.py.
+    `apart`: offsets are unused if on some axis they differ by so much from each one that was used.
     """
 
     kind: str
@@ -40,6 +43,9 @@ class Rule:
     evenness: float = 0.0
     most: int = 1_500_000
     reach: float = 1.0
+    margin: tuple[int, ...] | None = None
+    inside: bool = False
+    apart: tuple[int, ...] | None = None
 
 
 class Placer:
@@ -64,7 +70,7 @@ class Placer:
                 continue
             cost = self._cost(number, region, filling, usage)
             cost[self._folds(number, region, span)] += FOLD
-            cost[self._taken(number, span)] = np.inf
+            cost[self._taken(number, span) | ~self._admitted(number, region, span)] = np.inf
             spans.append((number, span))
             costs.append(cost)
         if grid is not None:
@@ -121,13 +127,23 @@ class Placer:
         long = np.prod(region.extent) / max(region.extent[-2:]) / 2
         return folded(self.canvas, number, span, self.matcher.reach(number, region)) >= long
 
+    def _margin(self, number: int, region: Box) -> tuple[int, ...]:
+        wanted = self.rule.margin or (0,) * len(region.extent)
+        return margins(self.canvas.sources.shapes[number], region.extent, wanted)
+
+    def _admitted(self, number: int, region: Box, span: Box) -> np.ndarray:
+        canvas, margin = self.canvas, self._margin(number, region)
+        source = canvas.sources.shapes[number]
+        return admitted(span, source, region, canvas.shape, canvas.periodic, margin, self.rule.inside)
+
     def _taken(self, number: int, span: Box) -> np.ndarray:
         mask = np.zeros(span.extent, bool)
+        periods = [n if wraps else 0 for n, wraps in zip(self.canvas.shape, self.canvas.periodic, strict=True)]
+        apart = self.rule.apart or (1,) * len(periods)
         for home, shift in self.used:
             if home == number:
-                lines = zip(shift, span.start, span.stop, self.canvas.shape, self.canvas.periodic, strict=True)
-                hits = [_congruent(t, low, high, n if wraps else 0) for t, low, high, n, wraps in lines]
-                mask[np.ix_(*hits)] = True
+                lines = zip(shift, span.start, span.stop, periods, apart, strict=True)
+                mask[np.ix_(*[_near(*line) for line in lines])] = True
         return mask
 
     def _draw(self, cost: np.ndarray) -> int | None:
@@ -144,7 +160,9 @@ class Placer:
     def _patch(self, number: int, shift: tuple[int, ...], region: Box) -> Patch:
         self.used.add((number, shift))
         shape = self.canvas.sources.shapes[number]
-        box = Box(shift, shape).clipped(self.canvas.shape, self.canvas.periodic)
+        canvas = self.canvas
+        box = trimmed(Box(shift, shape), canvas.shape, canvas.periodic, self._margin(number, region))
+        box = box.clipped(canvas.shape, canvas.periodic)
         if self.canvas.sources.bands is not None:
             low, high = self._band(number)
             start, stop = max(box.start[-2], low), min(box.stop[-2], high)
@@ -169,8 +187,7 @@ def _multiples(span: Box, grid: tuple[int, ...]) -> np.ndarray:
     return everywhere(hits)
 
 
-def _congruent(shift: int, low: int, high: int, period: int) -> np.ndarray:
-    """Positions in `low..high` that are `shift`, or equal to it modulo the period of an axis that wraps."""
-    if period == 0:
-        return np.array([shift - low] if low <= shift < high else [], int)
-    return np.flatnonzero((np.arange(low, high) - shift) % period == 0)
+def _near(shift: int, low: int, high: int, period: int, apart: int) -> np.ndarray:
+    """Positions in `low..high` less than `apart` from `shift`, on an axis that wraps modulo its `period`."""
+    gap = np.abs(np.arange(low, high) - shift)
+    return np.flatnonzero((np.minimum(gap % period, -gap % period) if period else gap) < apart)

@@ -9,23 +9,24 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Sequence
 
+import numpy as np
+
 from synth.quilting.canvas import Canvas, Patch
 from synth.quilting.growth import Report
-from synth.quilting.placement import Placer
-from synth.quilting.synthesis import QuiltSettings, run
+from synth.quilting.synthesis import QuiltSettings
 
 STARTS = 4
 
 
 def cheapest_start(
     begun: Callable[[], Canvas],
-    placer: Callable[[Canvas, QuiltSettings], Placer],
+    sew: Callable[[Canvas, QuiltSettings], str],
     settings: QuiltSettings,
-    report: Report,
+    price: Callable[[Canvas], int] = lambda canvas: canvas.total,
 ) -> tuple[list[Patch], str]:
-    """The patches laid on `begun()` by the best of the starts, and why refining it stopped.
+    """The patches that are seen in the best of the starts on `begun()`, in order, and why it stopped, as `sew` says.
 
-    `placer` makes the placer for a canvas and settings; the starts differ by seed, and share the time allowed.
+    `sew` lays them. The best is that of the least `price`. The starts differ by seed, and share the time allowed.
     """
     seconds = None if settings.seconds is None else settings.seconds / STARTS
     trials = []
@@ -33,8 +34,9 @@ def cheapest_start(
         own = dataclasses.replace(settings, seed=(settings.seed * STARTS + start) % 2**63, seconds=seconds)
         canvas = begun()
         known = len(canvas.patches)
-        _, stopped = run(canvas, placer(canvas, own), own, report)
-        trials.append((canvas.total, start, canvas.patches[known:], stopped))
+        stopped = sew(canvas, own)
+        seen = np.unique(canvas.label)
+        trials.append((price(canvas), start, [canvas.patches[k] for k in seen[seen >= known]], stopped))
     _, _, patches, stopped = min(trials)
     return patches, stopped
 

@@ -12,7 +12,7 @@ import torch
 from torch import Tensor
 
 from kwatra.errors import InputError
-from synth.quilting.blendseams import FRAMES_PER_PIXEL, SPLINE_SIGMAS, blending_reach, feather, spline
+from synth.quilting.blendseams import FRAMES_PER_PIXEL, blending_reach, ending_reach, feather, spline
 from synth.quilting.canvas import Canvas
 from synth.quilting.costs import SeamCost
 from synth.quilting.growth import Budget, Report, fill, refine
@@ -166,12 +166,17 @@ def error_region(shape: Sequence[int], part: float) -> tuple[int, ...]:
 
 
 def new_placer(canvas: Canvas, settings: QuiltSettings, region: tuple[int, ...], **limits: Any) -> Placer:
-    """A placer for a canvas, its error-region no larger than the smallest source; `limits` as of Rule."""
+    """A placer for a canvas; `limits` as of Rule.
+
+    Along axes that it does not span, the error-region has at most half the extent of the smallest source.
+    """
     smallest = [min(shape[d] for shape in canvas.sources.shapes) for d in range(len(region))]
-    fitting = tuple(min(r, max(s // 2, 1)) if r < s else s for r, s in zip(region, smallest, strict=True))
+    spans = zip(region, smallest, canvas.shape, strict=True)
+    fitting = tuple(min(r, s if r >= min(s, n) else max(s // 2, 1)) for r, s, n in spans)
     if canvas.sources.bands is not None:
         lowest = int(min(high - low for low, high in canvas.sources.bands) * canvas.shape[-2]) // 2
         fitting = (*fitting[:-2], max(min(fitting[-2], lowest), 1), fitting[-1])
+    limits.setdefault("margin", ending_reach(len(region), settings.feather, settings.spline))
     rule = Rule(settings.placement, settings.k, fitting, settings.evenness, **limits)
     return Placer(canvas, rule, torch.Generator().manual_seed(settings.seed))
 
@@ -208,7 +213,7 @@ def result_of(canvas: Canvas, settings: QuiltSettings, history: Sequence[int], s
 def _image(canvas: Canvas, settings: QuiltSettings, first: int) -> np.ndarray:
     if not (settings.feather or settings.spline):
         return canvas.sources.colors(canvas.places[first:])
-    margin = blending_reach(FRAMES_PER_PIXEL * settings.feather or max(SPLINE_SIGMAS)) if first else 0
+    margin = blending_reach(FRAMES_PER_PIXEL * (settings.feather or 1.0)) if first else 0
     if margin:
         canvas = canvas.unrolled(first, margin)
     image = feather(canvas, settings.feather) if settings.feather else spline(canvas)

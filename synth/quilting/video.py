@@ -12,6 +12,7 @@ the first k (3.5 D).
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Sequence
 
 from torch import Tensor
@@ -32,7 +33,7 @@ from synth.quilting.synthesis import (
     run,
     sources_of,
 )
-from synth.quilting.transition import seam_transition
+from synth.quilting.transition import MOST_PIXELS, seam_transition
 
 MODES = ("transition", "time", "spacetime")
 
@@ -66,6 +67,7 @@ def quilt_video(
     if size != tuple(clip.shape[-2:]):
         larger = enlarged(clip, size, settings, report)
         way = "transition" if loop and frames is None else mode
+        frames = 2 * clip.shape[1] if way == mode and frames is None else frames
         rest = dataclasses.replace(settings, rotate=(), mirror=False, scale=None, perspective=False)
         outer = quilt_video(larger.image, frames, mode=way, loop=loop, hold=hold, settings=rest, report=report)
         return composed(outer, larger)
@@ -84,6 +86,8 @@ def quilt_video(
         canvas, history, stopped = displaced(clip, begun, settings, report)
     else:
         canvas = begun(clip)
+        if not held:
+            _lay_in_place(canvas, clip.shape[1])
         placer = new_placer(canvas, settings, lasting_region(clip.shape[1:], settings.region), reach=2.0)
         history, stopped = run(canvas, placer, settings, report)
     return result_of(canvas, settings, history, stopped, first=held)
@@ -98,7 +102,7 @@ def default_settings(mode: str) -> QuiltSettings:
     """
     common = QuiltSettings(normalized=True, grid=1, evenness=0.0, refine=60, patience=15, feather=1.0)
     if mode == "spacetime":
-        return dataclasses.replace(common, placement="sub", evenness=0.2)
+        return dataclasses.replace(common, placement="sub", evenness=1.0)
     return dataclasses.replace(common, placement="random" if mode == "time" else "sub")
 
 
@@ -123,6 +127,15 @@ def _check(clip: Tensor, frames: int | None, size: tuple[int, ...], mode: str, l
         raise InputError(
             f"frames is {frames} but a loop that holds {hold} needs more than that; hold fewer or make more"
         )
+
+
+def _lay_in_place(canvas: Canvas, count: int) -> None:
+    """Begin in the middle with the clip of `count` frames as it is, so that what grows from it fits the scene."""
+    length, *frame = canvas.shape
+    first, some = (length - min(count, length)) // 2, max(MOST_PIXELS // math.prod(frame), 1)
+    for start in range(first, first + min(count, length), some):
+        extent = min(some, first + min(count, length) - start)
+        canvas.lay(Patch(0, (first, 0, 0), Box((start, 0, 0), (extent, *frame))))
 
 
 def _hold_ends(canvas: Canvas, hold: int) -> None:

@@ -44,3 +44,14 @@ def test_a_free_way_of_some_width_is_found(monkeypatch) -> None:
         b[20:30], c[20:30] = 0, 0
     monkeypatch.setattr(cut, "MOST_AT_ONCE", 400)
     assert cost(state, best_cut(state, pairs), pairs) == 0
+
+
+@pytest.mark.parametrize(("shape", "calls"), [((40, 40), 1), ((10, 16, 10), 2)])
+def test_in_three_dimensions_cuts_are_banded_sooner(shape, calls, monkeypatch) -> None:
+    state, pairs = problem(shape, 0)
+    sizes = []
+    monkeypatch.setattr(cut, "MOST_AT_ONCE", 3000)
+    solve = cut._solve_scipy
+    monkeypatch.setattr(cut, "_solve_scipy", lambda *problem: (sizes.append(problem[2].sum()), solve(*problem))[1])
+    best_cut(state, pairs, use_maxflow=False)
+    assert len(sizes) == calls

@@ -9,16 +9,14 @@ import torch
 
 from kwatra.errors import InputError
 from synth.quilting import Overlay, QuiltSettings, merge, quilt, quilt_video, seams_drawn
-from synth.quilting.blendseams import feather, spline
 from synth.quilting.boxes import Box
 from synth.quilting.canvas import Canvas, Patch
-from synth.quilting.costs import SeamCost
-from synth.quilting.displaced import lasting_region
+from synth.quilting.costs import ACROSS_TIME, SeamCost
+from synth.quilting.displaced import flash, lasting_region
 from synth.quilting.growth import Budget, fill, refine
-from synth.quilting.placement import Placer
 from synth.quilting.sources import Sources
 from synth.quilting.starts import STARTS, cheapest_start, lay_all
-from synth.quilting.synthesis import error_region, new_canvas, new_placer, result_of, run, sources_of
+from synth.quilting.synthesis import error_region, new_canvas, new_placer, run, sources_of
 from synth.quilting.variants import rotated
 
 
@@ -156,47 +154,47 @@ def test_constant_colour_and_values_of_any_range() -> None:
     assert set(quilt(exemplar, (24, 24)).image.unique().tolist()) <= set(exemplar.unique().tolist())
 
 
-def test_blending_leaves_patches_alone_and_softens_seams() -> None:
-    settings = QuiltSettings(refine=0)
-    exemplar = texture(1, 24, 24)
-    canvas = new_canvas(sources_of(exemplar, settings), (40, 40), settings)
-    fill(canvas, new_placer(canvas, settings, (6, 6)), None, lambda what, part: None)
-    plain = canvas.sources.colors(canvas.places)
-    for blended in (feather(canvas, 1.0), spline(canvas)):
-        assert blended.shape == plain.shape
-        assert not np.allclose(blended, plain, atol=1e-3)
-        assert abs(blended.mean() - plain.mean()) < 0.02
-    one = new_canvas(canvas.sources, (20, 20), settings)
-    one.lay(Patch(0, (-2, -3), Box((0, 0), (20, 20))))
-    for blended in (feather(one, 1.0), spline(one)):
-        np.testing.assert_allclose(blended, one.sources.colors(one.places), atol=1e-5)
+def test_a_seam_in_time_is_spread_over_frames() -> None:
+    # Two clips that differ by as much everywhere but for noise: the smallest surface between them is one frame.
+    generator = np.random.default_rng(0)
+    noise = generator.random((2, 1, 16, 24, 24), np.float32)
+    share = []
+    for normalized in (False, True):
+        sources = Sources([*noise])
+        canvas = Canvas(sources, (16, 24, 24), (False,) * 3, SeamCost(sources, normalized))
+        canvas.lay(Patch(0, (0, 0, 0), Box((0, 0, 0), (16, 24, 24))))
+        ends = np.zeros((16, 24, 24), bool)
+        ends[-1] = True
+        canvas.lay(Patch(1, (0, 0, 0), Box((1, 0, 0), (15, 24, 24))), must=ends[1:])
+        share.append(flash(canvas) / int(canvas.seams[0].sum()))
+    assert share[1] < share[0]
 
 
-def test_a_patch_ends_gently_where_its_source_does() -> None:
-    # A bright source of 8 rows on a dark one that runs on: splined, brightness must not jump where it ends.
-    dark, bright = np.zeros((1, 40, 8), np.float32), np.ones((1, 8, 8), np.float32)
-    sources = Sources([dark, bright])
-    canvas = Canvas(sources, (40, 8), (False, False), SeamCost(sources))
-    canvas.lay(Patch(0, (0, 0), Box((0, 0), (40, 8))))
-    canvas.lay(Patch(1, (16, 0), Box((16, 0), (8, 8))), must=np.ones((8, 8), bool))
-    level = spline(canvas)[0, :, 4]
-    assert level[16:24].max() > 0.3
-    assert np.abs(np.diff(level)).max() < 0.15
+def test_a_seam_between_frames_costs_more_than_one_within() -> None:
+    flat = Sources([np.zeros((1, 4, 4, 4), np.float32), np.ones((1, 4, 4, 4), np.float32)])
+    cost = SeamCost(flat, normalized=True)
+    s, t = flat.places(0, [np.array([1])] * 3), flat.places(1, [np.array([1])] * 3)
+    prices = [int(cost.pair(axis, (s, t), (s, t)).item()) for axis in range(3)]
+    assert prices == pytest.approx([ACROSS_TIME * prices[2], prices[2], prices[2]], abs=ACROSS_TIME)
 
 
-def test_feathering_spreads_a_seam_over_frames_more_than_over_pixels() -> None:
-    sources = Sources([np.zeros((1, 24, 24, 8), np.float32), np.ones((1, 24, 24, 8), np.float32)])
-    half = Box((0, 0, 0), (24, 24, 8))
-    steps = []
-    for axis in (0, 1):
-        canvas = Canvas(sources, (24, 24, 8), (False,) * 3, SeamCost(sources))
-        canvas.lay(Patch(0, (0, 0, 0), half))
-        later = np.indices(half.extent)[axis] >= 12
-        canvas.lay(Patch(1, (0, 0, 0), half), must=later, must_not=~later)
-        level = feather(canvas, 1.0)[0].mean(tuple(other for other in range(3) if other != axis))
-        steps.append(np.diff(level).max())
-    # The steepest step of a Gaussian's integral, over frames and over pixels.
-    np.testing.assert_allclose(steps, [1 / (2 * np.sqrt(2 * np.pi)), 1 / np.sqrt(2 * np.pi)], rtol=0.05)
+def test_what_is_seen_of_the_start_of_the_least_flash_is_taken() -> None:
+    clip = texture(1, 10, 12, 12)
+    settings = dataclasses.replace(QuiltSettings(placement="random", normalized=True), refine=3)
+    priced = []
+
+    def begun() -> Canvas:
+        return new_canvas(sources_of(clip, settings), (20, 12, 12), settings)
+
+    def sew(canvas: Canvas, own: QuiltSettings) -> str:
+        run(canvas, new_placer(canvas, own, (4, 12, 12)), own, lambda what, part: None)
+        priced.append((flash(canvas), [canvas.patches[k] for k in np.unique(canvas.label)], len(canvas.patches)))
+        return ""
+
+    patches, _ = cheapest_start(begun, sew, settings, flash)
+    # Patches that others cover altogether are not laid again.
+    assert patches == min(priced, key=lambda trial: trial[0])[1]
+    assert any(len(seen) < laid for _, seen, laid in priced)
 
 
 def test_patches_of_short_clips_overlap_for_some_frames() -> None:
@@ -213,11 +211,11 @@ def test_the_cheapest_start_is_taken_and_laid_again_the_same() -> None:
     def begun() -> Canvas:
         return new_canvas(sources, (36, 36), settings)
 
-    def placer(canvas: Canvas, own: QuiltSettings) -> Placer:
+    def sew(canvas: Canvas, own: QuiltSettings) -> str:
         seeds.append(own.seed)
-        return new_placer(canvas, own, (6, 6))
+        return run(canvas, new_placer(canvas, own, (6, 6)), own, lambda what, part: None)[1]
 
-    patches, _ = cheapest_start(begun, placer, settings, lambda what, part: None)
+    patches, _ = cheapest_start(begun, sew, settings)
     again = begun()
     history = lay_all(again, patches, lambda what, part: None)
     assert len(set(seeds)) == len(seeds) == STARTS
@@ -266,22 +264,6 @@ def test_a_periodic_clip_loops_without_any_cost() -> None:
     twice = quilt_video(clip, 2 * result.image.shape[1], mode="transition", loop=True)
     torch.testing.assert_close(twice.image, result.image.repeat(1, 2, 1, 1), rtol=0, atol=0)
     torch.testing.assert_close(twice.image, copied(twice, clip), rtol=0, atol=0)
-
-
-def test_a_loop_is_feathered_across_its_join() -> None:
-    settings = QuiltSettings(feather=1.0)
-    canvas = new_canvas(sources_of(texture(1, 12, 9, 9), settings), (7, 9, 9), settings)
-    canvas.lay(Patch(0, (0, 0, 0), Box((0, 0, 0), (7, 9, 9))))
-    canvas.lay(Patch(0, (-4, 0, 0), Box((5, 0, 0), (2, 9, 9))), must=np.ones((2, 9, 9), bool))
-    # Frame 0 is also the last; patches change after frames 4 and 6.
-    canvas.places[0], canvas.label[0] = canvas.places[6], canvas.label[6]
-    near, far = (feather(canvas.unrolled(1, margin), 1.0)[:, margin : margin + 6] for margin in (6, 20))
-    np.testing.assert_allclose(near, far, atol=1e-6)
-    looped = result_of(canvas, settings, [canvas.total], "", first=1).image
-    np.testing.assert_allclose(looped, far, atol=1e-6)
-    plain = canvas.sources.colors(canvas.places)[:, 1:]
-    assert not np.allclose(looped[:, 0], plain[:, 0], atol=1e-3)
-    assert not np.allclose(looped[:, 5], plain[:, 5], atol=1e-3)
 
 
 @pytest.mark.parametrize("mode", ["transition", "time"])
