@@ -108,7 +108,18 @@ METHODS = {
 
 def figure_names(at: Iterable[int]) -> list[str]:
     judged = [f"{figure}@{number}" for number in at for figure in ("overall", "sharp")]
-    return ["epe", "epe still", "flicker", "flick still", "flick moved", "overall", "moved", *judged, "s/frame", "stills"]
+    return [
+        "epe",
+        "epe still",
+        "flicker",
+        "flick still",
+        "flick moved",
+        "overall",
+        "moved",
+        *judged,
+        "s/frame",
+        "stills",
+    ]
 
 
 @dataclass
