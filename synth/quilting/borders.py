@@ -49,3 +49,9 @@ def admitted(
             fits &= ((low >= 0) & (high <= n)) | ((low <= 0) & (high >= n))
         lines.append(fits)
     return everywhere(lines)
+
+
+def homely(span: Box, drift: tuple[int, ...]) -> np.ndarray:
+    """Which translations in `span` are at most `drift` on each axis, or, where none is, the shortest; boolean."""
+    lengths = [np.abs(np.arange(first, last)) for first, last in zip(span.start, span.stop, strict=True)]
+    return everywhere([length <= max(most, length.min()) for length, most in zip(lengths, drift, strict=True)])

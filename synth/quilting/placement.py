@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 
-from synth.quilting.borders import admitted, margins, trimmed
+from synth.quilting.borders import admitted, homely, margins, trimmed
 from synth.quilting.boxes import Box, everywhere
 from synth.quilting.canvas import Canvas, Patch
 from synth.quilting.folds import folded
@@ -34,6 +34,7 @@ class Rule:
     `reach`: how far a patch may reach past the region on each side, in extents of the region. Larger patches make fewer
     seams, and copy larger pieces.
     `margin`: how far from its source's border a patch ends, per axis, and `inside`: see borders.py.
+    `drift`: how long offsets may be, per axis, where the region allows it; see borders.py.
     `apart`: offsets are unused if on some axis they differ by so much from each one that was used.
     """
 
@@ -45,6 +46,7 @@ class Rule:
     reach: float = 1.0
     margin: tuple[int, ...] | None = None
     inside: bool = False
+    drift: tuple[int, ...] | None = None
     apart: tuple[int, ...] | None = None
 
 
@@ -134,7 +136,8 @@ class Placer:
     def _admitted(self, number: int, region: Box, span: Box) -> np.ndarray:
         canvas, margin = self.canvas, self._margin(number, region)
         source = canvas.sources.shapes[number]
-        return admitted(span, source, region, canvas.shape, canvas.periodic, margin, self.rule.inside)
+        fits = admitted(span, source, region, canvas.shape, canvas.periodic, margin, self.rule.inside)
+        return fits if self.rule.drift is None else fits & homely(span, self.rule.drift)
 
     def _taken(self, number: int, span: Box) -> np.ndarray:
         mask = np.zeros(span.extent, bool)

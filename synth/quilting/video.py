@@ -3,7 +3,8 @@
     transition  the clip joined to itself where two of its frames are most alike, along a seam surface in a window of
                 frames around them; endless, and every frame outside the window is a frame of the clip
     time        the whole clip laid down again and again, displaced in time only; less repetitive than a loop
-    spacetime   the clip laid down displaced in space and time; for motion like water and smoke, and for larger frames
+    spacetime   the clip laid down displaced in time and a little in space; for motion like water and smoke, and for
+                larger frames
 
 Any of them loops: `time` and `spacetime` hold the first k and last k frames of the work to the same k frames, and drop
 the first k (3.5 D).
@@ -34,6 +35,10 @@ from synth.quilting.synthesis import (
     sources_of,
 )
 from synth.quilting.transition import MOST_PIXELS, seam_transition
+
+DRIFT = 8
+"""Patches are moved in the frame by at most one part in so many of its sides, for motion and light differ from place to
+place even where the texture is one."""
 
 MODES = ("transition", "time", "spacetime")
 
@@ -88,7 +93,9 @@ def quilt_video(
         canvas = begun(clip)
         if not held:
             _lay_in_place(canvas, clip.shape[1])
-        placer = new_placer(canvas, settings, lasting_region(clip.shape[1:], settings.region), reach=2.0)
+        region = lasting_region(clip.shape[1:], settings.region)
+        drift = (canvas.shape[0], *(side // DRIFT for side in clip.shape[2:]))
+        placer = new_placer(canvas, settings, region, reach=2.0, drift=drift)
         history, stopped = run(canvas, placer, settings, report)
     return result_of(canvas, settings, history, stopped, first=held)
 

@@ -1,5 +1,6 @@
 """Larger frames, and where the borders of what is copied may lie."""
 
+import dataclasses
 import itertools
 
 import numpy as np
@@ -7,12 +8,13 @@ import pytest
 import torch
 
 from synth.quilting import QuiltSettings, default_settings, quilt_video
-from synth.quilting.borders import admitted, margins, trimmed
+from synth.quilting.borders import admitted, homely, margins, trimmed
 from synth.quilting.boxes import Box
 from synth.quilting.canvas import Patch
 from synth.quilting.enlarge import SPARE, enlarged, stations
 from synth.quilting.growth import fill
 from synth.quilting.synthesis import new_canvas, new_placer, sources_of
+from synth.quilting.video import DRIFT
 
 
 def quiet(what: str, part: float) -> None:
@@ -53,6 +55,19 @@ def test_margins_never_leave_a_region_that_nothing_covers(inside) -> None:
     for first in range(shape[0] - extent[0] + 1):
         span = Box((first + extent[0] - source[0],), (source[0] - extent[0] + 1,))
         assert admitted(span, source, Box((first,), extent), shape, (False,), margin, inside).any()
+
+
+def test_offsets_near_home_are_short_or_the_shortest_there_are() -> None:
+    found = homely(Box((-5, 3), (9, 4)), (2, 1))
+    assert np.argwhere(found).tolist() == [[3, 0], [4, 0], [5, 0], [6, 0], [7, 0]]
+
+
+def test_what_is_moved_in_space_and_time_stays_near_its_place() -> None:
+    result = quilt_video(clip(8, 24, 32), 20, mode="spacetime", settings=default_settings("spacetime"))
+    across = result.offset[1:].abs().amax((1, 2, 3))
+    assert int(across[0]) <= 24 // DRIFT
+    assert int(across[1]) <= 32 // DRIFT
+    assert bool((across > 0).all())
 
 
 def test_splined_patches_end_before_their_sources_do() -> None:
@@ -113,6 +128,7 @@ def test_a_patch_is_scaled_with_its_box() -> None:
 
 
 def test_what_is_moved_in_space_and_time_grows_from_the_clip_in_place() -> None:
-    result = quilt_video(clip(10, 16, 16), mode="spacetime", settings=QuiltSettings(refine=0))
+    settings = dataclasses.replace(default_settings("spacetime"), refine=0)
+    result = quilt_video(clip(10, 16, 16), mode="spacetime", settings=settings)
     there = np.stack(np.broadcast_arrays(-5, 0, 0)).reshape(3, 1, 1)
     assert (result.offset.numpy()[:, 10] == there).all(0).mean() > 0.9
