@@ -80,10 +80,12 @@ def _blend(canvas: Canvas, widths: list[tuple[float, ...]], bands: bool) -> np.n
             weights[level][at] += mask
             for channel in range(channels):
                 total[level, channel][at] += layer[channel] * mask
-    blended: np.ndarray = (total / np.maximum(weights, 1e-12)[:, None]).sum(0)
     # Far from seams a pixel is a copy, and rounding must not say otherwise.
-    same = np.abs(blended - plain) < 1e-6 * canvas.sources.step * LEVELS
-    return np.where(same, plain, blended)
+    least = 1e-6 * canvas.sources.step * LEVELS
+    for line in range(canvas.shape[0]):  # one at a time, for a video has many
+        blended = (total[:, :, line] / np.maximum(weights[:, None, line], 1e-12)).sum(0)
+        np.copyto(plain[:, line], blended, where=np.abs(blended - plain[:, line]) >= least)
+    return plain
 
 
 def _where_alike(mask: np.ndarray, misfit: np.ndarray, own: np.ndarray, width: tuple[float, ...]) -> np.ndarray:
