@@ -3,8 +3,7 @@
     transition  the clip joined to itself where two of its frames are most alike, along a seam surface in a window of
                 frames around them; endless, and every frame outside the window is a frame of the clip
     time        the whole clip laid down again and again, displaced in time only; less repetitive than a loop
-    spacetime   the clip laid down displaced in time and a little in space; for motion like water and smoke, and for
-                larger frames
+    spacetime   the clip laid down displaced in space and time; for motion like water and smoke, and for larger frames
 
 Any of them loops: `time` and `spacetime` hold the first k and last k frames of the work to the same k frames, and drop
 the first k (3.5 D).
@@ -14,7 +13,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from torch import Tensor
 
@@ -37,8 +36,8 @@ from synth.quilting.synthesis import (
 from synth.quilting.transition import MOST_PIXELS, seam_transition
 
 DRIFT = 8
-"""Patches are moved in the frame by at most one part in so many of its sides, for motion and light differ from place to
-place even where the texture is one."""
+"""Patches of a scene are moved in the frame by at most one part in so many of its sides: motion and light differ from
+place to place."""
 
 MODES = ("transition", "time", "spacetime")
 
@@ -90,14 +89,31 @@ def quilt_video(
     if mode == "time":
         canvas, history, stopped = displaced(clip, begun, settings, report)
     else:
+        canvas, history, stopped = _moved(clip, begun, bool(held), settings, report)
+    return result_of(canvas, settings, history, stopped, first=held)
+
+
+def _moved(
+    clip: Tensor, begun: Callable[[Tensor], Canvas], held: bool, settings: QuiltSettings, report: Report
+) -> tuple[Canvas, list[int], str]:
+    """Sewn of patches displaced in space and time; returns as `displaced` does.
+
+    Whether a clip is a scene, whose patches fit only near their place, is seen when it is sewn: it is done with patches
+    that stay there and with any, and the cheaper seams are kept.
+    """
+    region = lasting_region(clip.shape[1:], settings.region)
+    if settings.seconds is not None:
+        settings = dataclasses.replace(settings, seconds=settings.seconds / 2)
+
+    def sewn(near: bool) -> tuple[Canvas, list[int], str]:
         canvas = begun(clip)
         if not held:
             _lay_in_place(canvas, clip.shape[1])
-        region = lasting_region(clip.shape[1:], settings.region)
-        drift = (canvas.shape[0], *(side // DRIFT for side in clip.shape[2:]))
+        drift = (canvas.shape[0], *(side // DRIFT for side in clip.shape[2:])) if near else None
         placer = new_placer(canvas, settings, region, reach=2.0, drift=drift)
-        history, stopped = run(canvas, placer, settings, report)
-    return result_of(canvas, settings, history, stopped, first=held)
+        return canvas, *run(canvas, placer, settings, report)
+
+    return min((sewn(near) for near in (True, False)), key=lambda trial: trial[0].total)
 
 
 def default_settings(mode: str) -> QuiltSettings:
