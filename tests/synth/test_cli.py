@@ -204,7 +204,7 @@ def test_exemplar_smaller_than_a_window(folder: Path, refused: Callable[..., str
     ("size", "sentence"),
     [
         ("1x1", "only 1 pixels"),
-        ("0x64", "0"),
+        ("0x64", "'0x64' is no size"),
         ("99999x64", "a size of 99999x64 is too large; at most 65536 a side"),
         ("65536x65536", "is too large; at most 65536 a side and 2^28 pixels in all"),
         ("64", "'64' is no size; write WIDTHxHEIGHT in pixels, for example 512x384"),

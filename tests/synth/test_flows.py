@@ -63,7 +63,8 @@ def test_fields_in_time(folder: Path) -> None:
         (["waves", "-o", "a.flo", "--frames", "2"], "a.flo cannot hold a flow in time"),
         (["sink", "-o", "a.flo", "--speed", "500"], "beyond the 256x256 frame; give a lower speed"),
         (["sink", "-o", "a.flo", "--speed", "nan"], "a flow's speed is nan"),
-        (["sink", "-o", "a.flo", "--size", "0x9"], "--size is 0x9"),
+        (["sink", "-o", "a.flo", "--size", "0x9"], "'0x9' is no size; write WIDTHxHEIGHT"),
+        (["sink", "-o", "a.flo", "--size", "99999x9999"], "--size is 99999x9999; give 1 to 2^28 pixels"),
         (["gone.flo", "-o", "a.flo"], "gone.flo does not exist"),
     ],
 )
