@@ -56,9 +56,9 @@ def quilt_video(
     """A new video from a clip (C, T, H, W).
 
     `frames`: its length; twice the clip's by default, and one period of a transition. `size`: (H, W), the clip's by
-    default; other sizes need mode "spacetime": the frames are enlarged first, and a loop of no given length is then a
-    transition. `loop`: the frame after the last is the first. `hold`: the k above; by default 10, or half of a shorter
-    clip.
+    default; other sizes need mode "spacetime": the frames are enlarged first, by copies that always match as a whole,
+    and a loop of no given length is then a transition. `loop`: the frame after the last is the first. `hold`: the k
+    above; by default 10, or half of a shorter clip.
     `settings`: as for `quilt`; by default sub-patch matching for "spacetime" and random placement for "time".
     Raises InputError for a clip of one frame, `hold` larger than the clip, a size or length that the mode cannot make.
     """
