@@ -17,7 +17,8 @@ JUMP = 1.5
 """Offsets of neighboring pixels that differ by this many px or more belong to two copies."""
 
 _BESIDE = ((0, 1), (0, -1), (1, 0), (-1, 0))
-_AROUND = (*_BESIDE, (1, 1), (1, -1), (-1, 1), (-1, -1))
+AROUND = (*_BESIDE, (1, 1), (1, -1), (-1, 1), (-1, -1))
+"""The steps, in rows and columns, to the eight pixels around one."""
 
 _FEW = 2
 """A pixel is a crumb when no more than this many of the eight around it belong to its copy."""
@@ -108,7 +109,7 @@ def _around(source: Tensor, inside: Tensor, place: Tensor) -> tuple[Tensor, Tens
 
     It comes with where (8, N) there is texture; beyond the border is the border.
     """
-    steps = torch.tensor(_AROUND, device=source.device)[:, :, None]
+    steps = torch.tensor(AROUND, device=source.device)[:, :, None]
     sides = torch.tensor(inside.shape, device=source.device)[:, None]
     beside = (place + steps).clamp(min=0).minimum(sides - 1)
     y, x = beside.unbind(1)

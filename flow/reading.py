@@ -3,15 +3,13 @@
 import torch
 from torch import Tensor
 
-from flow.copies import softened
+from flow.copies import AROUND, softened
 from flow.unknown import filled
 from flow.warps import pixel_coordinates, warp
 from kwatra import Exemplar
 
 _NEAR = 2.0
 """Up to so many px beyond an exemplar's border its last pixels pass for its continuation."""
-
-_AROUND = ((-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (-1, 1), (1, -1), (1, 1))
 
 
 class Reading:
@@ -53,6 +51,6 @@ class Reading:
         """Where (H, W) source coordinates (2, H, W) lie so far from what is usable that no texture is there."""
         lost = ~self.usable(source)
         beyond = source[:, lost]
-        near = [self.usable(beyond + _NEAR * torch.tensor(step, device=source.device)[:, None]) for step in _AROUND]
+        near = [self.usable(beyond + _NEAR * torch.tensor(step, device=source.device)[:, None]) for step in AROUND]
         lost[lost.clone()] = ~torch.stack(near).any(0)
         return lost
