@@ -3,8 +3,8 @@
 The first frame is ordinary synthesis. Every other one is the frame before it carried along the flow, x+, and then
 optimized: its texture energy against the flow energy. Frames are carried as source coordinates (`flow.carrying`),
 their elements turned upright (`flow.upright`), and blocks copied where the texture has worn all the same
-(`flow.renewal`), so that nothing is ever blurred and a sequence never wears out. Memory does not grow with the number
-of frames.
+(`flow.renewal`); so a sequence never wears out. What is shown is the blend of these copies and x+, as the flow term has
+it (`flow.term`): what was replaced fades within a few frames. Memory does not grow with the number of frames.
 """
 
 from collections.abc import Callable, Iterator
@@ -21,6 +21,8 @@ from flow.entering import SIDES, entered, enters, known_of
 from flow.fields import Field
 from flow.renewal import Renewal
 from flow.settings import Renewing
+from flow.term import blended, flow_term
+from flow.unknown import filled
 from flow.upright import Upright
 from flow.warps import Lookup, lookup
 from kwatra import Exemplar, InputError, Level, Result, Settings, optimize
@@ -41,12 +43,17 @@ class State:
     """All that the next frame follows from.
 
     number: of the frame, from 0. source (2, H, W) float32: where on the exemplar's canvas each pixel is read, x first.
-    inside (H, W): where there is texture.
+    inside (H, W): where there is texture. image (C, H, W): what is shown.
     """
 
     number: int
     source: Tensor
     inside: Tensor
+    image: Tensor
+
+    def to(self, device: torch.device) -> "State":
+        """The same state on another device."""
+        return State(self.number, self.source.to(device), self.inside.to(device), self.image.to(device))
 
 
 @dataclass(frozen=True)
@@ -161,12 +168,14 @@ class Motion:
         if self.enter is not None:
             inside = torch.zeros_like(inside)
             nowhere = torch.full((2, *self.shape), _NOWHERE, device=self.device)
-            return self._frame(State(0, nowhere, inside), {})
+            empty = torch.zeros(len(self.exemplar.canvas), *self.shape, device=self.device)
+            return self._frame(State(0, nowhere, inside, empty), {})
         if first is not None:
             synthesis = replace(synthesis, levels=_PROJECTION)
         mask = None if self.mask is None else inside
         still = optimize(self.exemplar, self.shape, settings=synthesis, start=first, mask=mask, seed=self.seed)
-        return self._frame(State(0, tidied(still.where.flip(0).float(), inside, inside), inside), {})
+        source = tidied(still.where.flip(0).float(), inside, inside)
+        return self._frame(State(0, source, inside, self.renewal.read.picture(source, inside)), {})
 
     def resumed(self, state: State) -> Frame:
         """The frame that a state shows."""
@@ -189,7 +198,15 @@ class Motion:
         moved = inside & (source != state.source).any(0)
         source = self.upright(tidied(source, moved, inside), moved)
         source, image, report = self.renewal(source, inside, generator, moved)
-        return self._frame(State(number, source, inside), report, image)
+        return self._frame(State(number, source, inside, self._blended(image, state, look)), report)
+
+    def _blended(self, copies: Tensor, before: State, look: Lookup) -> Tensor:
+        """A frame (C, H, W) that shows its copies and, as the flow term asks, what the one before has carried there."""
+        if self.renewing.inertia == 0 or not bool(look.known.any()):
+            return copies
+        known = filled(before.image, before.inside)
+        term = flow_term(known, look, self.renewing.inertia, self.renewing.interpolation)
+        return self.renewal.read.within(blended(copies, term))
 
     def _lookup(self, flow: Tensor, inside: Tensor) -> Lookup:
         if self.field.steady and self._steady is not None and torch.equal(self._steady[0], inside):
@@ -198,11 +215,10 @@ class Motion:
         self._steady = inside, look
         return look
 
-    def _frame(self, state: State, report: dict[str, float], image: Tensor | None = None) -> Frame:
-        image = self.renewal.read.picture(state.source, state.inside) if image is None else image
+    def _frame(self, state: State, report: dict[str, float]) -> Frame:
         where = self.renewal.read.pixels(state.source)
         origin = look_up(self.exemplar.origin, where)
         origin[:1] = torch.where(state.inside, origin[:1], -1)
         rows: list[Row] = [{"frame": state.number, **report}]
-        shown = torch.where(state.inside, image, 0.0)
+        shown = torch.where(state.inside, state.image, 0.0)
         return Frame(shown, origin, where, rows, [], "", state)

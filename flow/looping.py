@@ -2,8 +2,9 @@
 
 The animation is run forward from its first frame and, for the last stretch, also backward from it: that is what leads
 into the first frame exactly. During that stretch the one turns into the other region by region, each at a time of its
-own that is carried along with it, the seam around it a minimum cut. So the end differs from the rest by a few more
-regions renewed per frame, and the join is a pair of frames like any other.
+own that is carried along with it, the seam around it a minimum cut; as with all that is renewed, what was there fades.
+So the end differs from the rest by a few more regions renewed per frame, and the join is a pair of frames like any
+other.
 """
 
 from collections.abc import Iterator
@@ -112,7 +113,9 @@ class _Back:
         back = stop.frame
         turned = (stop.since <= number) & back.state.inside
         take = self._seam(turned, ahead.image, back.image, ahead.state.inside)
-        image = torch.where(take, back.image, ahead.image)
+        inertia = self.motion.renewing.inertia
+        left = (inertia / (1 + inertia)) ** (number - stop.since + 1).clamp(min=1)
+        image = torch.where(take, back.image + left * (ahead.image - back.image), ahead.image)
         return replace(
             ahead, image=image, source=torch.where(take, back.source, ahead.source),
             where=torch.where(take, back.where, ahead.where),

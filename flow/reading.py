@@ -25,8 +25,11 @@ class Reading:
 
     def __call__(self, source: Tensor) -> Tensor:
         """The colors at source coordinates (2, *S), x first: (C, *S), within the exemplar's range."""
-        read = warp(self._canvas, source, self._interpolation).flatten(1)
-        return torch.minimum(torch.maximum(read, self._low), self._high).view(-1, *source.shape[1:])
+        return self.within(warp(self._canvas, source, self._interpolation))
+
+    def within(self, colors: Tensor) -> Tensor:
+        """Colors (C, *S), each channel kept within the exemplar's range."""
+        return torch.minimum(torch.maximum(colors.flatten(1), self._low), self._high).view_as(colors)
 
     def picture(self, source: Tensor, inside: Tensor) -> Tensor:
         """The frame (C, H, W) that source coordinates (2, H, W) show, its seams softened where inside (H, W)."""

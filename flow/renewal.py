@@ -132,19 +132,20 @@ class Renewal:
         spots = [(slice(row, row + size), slice(column, column + size)) for row, column in places]
         content = torch.stack([frame.image[(slice(None), *spot)] for spot in spots])
         known = torch.stack([(inside & frame.usable)[spot] * self._bell for spot in spots])[:, None]
-        corners = self.blocks.nearest(content, known, self._used(frame.source, inside), generator)
+        corners = self.blocks.nearest(content, known, self._costs(frame, inside), generator)
         for spot, corner in zip(spots, corners, strict=True):
             source = self._pixels[(slice(None), *spot)]
             source = source - source[:, :1, :1] + corner.view(2, 1, 1)
             self._fuse(frame, spot, source, cost[spot], inside[spot])
 
-    def _used(self, source: Tensor, inside: Tensor) -> Tensor:
-        """What using each exemplar pixel (canvas) once more costs: in proportion to how much it is used already."""
+    def _costs(self, frame: Carried, inside: Tensor) -> Tensor:
+        """What using each exemplar pixel (canvas) once more costs: by how much it is used already, and its tone."""
         height, width = self.exemplar.shape
-        x, y = source[:, inside].round().long()
+        x, y = frame.source[:, inside].round().long()
         place = y.clamp(0, height - 1) * width + x.clamp(0, width - 1)
         used = torch.bincount(place, minlength=height * width).view(height, width).float()
-        return self.settings.usage * self.wear.variance * used / mean(used).clamp(min=1e-6)
+        usage = self.settings.usage * used / mean(used).clamp(min=1e-6)
+        return self.wear.variance * (usage + self.tones.costs(frame.prices))
 
     def _fuse(self, frame: Carried, spot: tuple[slice, slice], source: Tensor, cost: Tensor, inside: Tensor) -> None:
         """Take of a block, given by its source coordinates, the pixels that lower the energy.

@@ -12,8 +12,9 @@ class Renewing:
     flow_weight: lambda, what a change costs against the motion. seam: what disagreement along a seam costs.
     tolerance: wear that is left alone. stiffness: how much copies resist being turned and stretched, in px^2; 0: not
     at all. area: what wear has where a copy shows more or less of the exemplar than its own area. tones: what parts
-    as bright as others shown too often cost. usage: what much-used parts of the exemplar cost. blocks: at most so many
-    a frame, besides those that new texture needs. block: their size. window, step: the windows whose energy is
+    as bright as others shown too often cost. usage: what much-used parts of the exemplar cost. inertia: how much the
+    frame before, carried along, counts in a frame's colors against its copies' 1; 0: not at all. blocks: at most so
+    many a frame, besides those that new texture needs. block: their size. window, step: the windows whose energy is
     measured, and their distance. interpolation: see `flow.warp`.
     Energies are in variances of the exemplar, sizes in px.
     """
@@ -25,6 +26,7 @@ class Renewing:
     area: float = 0.5
     tones: float = 1.0
     usage: float = 0.3
+    inertia: float = 0.66
     blocks: int = 20
     block: int = 48
     window: int = 24
@@ -32,8 +34,8 @@ class Renewing:
     interpolation: str = "lanczos"
 
     def __post_init__(self) -> None:
-        weights = self.flow_weight, self.seam, self.tolerance, self.stiffness, self.area, self.tones, self.usage
-        if min(weights) < 0 or self.blocks < 0:
+        costs = self.flow_weight, self.seam, self.tolerance, self.stiffness, self.area, self.tones, self.usage
+        if min(*costs, self.inertia, self.blocks) < 0:
             raise InputError(f"{self} has a negative weight or number of blocks; give 0 or more")
         if min(self.block, self.window, self.step) < 2:
             raise InputError(f"{self} has a size below 2 px; give at least 2")

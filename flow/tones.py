@@ -18,12 +18,9 @@ _CLASSES = 16
 _BLUR = 2.0
 """A tone is the color's first principal component after a blur of this many px."""
 
-_FREE = 0.1
-"""Relative shares up to this far (as a logarithm) from the exemplar's cost nothing."""
-
 
 class Tones:
-    """An exemplar's tones; `weight`, in its variances, is the price of a pixel of a class shown e times too often."""
+    """An exemplar's tones; `weight`, in its variances, is the price of a class shown e times too often, per pixel."""
 
     def __init__(self, exemplar: Exemplar, weight: float) -> None:
         self.weight = weight
@@ -50,5 +47,8 @@ class Tones:
         """What a pixel of each class costs, below 0 for those shown too seldom, where inside (H, W) shows source."""
         shown = torch.bincount(self.of(source)[inside], minlength=_CLASSES).float()
         share = _CLASSES * shown / shown.sum().clamp(min=1)
-        change = share.clamp(min=0.1).log()
-        return self.weight * torch.where(change.abs() > _FREE, change - _FREE * change.sign(), 0.0)
+        return self.weight * share.clamp(min=0.1).log()
+
+    def costs(self, prices: Tensor) -> Tensor:
+        """What each pixel of the exemplar's canvas costs at these prices (16,): (h, w)."""
+        return prices[self._tone]

@@ -86,7 +86,7 @@ class _Job:
         exemplar = Exemplar.of(inputs.form.normalized(inputs.exemplar.pixels), device=device)
         first = None if inputs.first is None else inputs.form.normalized(inputs.first.pixels).to(device)
         if after is not None:
-            after = flow.State(after.number, after.source.to(device), after.inside.to(device))
+            after = after.to(device)
         make, more = (flow.animate, {"enter": arguments.fill_from}) if arguments.loop is None else (flow.loop, {})
         return make(
             exemplar,

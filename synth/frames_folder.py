@@ -23,6 +23,7 @@ from synth.files import image_writer, read_image, write_files
 from synth.formats import Kind, suffixes_for
 
 _STATE = ".state.npz"
+_TENSORS = ("source", "inside", "image")
 _OURS = re.compile(r"(?:\.\d+\.)?(?:(?P<number>\d{6,})\.(?:png|tif)|\.state\.npz)")
 """The names of what a run writes: frames, the state, and either with a process's number while it is being written."""
 
@@ -66,7 +67,7 @@ class FramesFolder:
                 f"{self.path} was begun with another {' and another '.join(differing)}; "
                 "give the same again, or begin anew with --overwrite"
             )
-        state = State(int(arrays["number"]), torch.from_numpy(arrays["source"]), torch.from_numpy(arrays["inside"]))
+        state = State(int(arrays["number"]), *(torch.from_numpy(arrays[name]) for name in _TENSORS))
         missing = [number for number in range(state.number + 1) if not self._frame(number).is_file()]
         if missing:
             raise InputError(f"{self.path} lacks {self._frame(missing[0]).name}; begin anew with --overwrite")
@@ -90,8 +91,8 @@ class FramesFolder:
     def add(self, pixels: Tensor, state: State) -> None:
         """Write a frame (C, H, W) and its state; both are there then, or, whatever ends the call, neither counts."""
         frame, stream = self._frame(state.number), io.BytesIO()
-        source, inside = state.source.cpu().numpy(), state.inside.cpu().numpy()
-        np.savez(stream, number=state.number, source=source, inside=inside, settings=json.dumps(dict(self.settings)))
+        tensors = {name: getattr(state, name).cpu().numpy() for name in _TENSORS}
+        np.savez(stream, number=state.number, settings=json.dumps(dict(self.settings)), **tensors)
         data = stream.getvalue()
         write_files({frame: image_writer(frame, pixels, self.kind), self.path / _STATE: lambda to: _write(to, data)})
 
@@ -117,7 +118,7 @@ class FramesFolder:
     def _read(self) -> Mapping[str, np.ndarray]:
         try:
             with np.load(self.path / _STATE, allow_pickle=False) as file:
-                return {name: file[name] for name in ("number", "source", "inside", "settings")}
+                return {name: file[name] for name in ("number", "settings", *_TENSORS)}
         except Exception as error:  # each kind of damage has its own
             raise InputError(f"{self.path / _STATE} is damaged; begin anew with --overwrite") from error
 

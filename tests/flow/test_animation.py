@@ -1,5 +1,6 @@
 """Textures that flow: motion as asked, the same bits whatever the way there, and no wear however long."""
 
+from dataclasses import replace
 from itertools import islice, pairwise
 
 import faiss
@@ -146,6 +147,48 @@ def test_a_field_that_changes_in_time_is_followed() -> None:
     assert torch.equal(c.image[:, 32:-2, 32:], b.image[:, 30:-4, 32:])
 
 
+def test_a_frame_shows_its_copies_and_some_of_the_frame_before() -> None:
+    field, inertia = flow.rotation(2.0), 0.8
+    quick = replace(QUICK, inertia=inertia)
+    before, after = animated(field, 4, renewing=quick)[-2:]
+    copies = Motion(Exemplar.of(brick()), field, SHAPE, None, None, quick, 0).renewal.read.picture(
+        after.state.source, after.state.inside
+    )
+    x = (after.image - copies)[0]
+    term = flow.flow_term(before.image, flow.lookup(field(0, SHAPE)), inertia, quick.interpolation)
+    share = term.weight[0] / (1 + term.weight[0])
+    known = share > 0
+    expected = (share * (term.target - copies)[0])[known]
+    assert torch.allclose(x[known], expected, atol=0.02)  # colors stay in the exemplar's range
+    assert torch.equal(x[~known], torch.zeros_like(x[~known]))
+
+
+def test_what_is_shown_has_no_influence_on_what_is_copied() -> None:
+    """Or it would blur: copies are chosen and worn by themselves."""
+    field = flow.rotation(3.0)
+    runs = [animated(field, 4, renewing=replace(QUICK, inertia=inertia)) for inertia in (0.0, 0.66)]
+    for plain, fading in zip(*runs, strict=True):
+        assert torch.equal(plain.state.source, fading.state.source)
+    assert not torch.equal(runs[0][-1].image, runs[1][-1].image)
+
+
+def test_what_is_replaced_fades() -> None:
+    """A frame differs from the one before it, carried along, less than its copies do."""
+    field = flow.rotation(3.0)
+    look = flow.lookup(field(0, SHAPE))
+    inner = (slice(None), slice(8, -8), slice(8, -8))
+    changes = []
+    for inertia in (0.0, 0.66):
+        frames = animated(field, 8, renewing=replace(QUICK, inertia=inertia))
+        changes.append(
+            sum(
+                float((b.image - flow.warp(a.image, look.coordinates, "lanczos"))[inner].abs().mean())
+                for a, b in pairwise(frames)
+            )
+        )
+    assert changes[1] < 0.8 * changes[0]
+
+
 # masks
 
 STONE = flow.disc_mask(SHAPE, (36.0, 32.0), 11.0)
@@ -165,9 +208,11 @@ def test_what_is_behind_an_obstacle_changes_not_one_bit() -> None:
     field = flow.around(flow.uniform(1.7), STONE)
     states = [frame.state for frame in animated(field, 3, mask=STONE)]
     for hidden in (states[1].source + 0.6, torch.rand(2, *SHAPE) * 80, torch.full((2, *SHAPE), torch.nan)):
-        spoiled = flow.State(1, torch.where(STONE, states[1].source, hidden), STONE)
+        source, image = (torch.where(STONE, seen, hidden[:1]) for seen in (states[1].source, states[1].image))
+        spoiled = flow.State(1, source, STONE, image)
         again = animated(field, 3, mask=STONE, after=spoiled)[-1]
         assert torch.equal(again.state.source[:, STONE], states[2].source[:, STONE])
+        assert torch.equal(again.state.image[:, STONE], states[2].image[:, STONE])
     given = brick(140)[:, :64, :72]
     shown = [
         animated(field, 2, mask=STONE, first=torch.where(STONE, given, value))[-1].image for value in (0.0, 0.5, 1.0)
@@ -221,7 +266,7 @@ def test_what_enters_flows_around_an_obstacle_and_leaves_no_wake() -> None:
 
 
 def test_without_motion_an_empty_frame_stays_empty_even_beside_an_obstacle() -> None:
-    state = flow.State(0, torch.zeros(2, *SHAPE), STONE & (torch.arange(SHAPE[1]) < 30))
+    state = flow.State(0, torch.zeros(2, *SHAPE), STONE & (torch.arange(SHAPE[1]) < 30), torch.zeros(1, *SHAPE))
     still = flow.Field(lambda t, shape: torch.zeros(2, *shape), steady=True)
     last = animated(still, 4, enter="left", mask=STONE, after=state)[-1]
     assert torch.equal(last.state.inside, state.inside)
@@ -272,7 +317,7 @@ def test_what_cannot_be_done_is_refused_at_once() -> None:
         (torch.tensor([0]), torch.tensor([3]), torch.tensor([3])), torch.tensor(torch.nan))))  # fmt: skip
     refused(r"a mask has shape \(4, 4\)", mask=torch.ones(4, 4, dtype=torch.bool))
     refused("a mask covers the whole frame; leave some pixels True", mask=torch.zeros(SHAPE, dtype=torch.bool))
-    state = flow.State(0, torch.zeros(2, 10, 12), torch.ones(10, 12, dtype=torch.bool))
+    state = flow.State(0, torch.zeros(2, 10, 12), torch.ones(10, 12, dtype=torch.bool), torch.zeros(1, 10, 12))
     refused(r"frames of 10x12 \(HxW\), not 64x72; give that shape", after=state)
     speck = torch.zeros(80, 80, dtype=torch.bool)
     speck[::3, ::3] = True

@@ -205,7 +205,7 @@ def test_the_gradient_weight_is_half_plus_half_the_slope_over_its_mean() -> None
 
 
 def test_settings_that_make_no_sense_are_refused() -> None:
-    for wrong in ({"flow_weight": -1.0}, {"seam": -0.1}, {"tolerance": -1.0}, {"blocks": -1}):
+    for wrong in ({"flow_weight": -1.0}, {"seam": -0.1}, {"inertia": -1.0}, {"blocks": -1}):
         with pytest.raises(InputError, match="has a negative weight or number of blocks; give 0 or more"):
             Renewing(**wrong)
     for wrong in ({"block": 1}, {"window": 1}, {"step": 0}):

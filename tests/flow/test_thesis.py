@@ -5,6 +5,7 @@ import torch
 from torch import Tensor
 
 import flow
+from flow.term import blended
 from kwatra import Exemplar
 from kwatra.terms import parts_of
 
@@ -42,6 +43,34 @@ def test_the_flow_terms_quadratic_is_its_gradient() -> None:
     assert torch.allclose(x.grad, by_hand, atol=1e-5)
     assert len(parts_of(term)) == 1
     assert term.energy(quadratic.target) == 0
+
+
+def test_a_blend_is_the_frame_of_least_energy() -> None:
+    """|x - copies|^2 + lambda (x - x+)^T K (x - x+) has no slope there, and is lower than beside it."""
+    before, copies = noise(2), 1 - noise(2).flip(2)
+    term = flow.flow_term(before, flow.lookup(flow.rotation(1.5)(0, SHAPE)), 0.8)
+
+    def energy(x: Tensor) -> float:
+        return float((x - copies).square().mean()) + term.energy(x)
+
+    x = blended(copies, term)
+    assert energy(x) < 0.9 * min(energy(copies), energy(term.target))
+    for seed in range(5):
+        beside = 0.05 * torch.randn(x.shape, generator=torch.Generator().manual_seed(seed))
+        assert energy(x) < min(energy(x + beside), energy(x - beside))
+    quadratic = term.quadratic(x)
+    assert torch.allclose(quadratic.times(x - quadratic.target), copies - x, atol=1e-5)
+
+
+def test_a_blend_leaves_alone_what_the_flow_says_nothing_of() -> None:
+    before, copies = noise(3), 1 - noise(3)
+    look = flow.lookup(flow.uniform(3.0)(0, SHAPE))
+    assert torch.equal(blended(copies, flow.flow_term(before, look, 0.0)), copies)
+    shown = blended(copies, flow.flow_term(before, look, 0.8))
+    assert torch.equal(shown[..., :3], copies[..., :3])
+    assert not torch.equal(shown[..., 3:], copies[..., 3:])
+    term = flow.flow_term(before, look, 0.8)
+    assert torch.equal(blended(term.target, term), term.target)
 
 
 def test_the_flow_term_counts_edges_more() -> None:
