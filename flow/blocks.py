@@ -1,8 +1,7 @@
 """The exemplar's square blocks, searched for those that agree with what is known of given ones.
 
 Agreement is the squared difference over the known pixels, for every place at once by correlation, as in entire-patch
-matching (thesis section 3.2): first at half the resolution, then around the best place at full resolution and, by a
-parabola through the neighboring costs, to a fraction of a pixel.
+matching (thesis section 3.2): first at half the resolution, then around the best place at full resolution.
 """
 
 import math
@@ -41,19 +40,19 @@ class Blocks:
         canvas costs, as a mean square difference. Memory: one value per canvas pixel for a few blocks at a time.
         """
         if self._coarse is None:
-            found = self._best(self._exemplar, content, known, used).flip(1).to(content)
+            found = self._best(self._exemplar, content, known, used)
         else:
             mass = F.avg_pool2d(known, 2)
             mean = F.avg_pool2d(content * known, 2) / mass.clamp(min=1e-12)
             place = self._best(self._coarse, mean, mass, F.avg_pool2d(used[None], 2)[0])
             found = self._refined(2 * place, content, known)
         blank = known.flatten(1).amax(1) == 0
-        places = self._valid.nonzero().flip(1)
+        places = self._valid.nonzero()
         pick = torch.randint(len(places), (len(blank),), generator=generator).to(found.device)
-        return torch.where(blank[:, None], places[pick].to(found), found)
+        return torch.where(blank[:, None], places[pick], found).flip(1)
 
     def _best(self, exemplar: Exemplar, content: Tensor, known: Tensor, used: Tensor) -> Tensor:
-        """Corners (n, 2), row first, of the best whole-pixel places at one resolution."""
+        """Corners (n, 2), row first, of the best places at one resolution."""
         size = content.shape[-1]
         valid = exemplar.corners((size, size))
         square = (exemplar.canvas.square() * self._share).sum(0)[None, None]
@@ -68,8 +67,8 @@ class Blocks:
         return torch.stack([place // valid.shape[1], place % valid.shape[1]], 1)
 
     def _refined(self, corners: Tensor, content: Tensor, known: Tensor) -> Tensor:
-        """Places (n, 2), x first, within reach of whole ones (n, 2), row first, to a fraction of a pixel."""
-        count, _, size, _ = content.shape
+        """The best places (n, 2), row first, within reach of given ones (n, 2)."""
+        size = content.shape[-1]
         sides = torch.tensor(self._pixels.shape[:2], device=content.device)
         spans = [min(size + 2 * _REACH, int(side)) for side in sides]
         first = torch.minimum((corners - _REACH).clamp(min=0), sides - torch.tensor(spans, device=content.device))
@@ -81,27 +80,10 @@ class Blocks:
         cost = torch.where(self._valid[rows, columns], cost, math.inf)
         best = cost.flatten(1).argmin(1)
         row, column = best // cost.shape[2], best % cost.shape[2]
-        block = torch.arange(count, device=cost.device)
-        whole = first + torch.stack([row, column], 1)
-        place = whole + torch.stack([_lowest(cost[block, :, column], row), _lowest(cost[block, row], column)], 1)
-        ends = place.floor().long(), place.ceil().long()
-        fits = torch.stack([self._valid[y[:, 0], x[:, 1]] for y in ends for x in ends]).all(0)
-        return torch.where(fits[:, None], place, whole.to(place)).flip(1)
+        return first + torch.stack([row, column], 1)
 
 
 def _correlated(images: Tensor, kernels: Tensor) -> Tensor:
     """Inner products (n, h, w) of each image (n, C, H, W) with its own kernel (n, C, s, s)."""
     count = len(images)
     return F.conv2d(images.flatten(0, 1)[None], kernels, groups=count)[0]
-
-
-def _lowest(costs: Tensor, least: Tensor) -> Tensor:
-    """Where, within half a step of the least of costs (n, m), a parabola through it and its neighbors is lowest."""
-    here = least.clamp(1, max(costs.shape[1] - 2, 1))
-    if costs.shape[1] < 3:
-        return torch.zeros_like(costs[:, 0])
-    before, at, after = (costs.gather(1, (here + k)[:, None])[:, 0] for k in (-1, 0, 1))
-    bend = before - 2 * at + after
-    place = 0.5 * (before - after) / bend
-    usable = (here == least) & bend.isfinite() & (bend > 0)
-    return torch.where(usable, place, 0.0).clamp(-0.5, 0.5)

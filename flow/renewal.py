@@ -18,7 +18,7 @@ import torch
 from torch import Tensor
 
 from flow.blocks import Blocks
-from flow.copies import softened
+from flow.copies import JUMP, softened
 from flow.fusion import seam_cut
 from flow.reading import Reading
 from flow.settings import Renewing
@@ -35,6 +35,9 @@ _LEAST = 0.005
 
 _RIM = 1 / 6
 """The part of a block's side, at either end, over which what it saves in wear counts less, down to nothing."""
+
+_AGAIN = 1 / 8
+"""A block is a copy found again when at least so much of it is there already."""
 
 _BETWEEN = 4
 """Blocks start at multiples of this many px, and flush with the frame's borders."""
@@ -136,7 +139,19 @@ class Renewal:
         for spot, corner in zip(spots, corners, strict=True):
             source = self._pixels[(slice(None), *spot)]
             source = source - source[:, :1, :1] + corner.view(2, 1, 1)
-            self._fuse(frame, spot, source, cost[spot], inside[spot])
+            self._fuse(frame, spot, self._in_place(frame, spot, source), cost[spot], inside[spot])
+
+    def _in_place(self, frame: Carried, spot: tuple[slice, slice], source: Tensor) -> Tensor:
+        """A block's source coordinates, moved by the fraction of a pixel that it is off the copy already there.
+
+        So a copy found again is straightened where it lies and does not start; of other blocks none is moved.
+        """
+        off = frame.source[(slice(None), *spot)] - source
+        again = frame.usable[spot] & (off.square().sum(0) < JUMP**2)
+        if float(again.float().mean()) < _AGAIN:
+            return source
+        moved = source + off[:, again].median(1).values.view(2, 1, 1)
+        return moved if bool(self.read.usable(moved).all()) else source
 
     def _costs(self, frame: Carried, inside: Tensor) -> Tensor:
         """What using each exemplar pixel (canvas) once more costs: by how much it is used already, and its tone."""

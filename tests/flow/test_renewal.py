@@ -64,6 +64,23 @@ def test_worn_texture_is_replaced_by_less_worn() -> None:
     assert float(renewal.wear(image, source, WHOLE).mean()) < 0.85 * before
 
 
+def test_a_copy_found_again_is_straightened_where_it_lies() -> None:
+    """And stays the fraction of a pixel off that the flow has carried it."""
+    place = copied() + torch.tensor([0.3, -0.4]).view(2, 1, 1)
+    center = place[:, 30:31, 32:33]
+    radius = (place - center).square().sum(0).sqrt()
+    angle = torch.deg2rad(60 * (1 - radius / 9).clamp(min=0))
+    x, y = place - center
+    twisted = center + torch.stack([angle.cos() * x - angle.sin() * y, angle.sin() * x + angle.cos() * y])
+    eager = replace(QUICK, tolerance=0.0, seam=0.2, usage=0.0)
+    gravel = Exemplar.of(torch.from_numpy(data.gravel()[:96, :96] / 255).float()[None])
+    _, source, _, report = renewed(twisted, settings=eager, exemplar=gravel)
+    changed = (source != twisted).any(0)
+    assert report["renewed"] > 0.02
+    off = (source - place)[:, changed].square().sum(0).sqrt()
+    assert float(off.max()) < 0.05
+
+
 def test_the_image_is_what_its_coordinates_show() -> None:
     renewal, source, image, _ = renewed(copied(12))
     assert torch.equal(image, renewal.read.picture(source, WHOLE))
