@@ -60,9 +60,9 @@ class State:
 class Frame(Result):
     """A frame of an animation: a result, and the state that the next one follows from.
 
-    Its image is 0 where there is no texture. Its one row of energies has frame, texture (mean wear before renewal),
-    flow (mean squared change by renewal; both in variances of the exemplar) and renewed (the share of
-    its pixels).
+    Its image is 0 where there is no texture; source and where tell of its copies, not of what fades. Its one row of
+    energies has frame, texture (mean wear before renewal), flow (mean squared change by renewal; both in variances of
+    the exemplar) and renewed (the share of its pixels).
     """
 
     state: State
@@ -150,6 +150,11 @@ class Motion:
         if state is not None and tuple(state.inside.shape) != tuple(self.shape):
             size, asked = "x".join(map(str, state.inside.shape)), "x".join(map(str, self.shape))
             raise InputError(f"the state to go on from has frames of {size} (HxW), not {asked}; give that shape")
+        if state is not None and len(state.image) != len(self.exemplar.canvas):
+            have, want = len(state.image), len(self.exemplar.canvas)
+            raise InputError(
+                f"the state to go on from has {have} channels, the exemplar {want}; give that it was made of"
+            )
         if state is None and self.enter and self.field.steady and not bool(enters(flow, self.enter).any()):
             side = "any side" if self.enter == "all" else f"the {self.enter}"
             raise InputError(f"texture is to enter from {side}, but the flow never comes from there; give another side")

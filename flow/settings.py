@@ -26,7 +26,7 @@ class Renewing:
     area: float = 0.5
     tones: float = 1.0
     usage: float = 0.3
-    inertia: float = 0.66
+    inertia: float = 0.4
     blocks: int = 20
     block: int = 48
     window: int = 24

@@ -319,6 +319,8 @@ def test_what_cannot_be_done_is_refused_at_once() -> None:
     refused("a mask covers the whole frame; leave some pixels True", mask=torch.zeros(SHAPE, dtype=torch.bool))
     state = flow.State(0, torch.zeros(2, 10, 12), torch.ones(10, 12, dtype=torch.bool), torch.zeros(1, 10, 12))
     refused(r"frames of 10x12 \(HxW\), not 64x72; give that shape", after=state)
+    state = flow.State(0, torch.zeros(2, *SHAPE), torch.ones(SHAPE, dtype=torch.bool), torch.zeros(3, *SHAPE))
+    refused("has 3 channels, the exemplar 1; give that it was made of", after=state)
     speck = torch.zeros(80, 80, dtype=torch.bool)
     speck[::3, ::3] = True
     refused("no 2x2 block fits into the exemplar", exemplar=Exemplar.of(brick(), masks=[speck]))
