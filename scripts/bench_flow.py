@@ -5,15 +5,14 @@
     python scripts/bench_flow.py --methods kwatra warping --write out/flow
 
 Rows are exemplar and field. The methods: kwatra (flow.animate); warping, which warps the colors of the frame before,
-bicubic; independent, a still from another seed each frame; and thesis, algorithm 3 as published (flow.published). All
-begin with the same still. The columns:
+bicubic; carried, the still where the field has brought it, read from the still itself in each frame, so that nothing is
+lost and nothing renewed: what the measures make of the motion alone; independent, a still from another seed each frame;
+and thesis, algorithm 3 as published (flow.published). All begin with the same still. The columns:
 
     epe          mean end-point error, px: how far the motion that optical flow sees between frames is from the field
     epe still    the same between the still and one warp of it, by the sharpest interpolation: what the measure allows
     flicker      mean absolute difference between a frame and the warped one before it, in the exemplar's deviations
     flick still  the same between the still and one warp of it: what two interpolations differ by
-    flick moved  the same between the still moved by one frame and by two, each read from the still itself: what a
-                 sequence measures that loses nothing and renews nothing
     overall      the still's figure, of kwatra.measure (lower is better)
     moved        that of the still moved by half a pixel, as a multiple of the still's: what any motion costs
     overall@N    that of frame N, as a multiple of the still's
@@ -21,8 +20,8 @@ begin with the same still. The columns:
     s/frame      wall seconds per frame after the first
     stills       cpu seconds per frame, in those of the still
 
-Frames are judged in 8 bits, and motion 16 px and more from the border. Of thesis only few frames are made (--short);
-independent's few frames stand for those asked for, since all are alike.
+Frames are judged in 8 bits, and motion 16 px and more from the border. Of carried and thesis only few frames are made
+(--short); independent's few frames stand for those asked for, since all are alike.
 """
 
 import argparse
@@ -76,6 +75,14 @@ def warped_frames(task: Task) -> Iterator[Tensor]:
         frame, number = flow.filled(flow.warp(frame, look.coordinates), look.known), number + 1
 
 
+def carried_frames(task: Task) -> Iterator[Tensor]:
+    still, places, number = next(kwatra_frames(task)), pixel_coordinates(task.shape), 0
+    while True:
+        yield flow.warp(still, places, "lanczos")
+        look = flow.lookup(task.field(number, task.shape))
+        places, number = flow.warp(places, look.coordinates, "bilinear"), number + 1
+
+
 def independent_frames(task: Task) -> Iterator[Tensor]:
     yield next(kwatra_frames(task))
     seed = task.seed
@@ -101,6 +108,7 @@ class Method:
 METHODS = {
     "kwatra": Method(kwatra_frames),
     "warping": Method(warped_frames),
+    "carried": Method(carried_frames, few=True),
     "independent": Method(independent_frames, few=True, alike=True),
     "thesis": Method(published_frames, few=True),
 }
@@ -113,7 +121,6 @@ def figure_names(at: Iterable[int]) -> list[str]:
         "epe still",
         "flicker",
         "flick still",
-        "flick moved",
         "overall",
         "moved",
         *judged,
@@ -174,15 +181,12 @@ def motion(before: Tensor, after: Tensor, task: Task, number: int) -> tuple[floa
 
 @dataclass(frozen=True)
 class Still:
-    """The first frame, what it and itself moved by half a pixel measure, the motion of one warp of it and of the next,
-    and the cpu seconds.
-    """
+    """The first frame, what it and itself moved by half a pixel measure, one warp's motion, and the cpu seconds."""
 
     image: Tensor
     figures: dict[str, float]
     moved: dict[str, float]
     motion: tuple[float, float]
-    moving: tuple[float, float]
     cpu: float
 
 
@@ -192,18 +196,16 @@ def still_of(task: Task) -> Still:
     cpu = time.process_time() - cpu
     image = in_8_bits(next(kwatra_frames(task)))
     once = flow.lookup(task.field(0, task.shape)).coordinates
-    twice = flow.warp(once, flow.lookup(task.field(1, task.shape)).coordinates, "bilinear")
-    first, second = (in_8_bits(flow.warp(image, places, "lanczos")) for places in (once, twice))
+    warped = in_8_bits(flow.warp(image, once, "lanczos"))
     half = flow.warp(image, pixel_coordinates(task.shape) + 0.5, "lanczos")
     figures, moved = (measure(in_8_bits(picture), task.exemplar) for picture in (image, half))
-    return Still(image, figures, moved, motion(image, first, task, 0), motion(first, second, task, 1), cpu)
+    return Still(image, figures, moved, motion(image, warped, task, 0), cpu)
 
 
 def figures_of(task: Task, still: Still, sequence: Sequence, stands: dict[int, int], at: list[int]) -> dict[str, float]:
     """A row of the table. stands: which frame of the sequence is judged as frame N."""
     epe, flicker = (sum(values) / len(values) for values in (sequence.errors, sequence.flicker))
     figures = {"epe": epe, "epe still": still.motion[0], "flicker": flicker, "flick still": still.motion[1]}
-    figures["flick moved"] = still.moving[1]
     figures["overall"] = still.figures["overall"]
     figures["moved"] = still.moved["overall"] / max(still.figures["overall"], 1e-9)
     for number in at:

@@ -71,6 +71,14 @@ def test_repeated_warping_warps_what_was_warped() -> None:
     assert torch.equal(c[..., :6], a[..., :1].expand(-1, -1, 6))
 
 
+def test_what_is_carried_loses_nothing() -> None:
+    """Two steps of half a pixel are one of a pixel, to the bit, but for what flows in."""
+    picture = torch.rand(1, 40, 40, generator=torch.Generator().manual_seed(0))
+    a, b, c = islice(bench_flow.carried_frames(bench_flow.Task(picture, flow.uniform(0.5), (40, 48), "fast", 0)), 3)
+    assert not torch.equal(b, a)
+    assert torch.equal(c[..., 2:], a[..., 1:-1])
+
+
 def test_the_figures_are_multiples_of_the_stills() -> None:
     def figures(image: Tensor) -> dict[str, float]:
         sequence = bench_flow.Sequence({5: image}, [0.1, 0.3], [0.2, 0.2], 1.5, 3.0)
