@@ -103,8 +103,8 @@ class Renewal:
         }  # fmt: skip
 
     def _worn(self, image: Tensor, source: Tensor, inside: Tensor, prices: Tensor) -> Tensor:
-        wear = (self.wear(image, source, inside) - self.settings.tolerance).clamp(min=0)
-        return wear + prices.clamp(min=0)[self.tones.of(source)] * inside
+        wear = self.wear(image, source, inside) + prices[self.tones.of(source)]
+        return (wear - self.settings.tolerance).clamp(min=0) * inside
 
     def _places(self, wear: Tensor, lost: Tensor) -> list[tuple[int, int]]:
         """Corners (row, column) of the blocks to renew: those most worn, and all that have lost their texture."""
