@@ -144,7 +144,7 @@ class Renewal:
     def _in_place(self, frame: Carried, spot: tuple[slice, slice], source: Tensor) -> Tensor:
         """A block's source coordinates, moved by the fraction of a pixel that it is off the copy already there.
 
-        So a copy found again is straightened where it lies and does not start; of other blocks none is moved.
+        So a copy found again is straightened where it lies and does not jump; other blocks stay whole pixels.
         """
         off = frame.source[(slice(None), *spot)] - source
         again = frame.usable[spot] & (off.square().sum(0) < JUMP**2)
