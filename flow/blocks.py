@@ -62,9 +62,8 @@ class Blocks:
         for part, weight in zip(content.split(few), known.split(few), strict=True):
             cross = F.conv2d(exemplar.canvas[None], part * weight * self._share)[0]
             cost = F.conv2d(square, weight)[0] - 2 * cross + weight.sum((1, 2, 3))[:, None, None] * again
-            found.append(torch.where(valid, cost, math.inf).flatten(1).argmin(1))
-        place = torch.cat(found)
-        return torch.stack([place // valid.shape[1], place % valid.shape[1]], 1)
+            found.append(_least(torch.where(valid, cost, math.inf)))
+        return torch.cat(found)
 
     def _refined(self, corners: Tensor, content: Tensor, known: Tensor) -> Tensor:
         """The best places (n, 2), row first, within reach of given ones (n, 2)."""
@@ -77,10 +76,13 @@ class Blocks:
         cost = _correlated((around.square() * self._share).sum(1, keepdim=True), known) - 2 * cross
         rows = first[:, 0, None, None] + torch.arange(cost.shape[1], device=cost.device)[:, None]
         columns = first[:, 1, None, None] + torch.arange(cost.shape[2], device=cost.device)
-        cost = torch.where(self._valid[rows, columns], cost, math.inf)
-        best = cost.flatten(1).argmin(1)
-        row, column = best // cost.shape[2], best % cost.shape[2]
-        return first + torch.stack([row, column], 1)
+        return first + _least(torch.where(self._valid[rows, columns], cost, math.inf))
+
+
+def _least(costs: Tensor) -> Tensor:
+    """Where the least of each of costs (n, h, w) is: (n, 2), row first."""
+    place = costs.flatten(1).argmin(1)
+    return torch.stack([place // costs.shape[2], place % costs.shape[2]], 1)
 
 
 def _correlated(images: Tensor, kernels: Tensor) -> Tensor:

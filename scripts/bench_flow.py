@@ -25,6 +25,7 @@ Frames are judged in 8 bits, and motion 16 px and more from the border. Of carri
 """
 
 import argparse
+import itertools
 import json
 import math
 import sys
@@ -67,20 +68,26 @@ def kwatra_frames(task: Task) -> Iterator[Tensor]:
 
 
 def warped_frames(task: Task) -> Iterator[Tensor]:
-    frame, number, look = next(kwatra_frames(task)), 0, None
-    while True:
+    frame = next(kwatra_frames(task))
+    for look in lookups(task):
         yield frame
-        if look is None or not task.field.steady:
-            look = flow.lookup(task.field(number, task.shape))
-        frame, number = flow.filled(flow.warp(frame, look.coordinates), look.known), number + 1
+        frame = flow.filled(flow.warp(frame, look.coordinates), look.known)
 
 
 def carried_frames(task: Task) -> Iterator[Tensor]:
-    still, places, number = next(kwatra_frames(task)), pixel_coordinates(task.shape), 0
-    while True:
+    still, places = next(kwatra_frames(task)), pixel_coordinates(task.shape)
+    for look in lookups(task):
         yield flow.warp(still, places, "lanczos")
-        look = flow.lookup(task.field(number, task.shape))
-        places, number = flow.warp(places, look.coordinates, "bilinear"), number + 1
+        places = flow.warp(places, look.coordinates, "bilinear")
+
+
+def lookups(task: Task) -> Iterator[flow.Lookup]:
+    """Where the pixels of each frame come from in the one before; computed once if the field is steady."""
+    look = flow.lookup(task.field(0, task.shape))
+    for number in itertools.count(1):
+        yield look
+        if not task.field.steady:
+            look = flow.lookup(task.field(number, task.shape))
 
 
 def independent_frames(task: Task) -> Iterator[Tensor]:
@@ -116,17 +123,7 @@ METHODS = {
 
 def figure_names(at: Iterable[int]) -> list[str]:
     judged = [f"{figure}@{number}" for number in at for figure in ("overall", "sharp")]
-    return [
-        "epe",
-        "epe still",
-        "flicker",
-        "flick still",
-        "overall",
-        "moved",
-        *judged,
-        "s/frame",
-        "stills",
-    ]
+    return ["epe", "epe still", "flicker", "flick still", "overall", "moved", *judged, "s/frame", "stills"]
 
 
 @dataclass
