@@ -1,20 +1,30 @@
-"""Motion: flow fields, warps and their file formats, and textures that flow along them."""
+"""Motion: flow fields, warps, and textures that flow along them."""
 
-from flow.analytic import noise, rotation, saddle, shear, sink, source, stream, uniform, vortices, waves
-from flow.animation import Frame, State, animate
-from flow.catalog import NAMES, named
-from flow.disc import disc, disc_mask
-from flow.fields import Field, at_speed, resampled, sampled
-from flow.files import Recording, read_flow, write_flow
-from flow.looping import loop
-from flow.obstacles import around
-from flow.pictures import picture, wheel
-from flow.seen import end_point_error, seen
-from flow.settings import PRESETS, Renewing
-from flow.term import flow_term
-from flow.thesis import published
-from flow.unknown import filled
-from flow.warps import Lookup, lookup, warp
+from flow.animation import PRESETS, Frame, Renewing, State, animate, flow_term, loop, published
+from flow.fields import (
+    NAMES,
+    Field,
+    around,
+    at_speed,
+    disc,
+    disc_mask,
+    named,
+    noise,
+    picture,
+    resampled,
+    rotation,
+    saddle,
+    sampled,
+    shear,
+    sink,
+    source,
+    stream,
+    uniform,
+    vortices,
+    waves,
+    wheel,
+)
+from flow.warps import Lookup, end_point_error, filled, lookup, seen, warp
 
 __all__ = [
     "NAMES",
@@ -22,7 +32,6 @@ __all__ = [
     "Field",
     "Frame",
     "Lookup",
-    "Recording",
     "Renewing",
     "State",
     "animate",
@@ -39,7 +48,6 @@ __all__ = [
     "noise",
     "picture",
     "published",
-    "read_flow",
     "resampled",
     "rotation",
     "saddle",
@@ -54,5 +62,4 @@ __all__ = [
     "warp",
     "waves",
     "wheel",
-    "write_flow",
 ]

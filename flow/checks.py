@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import torch
 from torch import Tensor
 
-from kwatra.errors import InputError
+from kwatra.base import InputError
 
 
 def check_vectors(flow: Tensor, shape: Sequence[int] | None = None) -> None:

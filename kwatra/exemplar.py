@@ -13,9 +13,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from kwatra.axes import AVERAGE, LARGEST
-from kwatra.errors import InputError
-from kwatra.reductions import mean
+from kwatra.base import AVERAGE, LARGEST, InputError, mean
 
 ALIGNMENT = 8
 """Images start at multiples of this on the canvas, so that their pyramids sample them in phase."""

@@ -10,10 +10,9 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from kwatra.axes import factors_of
-from kwatra.errors import InputError
+from kwatra.base import InputError, factors_of
 from kwatra.exemplar import ALIGNMENT, Exemplar
-from kwatra.search import ROUTES
+from kwatra.source import ROUTES
 
 FEWEST = 64
 """A level needs at least so many windows to choose from."""

@@ -3,9 +3,9 @@
 import math
 from dataclasses import dataclass
 
-from kwatra.errors import InputError
+from kwatra.base import InputError
 from kwatra.levels import Level
-from kwatra.metric import Feature
+from kwatra.windows import Feature
 
 STARTS = ("aligned", "blocks", "windows")
 

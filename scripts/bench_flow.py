@@ -40,11 +40,10 @@ from demo import brick, gravel, pebbles
 from torch import Tensor
 
 import flow
-from flow.seen import BORDER
-from flow.warps import pixel_coordinates
+from flow.warps import BORDER, pixel_coordinates
 from kwatra import Exemplar, measure, optimize
-from kwatra.reductions import mean
-from synth import write_image
+from kwatra.base import mean
+from synth import field_of, write_flow, write_image
 
 FIELDS = ("rotation", "sink", "source", "uniform", "noise")
 SIDE = 160
@@ -243,7 +242,7 @@ def write_frames(folder: Path, task: Task, sequence: Sequence) -> None:
     for number, frame in sequence.kept.items():
         write_image(folder / f"{number:04d}.png", frame, kind, overwrite=True)
     last = max(max(sequence.kept) - 1, 0)
-    flow.write_flow(folder / "flow.npy", task.field(last, task.shape), overwrite=True)
+    write_flow(folder / "flow.npy", task.field(last, task.shape), overwrite=True)
 
 
 def carried_exemplars() -> dict[str, Tensor]:
@@ -286,7 +285,7 @@ def parsed(words: list[str] | None) -> argparse.Namespace:
 def run(arguments: argparse.Namespace) -> None:
     given = tables.given_exemplars(arguments.exemplars, arguments.images)
     exemplars = given or carried_exemplars()
-    fields = {Path(name).stem: flow.named(name, resample=True) for name in arguments.fields}
+    fields = {Path(name).stem: field_of(name, resample=True) for name in arguments.fields}
     width = max(map(len, exemplars)) + 1 + max(map(len, fields))
     rows = tables.print_table(bench(exemplars, fields, arguments), figure_names(arguments.at), width)
     if arguments.json is not None:

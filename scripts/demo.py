@@ -15,7 +15,7 @@ from torch.nn import functional
 
 from kwatra import measure
 from synth import Kind, synthesize, write_image
-from synth.report import score_table
+from synth.commands.report import score_table
 
 SIDE = 160
 

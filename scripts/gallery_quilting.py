@@ -22,6 +22,7 @@ from skimage import data, transform
 from torch import Tensor
 
 from synth import Kind, write_image
+from synth.io.videos import write_video
 from synth.quilting import (
     Overlay,
     QuiltSettings,
@@ -31,7 +32,6 @@ from synth.quilting import (
     quilt_video,
     seams_drawn,
 )
-from synth.videos import write_video
 
 RGB = Kind("uint8", ("R", "G", "B"))
 

@@ -10,21 +10,38 @@ from typing import TYPE_CHECKING, Any
 os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
 
 if TYPE_CHECKING:
-    from synth.files import Picture, read_image, write_image
-    from synth.filling import fill
-    from synth.formats import Kind
-    from synth.images import Synthesis, synthesize
+    from synth.io.flows import Recording, field_of, read_flow, write_flow
+    from synth.io.image_formats import Kind
+    from synth.io.images import Picture, read_image, write_image
+    from synth.texture.filling import fill
+    from synth.texture.images import Synthesis, synthesize
 
-__all__ = ["Kind", "Picture", "Synthesis", "fill", "read_image", "synthesize", "write_image"]
+__all__ = [
+    "Kind",
+    "Picture",
+    "Recording",
+    "Synthesis",
+    "field_of",
+    "fill",
+    "read_flow",
+    "read_image",
+    "synthesize",
+    "write_flow",
+    "write_image",
+]
 
 _HOMES = {
-    "Kind": "synth.formats",
-    "Picture": "synth.files",
-    "Synthesis": "synth.images",
-    "fill": "synth.filling",
-    "read_image": "synth.files",
-    "synthesize": "synth.images",
-    "write_image": "synth.files",
+    "Kind": "synth.io.image_formats",
+    "Picture": "synth.io.images",
+    "Recording": "synth.io.flows",
+    "Synthesis": "synth.texture.images",
+    "field_of": "synth.io.flows",
+    "fill": "synth.texture.filling",
+    "read_flow": "synth.io.flows",
+    "read_image": "synth.io.images",
+    "synthesize": "synth.texture.images",
+    "write_flow": "synth.io.flows",
+    "write_image": "synth.io.images",
 }
 
 

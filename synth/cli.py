@@ -11,9 +11,9 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NoReturn, TypeVar
 
-from synth.animate_arguments import add_animate
-from synth.parsing import add_common, levels, numbers, positive, size, whole
-from synth.quilting.arguments import add_arguments
+from synth.commands.animate_arguments import add_animate
+from synth.commands.parsing import add_common, levels, numbers, positive, size, whole
+from synth.commands.quilt_arguments import add_arguments
 
 T = TypeVar("T")
 
@@ -54,7 +54,7 @@ def _run(argv: Sequence[str] | None) -> int:
         print(_command(arguments.command)(arguments))
         return 0
     except (ValueError, MemoryError, RuntimeError) as error:
-        from kwatra.errors import InputError
+        from kwatra.base.errors import InputError
 
         if isinstance(error, InputError):
             return _fail(str(error), 2)
@@ -71,18 +71,18 @@ def _command(name: str) -> Callable[[argparse.Namespace], str]:
 
         return {"quilt": command.run_quilt, "merge": command.run_merge}[name]
     if name == "flow":
-        from synth.flows import run_flow
+        from synth.commands.flow import run_flow
 
         return run_flow
     if name == "animate":
-        from synth.animate_command import run_animate
+        from synth.commands.animate import run_animate
 
         return run_animate
     if name == "fill":
-        from synth.fill_command import run_fill
+        from synth.commands.fill import run_fill
 
         return run_fill
-    from synth import commands
+    from synth.commands import synth as commands
 
     return {"synth": commands.run_synth, "score": commands.run_score}[name]
 

@@ -12,8 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kwatra.coarsecut import along
-from kwatra.cut import FREE, KEEP, TAKE, VOID, Costs, best_cut, seams_after
+from kwatra.cut import FREE, KEEP, TAKE, VOID, Costs, along, best_cut, seams_after
 from synth.quilting.boxes import Box
 from synth.quilting.costs import SeamCost
 from synth.quilting.sources import Sources

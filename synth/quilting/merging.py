@@ -14,7 +14,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from kwatra.errors import InputError
+from kwatra.base import InputError
 from synth.quilting.boxes import Box
 from synth.quilting.canvas import Canvas, Patch
 from synth.quilting.costs import SeamCost

@@ -11,7 +11,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from kwatra.errors import InputError
+from kwatra.base import InputError
 from synth.quilting.blendseams import FRAMES_PER_PIXEL, blending_reach, ending_reach, feather, spline
 from synth.quilting.canvas import Canvas
 from synth.quilting.costs import SeamCost

@@ -15,7 +15,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from kwatra.errors import InputError
+from kwatra.base import InputError
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,7 @@ import torch
 from torch import Tensor
 
 import flow
-from flow import read_flow
-from synth import Kind, read_image, write_image
+from synth import Kind, read_flow, read_image, write_image
 
 
 @pytest.fixture

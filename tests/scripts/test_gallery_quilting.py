@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from synth import read_image
-from synth.videos import read_video
+from synth.io.videos import read_video
 
 
 def test_the_gallery_makes_every_figure(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

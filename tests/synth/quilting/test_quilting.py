@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import torch
 
-from kwatra.errors import InputError
+from kwatra.base.errors import InputError
 from synth.quilting import Overlay, QuiltSettings, merge, quilt, quilt_video, seams_drawn
 from synth.quilting.boxes import Box
 from synth.quilting.canvas import Canvas, Patch

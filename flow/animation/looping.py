@@ -1,0 +1,161 @@
+"""Sequences whose last frame leads into their first.
+
+The animation is run forward from its first frame and, for the last stretch, also backward from it: that is what leads
+into the first frame exactly. During that stretch the one turns into the other region by region, each at a time of its
+own that is carried along with it, the seam around it a minimum cut; as with all that is renewed, what was there fades.
+So the end differs from the rest by a few more regions renewed per frame, and the join is a pair of frames like any
+other.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+import torch
+from scipy import ndimage
+from torch import Tensor
+
+from flow.animation.fusion import seam_cut
+from flow.animation.sequence import Frame, Mask, Motion, State
+from flow.animation.settings import Renewing
+from flow.fields import Field, Shape
+from flow.warps import lookup, pixel_coordinates, warp
+from kwatra import Exemplar, InputError, Settings
+from kwatra.cut import FREE, KEEP, TAKE, VOID
+
+_STRETCH = 24
+"""The turn takes at most so many frames, and at most half of the loop."""
+
+_BAND = 6
+"""How far, in px, a seam may move from where the regions meet."""
+
+
+def loop(
+    exemplar: Exemplar | Tensor,
+    field: Field,
+    shape: Shape = (256, 256),
+    *,
+    frames: int,
+    first: Tensor | None = None,
+    mask: Mask = None,
+    renewing: Renewing | None = None,
+    synthesis: Settings | None = None,
+    seed: int = 0,
+    after: State | None = None,
+) -> Iterator[Frame]:
+    """The frames, of `shape` (H, W), of a texture that flows along a field and comes back to its first frame.
+
+    As `flow.animate`, but frame `frames` would be frame 0 again. A field that changes in time should be periodic, too.
+    after: go on after this state of a frame that was made; what leads back is made anew, the same bits.
+
+    Memory: a frame's coordinates and picture for each of the last 24 frames. Raises InputError as `animate` does, or
+    for fewer than 2 frames.
+    """
+    if frames < 2:
+        raise InputError(f"a loop is to have {frames} frames; give at least 2")
+    exemplar = Exemplar.of(exemplar) if isinstance(exemplar, Tensor) else exemplar
+    motion = Motion(exemplar, field, shape, mask, None, renewing or Renewing(), seed)
+    motion.check(after)
+    return _frames(motion, frames, first, synthesis or Settings(), after)
+
+
+def _frames(
+    motion: Motion, frames: int, first: Tensor | None, synthesis: Settings, after: State | None
+) -> Iterator[Frame]:
+    start = motion.begin(first, synthesis)
+    back = _Back(motion, start, frames)
+    frame = start if after is None else motion.resumed(after)
+    if after is None:
+        yield start
+    while frame.state.number + 1 < frames:
+        frame = motion.step(frame.state)
+        yield back.joined(frame)
+
+
+@dataclass(frozen=True)
+class _Stop:
+    """A frame on the way back: the frame, and from which frame on (H, W) its pixels are shown."""
+
+    frame: Frame
+    since: Tensor
+
+
+class _Back:
+    """The frames that lead into the first one, from the last stretch of a loop of `frames`."""
+
+    def __init__(self, motion: Motion, start: Frame, frames: int) -> None:
+        self.motion = motion
+        reverse = Motion(
+            motion.exemplar,
+            _reversed(motion.field, frames),
+            motion.shape,
+            (lambda k: motion.allowed(frames - k if k else 0)),
+            None,
+            motion.renewing,
+            motion.seed,
+        )
+        stretch = max(min(_STRETCH, frames // 2), 1)
+        since = _times(motion.shape, frames - stretch + 1, frames, motion.renewing.block, motion.seed)
+        frame, self._stops = start, {}
+        for k in range(1, stretch):
+            flow = reverse.field(k - 1, motion.shape)
+            since = warp(since[None], lookup(flow).coordinates, "nearest")[0]
+            frame = reverse.step(frame.state)
+            self._stops[frames - k] = _Stop(frame, since)
+
+    def joined(self, ahead: Frame) -> Frame:
+        """A frame of the way ahead, with those regions of the way back that are shown by then."""
+        number = ahead.state.number
+        if number not in self._stops:
+            return ahead
+        stop = self._stops[number]
+        back = stop.frame
+        turned = (stop.since <= number) & back.state.inside
+        take = self._seam(turned, ahead.image, back.image, ahead.state.inside)
+        inertia = self.motion.renewing.inertia
+        left = (inertia / (1 + inertia)) ** (number - stop.since + 1).clamp(min=1)
+        image = torch.where(take, back.image + left * (ahead.image - back.image), ahead.image)
+        return replace(
+            ahead, image=image, source=torch.where(take, back.source, ahead.source),
+            where=torch.where(take, back.where, ahead.where),
+        )  # fmt: skip
+
+    def _seam(self, turned: Tensor, ahead: Tensor, back: Tensor, inside: Tensor) -> Tensor:
+        """Which pixels show the way back: the regions turned, but for a cut near their edges."""
+        regions = turned.cpu().numpy()
+        near = np.zeros_like(regions)
+        for part in (regions, ~regions):
+            if part.any():
+                near |= (ndimage.distance_transform_edt(~part) <= _BAND) & ~part
+        state = np.where(near, FREE, np.where(regions, TAKE, KEEP))
+        state[~inside.cpu().numpy()] = VOID
+        rough = (ahead - back).square().mean(0).sqrt()
+        return torch.from_numpy(seam_cut(torch.from_numpy(state), rough, torch.zeros_like(rough))).to(ahead.device)
+
+
+def _reversed(field: Field, frames: int) -> Field:
+    """The field of a sequence of `frames` played backward: at time k from frame `frames - k` to the one before."""
+
+    @lru_cache(1)
+    def at(k: float, shape: Shape) -> Tensor:
+        return lookup(field(frames - 1 - k, shape)).coordinates - pixel_coordinates(shape)
+
+    return Field((lambda k, shape: at(0.0, shape)) if field.steady else at, field.steady)
+
+
+def _times(shape: Shape, first: int, last: int, size: int, seed: int) -> Tensor:
+    """The frame (H, W), from `first` to `last`, since which each region of about `size` px is to be shown."""
+    generator = torch.Generator().manual_seed(seed)
+    rows, columns = (-(-side // size) for side in shape)
+    y, x = torch.meshgrid(torch.arange(rows), torch.arange(columns), indexing="ij")
+    corner = torch.stack([y, x]).flatten(1) + torch.rand(2, rows * columns, generator=generator)
+    place = [(corner[axis] * size).long().clamp(max=shape[axis] - 1) for axis in range(2)]
+    order = torch.randperm(rows * columns, generator=generator)
+    time = first + order * (last - first + 1) // len(order)
+    point = torch.zeros(shape)
+    point[place[0], place[1]] = 1.0
+    value = torch.zeros(shape)
+    value[place[0], place[1]] = time.float()
+    nearest = ndimage.distance_transform_edt(point.numpy() == 0, return_distances=False, return_indices=True)
+    return value[torch.from_numpy(nearest[0]).long(), torch.from_numpy(nearest[1]).long()]

@@ -1,0 +1,58 @@
+"""What an exemplar shows at source coordinates."""
+
+import torch
+from torch import Tensor
+
+from flow.animation.copies import AROUND, softened
+from flow.warps import filled, pixel_coordinates, warp
+from kwatra import Exemplar
+
+_NEAR = 2.0
+"""Up to so many px beyond an exemplar's border its last pixels pass for its continuation."""
+
+
+class Reading:
+    """Reads an exemplar between its pixels, by one of the interpolations of `flow.warp`."""
+
+    def __init__(self, exemplar: Exemplar, interpolation: str) -> None:
+        self._owner, self._interpolation = exemplar.owner, interpolation
+        known = exemplar.owner >= 0
+        self._canvas = filled(exemplar.canvas, known)
+        self._pixels = filled(pixel_coordinates(known.shape, known.device).flip(0).long(), known)
+        colors = exemplar.canvas[:, known]
+        self._low, self._high = colors.amin(1)[:, None], colors.amax(1)[:, None]
+
+    def __call__(self, source: Tensor) -> Tensor:
+        """The colors at source coordinates (2, *S), x first: (C, *S), within the exemplar's range."""
+        return self.within(warp(self._canvas, source, self._interpolation))
+
+    def within(self, colors: Tensor) -> Tensor:
+        """Colors (C, *S), each channel kept within the exemplar's range."""
+        return torch.minimum(torch.maximum(colors.flatten(1), self._low), self._high).view_as(colors)
+
+    def picture(self, source: Tensor, inside: Tensor) -> Tensor:
+        """The frame (C, H, W) that source coordinates (2, H, W) show, its seams softened where inside (H, W)."""
+        return softened(self(source), source, inside, self)
+
+    def pixels(self, source: Tensor) -> Tensor:
+        """The pixels of the exemplar, row first, nearest to source coordinates (2, H, W), x first: (2, H, W) long."""
+        height, width = self._owner.shape
+        x, y = source.round().long()
+        return self._pixels[:, y.clamp(0, height - 1), x.clamp(0, width - 1)]
+
+    def usable(self, source: Tensor) -> Tensor:
+        """Where (*S) source coordinates (2, *S) lie in an exemplar, not beyond its border or in a hole."""
+        size = torch.tensor(self._owner.shape[::-1], device=source.device).view(2, *(1 for _ in source.shape[1:]))
+        within = ((source >= 0) & (source <= size - 1)).all(0)
+        corners = [end.long().clamp(min=0).minimum(size - 1) for end in (source.floor(), source.ceil())]
+        owners = [self._owner[y[1], x[0]] for y in corners for x in corners]
+        same = torch.stack([owner == owners[0] for owner in owners[1:]]).all(0)
+        return within & same & (owners[0] >= 0)
+
+    def lost(self, source: Tensor) -> Tensor:
+        """Where (H, W) source coordinates (2, H, W) lie so far from what is usable that no texture is there."""
+        lost = ~self.usable(source)
+        beyond = source[:, lost]
+        near = [self.usable(beyond + _NEAR * torch.tensor(step, device=source.device)[:, None]) for step in AROUND]
+        lost[lost.clone()] = ~torch.stack(near).any(0)
+        return lost

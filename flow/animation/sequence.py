@@ -1,0 +1,228 @@
+"""Textures that flow: a sequence made frame by frame, for as long as one likes (thesis algorithm 3).
+
+The first frame is ordinary synthesis. Every other one is the frame before it carried along the flow, x+, and then
+optimized: its texture energy against the flow energy. Frames are carried as source coordinates (`flow.carrying`),
+their elements turned upright (`flow.upright`), and blocks copied where the texture has worn all the same
+(`flow.renewal`); so a sequence never wears out. What is shown is the blend of these copies and x+, as the flow term has
+it (`flow.term`): what was replaced fades within a few frames. Memory does not grow with the number of frames.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from itertools import count
+
+import torch
+from torch import Tensor
+
+from flow.animation.carrying import carried
+from flow.animation.copies import tidied
+from flow.animation.entering import SIDES, entered, enters, known_of
+from flow.animation.renewal import Renewal
+from flow.animation.settings import Renewing
+from flow.animation.term import blended, flow_term
+from flow.animation.upright import Upright
+from flow.checks import check_mask
+from flow.fields import Field
+from flow.warps import Lookup, filled, lookup
+from kwatra import Exemplar, InputError, Level, Result, Settings, optimize
+from kwatra.result import Row
+from kwatra.source import look_up
+
+_PROJECTION = (Level(1, 16), Level(1, 8))
+"""How a given first picture is brought to the exemplar: at full resolution, keeping what is texture already."""
+
+_NOWHERE = -1e3
+"""The source coordinates of what is not yet there: far outside any exemplar."""
+
+Mask = Tensor | Callable[[int], Tensor] | None
+
+
+@dataclass(frozen=True)
+class State:
+    """All that the next frame follows from.
+
+    number: of the frame, from 0. source (2, H, W) float32: where on the exemplar's canvas each pixel is read, x first.
+    inside (H, W): where there is texture. image (C, H, W): what is shown.
+    """
+
+    number: int
+    source: Tensor
+    inside: Tensor
+    image: Tensor
+
+    def to(self, device: torch.device) -> "State":
+        """The same state on another device."""
+        return State(self.number, self.source.to(device), self.inside.to(device), self.image.to(device))
+
+
+@dataclass(frozen=True)
+class Frame(Result):
+    """A frame of an animation: a result, and the state that the next one follows from.
+
+    Its image is 0 where there is no texture; source and where tell of its copies, not of what fades. Its one row of
+    energies has frame, texture (mean wear before renewal), flow (mean squared change by renewal; both in variances of
+    the exemplar) and renewed (the share of its pixels).
+    """
+
+    state: State
+
+
+def animate(
+    exemplar: Exemplar | Tensor,
+    field: Field,
+    shape: tuple[int, int] = (256, 256),
+    *,
+    frames: int | None = None,
+    first: Tensor | None = None,
+    mask: Mask = None,
+    enter: str | None = None,
+    renewing: Renewing | None = None,
+    synthesis: Settings | None = None,
+    seed: int = 0,
+    after: State | None = None,
+) -> Iterator[Frame]:
+    """The frames, of `shape` (H, W), of a texture that flows along a field.
+
+    exemplar: an Exemplar, or an image (C, H, W). frames: how many; None for no end. first: a picture (C, H, W) to begin
+    with, brought to the exemplar first. mask: True where texture belongs, (H, W), or a function of the frame's number.
+    enter: begin with an empty frame into which the flow carries texture from this side, one of SIDES. synthesis: how
+    the first frame is made; renewing: how the others are. after: go on after this state instead of beginning; the
+    frames are the same bits as without the break.
+
+    Raises InputError for what cannot be done, at once where it can be seen at once.
+    """
+    if frames is not None and frames < 1:
+        raise InputError(f"the number of frames is {frames}; give at least 1, or None for no end")
+    if enter is not None and enter not in SIDES:
+        raise InputError(f"texture is to enter from {enter!r}; give one of {', '.join(SIDES)}")
+    if enter is not None and first is not None:
+        raise InputError("texture is to enter an empty frame, but a first frame is given; leave out one of the two")
+    exemplar = Exemplar.of(exemplar) if isinstance(exemplar, Tensor) else exemplar
+    motion = Motion(exemplar, field, shape, mask, enter, renewing or Renewing(), seed)
+    motion.check(after)
+    return _frames(motion, frames, first, synthesis, after)
+
+
+def _frames(
+    motion: "Motion", frames: int | None, first: Tensor | None, synthesis: Settings | None, after: State | None
+) -> Iterator[Frame]:
+    if after is None:
+        frame = motion.begin(first, synthesis or Settings())
+        yield frame
+        state = frame.state
+    else:
+        state = after
+    numbers = count(state.number + 1) if frames is None else range(state.number + 1, frames)
+    for _ in numbers:
+        frame = motion.step(state)
+        yield frame
+        state = frame.state
+
+
+class Motion:
+    """An exemplar's texture moving along a field: makes a first frame, and the next one of a state."""
+
+    def __init__(
+        self,
+        exemplar: Exemplar,
+        field: Field,
+        shape: tuple[int, int],
+        mask: Mask,
+        enter: str | None,
+        renewing: Renewing,
+        seed: int,
+    ) -> None:
+        if len(exemplar.shape) != 2:
+            raise InputError("an animation needs an image to copy from, but the exemplar is a video; give one frame")
+        self.exemplar, self.field, self.shape = exemplar, field, shape
+        self.mask, self.enter, self.seed = mask, enter, seed
+        self.device = exemplar.canvas.device
+        self.upright = Upright(exemplar, renewing.stiffness)
+        self.renewing, self.renewal = renewing, Renewal(exemplar, shape, renewing)
+        self._steady: tuple[Tensor, Lookup] | None = None
+        self._whole = torch.ones(shape, dtype=torch.bool, device=self.device)
+
+    def check(self, state: State | None) -> None:
+        """Refuse with InputError a field or a mask that does not fit the frame, or a state of another size."""
+        flow = self.field(0 if state is None else state.number, self.shape)
+        self.allowed(0 if state is None else state.number)
+        if state is not None and tuple(state.inside.shape) != tuple(self.shape):
+            size, asked = "x".join(map(str, state.inside.shape)), "x".join(map(str, self.shape))
+            raise InputError(f"the state to go on from has frames of {size} (HxW), not {asked}; give that shape")
+        if state is not None and len(state.image) != len(self.exemplar.canvas):
+            have, want = len(state.image), len(self.exemplar.canvas)
+            raise InputError(
+                f"the state to go on from has {have} channels, the exemplar {want}; give that it was made of"
+            )
+        if state is None and self.enter and self.field.steady and not bool(enters(flow, self.enter).any()):
+            side = "any side" if self.enter == "all" else f"the {self.enter}"
+            raise InputError(f"texture is to enter from {side}, but the flow never comes from there; give another side")
+
+    def allowed(self, number: int) -> Tensor:
+        """Where (H, W) texture may be in a frame."""
+        if self.mask is None:
+            return self._whole
+        mask = self.mask if isinstance(self.mask, Tensor) else self.mask(number)
+        check_mask(mask, self.shape)
+        return mask.to(self.device)
+
+    def begin(self, first: Tensor | None, synthesis: Settings) -> Frame:
+        """Frame 0: empty if texture is to enter it, else synthesized, or a given picture brought to the exemplar."""
+        inside = self.allowed(0)
+        if self.enter is not None:
+            inside = torch.zeros_like(inside)
+            nowhere = torch.full((2, *self.shape), _NOWHERE, device=self.device)
+            empty = torch.zeros(len(self.exemplar.canvas), *self.shape, device=self.device)
+            return self._frame(State(0, nowhere, inside, empty), {})
+        if first is not None:
+            synthesis = replace(synthesis, levels=_PROJECTION)
+        mask = None if self.mask is None else inside
+        still = optimize(self.exemplar, self.shape, settings=synthesis, start=first, mask=mask, seed=self.seed)
+        source = tidied(still.where.flip(0).float(), inside, inside)
+        return self._frame(State(0, source, inside, self.renewal.read.picture(source, inside)), {})
+
+    def resumed(self, state: State) -> Frame:
+        """The frame that a state shows."""
+        return self._frame(state, {})
+
+    def step(self, state: State) -> Frame:
+        """The frame that follows a state."""
+        number = state.number + 1
+        flow = self.field(state.number, self.shape).to(self.device)
+        inside = self.allowed(number)
+        if self.enter is None:
+            look = self._lookup(flow, state.inside)
+        else:
+            allowed = self.allowed(state.number)
+            look = self._lookup(flow, allowed)
+            inside = inside & entered(flow, look, state.inside, allowed, self.enter, state.number)
+            look = known_of(look, state.inside)
+        generator = torch.Generator().manual_seed((self.seed << 32) + number)
+        source = carried(state.source, look, state.inside)
+        moved = inside & (source != state.source).any(0)
+        source = self.upright(tidied(source, moved, inside), moved)
+        source, image, report = self.renewal(source, inside, generator, moved)
+        return self._frame(State(number, source, inside, self._blended(image, state, look)), report)
+
+    def _blended(self, copies: Tensor, before: State, look: Lookup) -> Tensor:
+        """A frame (C, H, W) that shows its copies and, as the flow term asks, what the one before has carried there."""
+        if self.renewing.inertia == 0 or not bool(look.known.any()):
+            return copies
+        known = filled(before.image, before.inside)
+        term = flow_term(known, look, self.renewing.inertia, self.renewing.interpolation)
+        return self.renewal.read.within(blended(copies, term))
+
+    def _lookup(self, flow: Tensor, inside: Tensor) -> Lookup:
+        if self.field.steady and self._steady is not None and torch.equal(self._steady[0], inside):
+            return self._steady[1]
+        look = lookup(flow, None if bool(inside.all()) else inside)
+        self._steady = inside, look
+        return look
+
+    def _frame(self, state: State, report: dict[str, float]) -> Frame:
+        where = self.renewal.read.pixels(state.source)
+        origin = look_up(self.exemplar.origin, where)
+        origin[:1] = torch.where(state.inside, origin[:1], -1)
+        rows: list[Row] = [{"frame": state.number, **report}]
+        shown = torch.where(state.inside, state.image, 0.0)
+        return Frame(shown, origin, where, rows, [], "", state)

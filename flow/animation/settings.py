@@ -1,0 +1,49 @@
+"""How worn texture is renewed, and presets of it."""
+
+from dataclasses import dataclass
+
+from kwatra.base import InputError
+
+
+@dataclass(frozen=True)
+class Renewing:
+    """How texture is renewed.
+
+    flow_weight: lambda, what a change costs against the motion. seam: what disagreement along a seam costs.
+    tolerance: wear that is left alone. stiffness: how much copies resist being turned and stretched, in px^2; 0: not
+    at all. area: what wear has where a copy shows more or less of the exemplar than its own area. tones: what parts
+    as bright as others shown too often cost. usage: what much-used parts of the exemplar cost. inertia: how much the
+    frame before, carried along, counts in a frame's colors against its copies' 1; 0: not at all. blocks: at most so
+    many a frame, besides those that new texture needs. block: their size. window, step: the windows whose energy is
+    measured, and their distance. interpolation: see `flow.warp`.
+    Energies are in variances of the exemplar, sizes in px.
+    """
+
+    flow_weight: float = 0.025
+    seam: float = 1.2
+    tolerance: float = 0.06
+    stiffness: float = 30.0
+    area: float = 0.5
+    tones: float = 1.0
+    usage: float = 0.3
+    inertia: float = 0.4
+    blocks: int = 20
+    block: int = 48
+    window: int = 24
+    step: int = 6
+    interpolation: str = "lanczos"
+
+    def __post_init__(self) -> None:
+        costs = self.flow_weight, self.seam, self.tolerance, self.stiffness, self.area, self.tones, self.usage
+        if min(*costs, self.inertia, self.blocks) < 0:
+            raise InputError(f"{self} has a negative weight or number of blocks; give 0 or more")
+        if min(self.block, self.window, self.step) < 2:
+            raise InputError(f"{self} has a size below 2 px; give at least 2")
+
+
+PRESETS = {
+    "fast": Renewing(blocks=6, window=24, step=24, interpolation="bicubic"),
+    "default": Renewing(),
+    "best": Renewing(blocks=60, step=4),
+}
+"""How much work to spend on a frame."""

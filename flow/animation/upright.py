@@ -1,0 +1,92 @@
+"""Copies turned upright: elements of the texture keep their size and orientation while they flow (thesis 6.2).
+
+A flow carries, and also turns and stretches. Of every carried copy the part that is not rigid is undone a little in
+every frame, so that nothing has to be replaced because it was turned: source coordinates S + u instead of S, where u
+minimizes
+
+    sum_p d(p) |u(p)|^2 + stiffness * sum_pq d(p, q)^2 |u(q) - u(p) + c(p, q)|^2 .
+
+d is the exemplar's detail, its gradients' energy, where S reads it: the motion of what is flat is not seen (which is
+the gradient weight K of thesis equation 27, for small motions), nor is its distortion. c is what the offset of S
+changes by between neighbors of one copy, shortened where that is much, and 0 across a seam: elements are stiff, the
+flat gaps between them give way, and the two sides of a seam stay together.
+"""
+
+import torch
+import torch.nn.functional as F
+from scipy import ndimage
+from torch import Tensor
+
+from flow.animation.copies import changes, offsets
+from flow.warps import filled, warp
+from kwatra import Exemplar
+from kwatra.base import mean
+from kwatra.steps import conjugate_gradients
+
+_AROUND = 1.5
+"""Detail is blurred by so many px: what is beside an edge belongs to it."""
+
+_FLAT = 0.02
+"""The least detail, in multiples of its mean."""
+
+_MOST = 0.12
+"""The largest change of the offset from pixel to pixel that is undone in one frame: a flow that turns its texture
+faster than that would be halted."""
+
+_TOLERANCE, _STEPS = 0.05, 15
+"""When the minimum is near enough: what is left over is undone in the next frame."""
+
+_FIXED = 1e6
+"""The weight d of pixels that are to stay where they are."""
+
+
+class Upright:
+    """Turns copies of an exemplar upright, as far as `stiffness` >= 0 (in px^2) asks for; 0: not at all."""
+
+    def __init__(self, exemplar: Exemplar, stiffness: float) -> None:
+        self.stiffness = stiffness
+        canvas = filled(exemplar.canvas, exemplar.owner >= 0)
+        padded = F.pad(canvas[None], (0, 1, 0, 1), mode="replicate")[0]
+        slopes = padded[:, :-1, 1:] - canvas, padded[:, 1:, :-1] - canvas
+        energy = ((slopes[0].square() + slopes[1].square()) * exemplar.share).sum(0)
+        smooth = torch.from_numpy(ndimage.gaussian_filter(energy.cpu().numpy(), _AROUND)).to(exemplar.canvas)
+        self._detail = (smooth / mean(smooth).clamp(min=1e-12)).clamp(min=_FLAT)
+
+    def __call__(self, source: Tensor, free: Tensor) -> Tensor:
+        """Source coordinates (2, H, W) made more upright where free (H, W); elsewhere they are left alone.
+
+        A frame of rigid copies is returned bit for bit.
+        """
+        if self.stiffness == 0 or not bool(free.any()):
+            return source
+        detail = warp(self._detail[None], source, "bilinear")[0]
+        anchor = torch.where(free, detail, _FIXED)
+        (down, one), (right, other) = changes(offsets(source))
+        down, right = (
+            c * both / (c.square().sum(0).sqrt() / _MOST).clamp(min=1) for c, both in ((down, one), (right, other))
+        )
+        tall = self.stiffness * (detail[1:].minimum(detail[:-1]) * (free[1:] & free[:-1])).square()
+        wide = self.stiffness * (detail[:, 1:].minimum(detail[:, :-1]) * (free[:, 1:] & free[:, :-1])).square()
+        diagonal = anchor + _ends(tall) + _ends(wide.T).T
+
+        def system(u: Tensor) -> Tensor:
+            return _pull(anchor * u, tall * u.diff(dim=1), wide * u.diff(dim=2))
+
+        still = torch.zeros_like(source)
+        right_side = -_pull(still.clone(), tall * down, wide * right)
+        u = conjugate_gradients(system, right_side, diagonal.expand_as(source), still, _TOLERANCE, _STEPS)
+        return torch.where(free, source + u, source)
+
+
+def _pull(values: Tensor, down: Tensor, right: Tensor) -> Tensor:
+    """Values (2, H, W), in place, and the transpose of differences along both axes, (2, H - 1, W) and (2, H, W - 1)."""
+    values[:, 1:] += down
+    values[:, :-1] -= down
+    values[:, :, 1:] += right
+    values[:, :, :-1] -= right
+    return values
+
+
+def _ends(weights: Tensor) -> Tensor:
+    """What weights (H - 1, W) between rows sum to at each pixel: (H, W)."""
+    return F.pad(weights, (0, 0, 1, 0)) + F.pad(weights, (0, 0, 0, 1))

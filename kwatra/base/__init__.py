@@ -1,0 +1,7 @@
+"""What everything stands on: the one error, axes, sums."""
+
+from kwatra.base.axes import AVERAGE, CONVOLUTION, LARGEST, coarse_shape, factors_of, resized
+from kwatra.base.errors import InputError
+from kwatra.base.reductions import mean, total
+
+__all__ = ["AVERAGE", "CONVOLUTION", "LARGEST", "InputError", "coarse_shape", "factors_of", "mean", "resized", "total"]

@@ -1,0 +1,5 @@
+"""The EM loop."""
+
+from kwatra.loop.optimize import optimize
+
+__all__ = ["optimize"]

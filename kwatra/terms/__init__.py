@@ -1,0 +1,23 @@
+"""What else the output should be: control terms of the energy."""
+
+from kwatra.terms.algebra import Quadratic, Scaled, Sum, Term, TermLike, parts_of, within
+from kwatra.terms.controls import Controls, Given, Wish, check_controls, check_mask, wish_of
+from kwatra.terms.pixels import HardPixels, SoftPixels
+
+__all__ = [
+    "Controls",
+    "Given",
+    "HardPixels",
+    "Quadratic",
+    "Scaled",
+    "SoftPixels",
+    "Sum",
+    "Term",
+    "TermLike",
+    "Wish",
+    "check_controls",
+    "check_mask",
+    "parts_of",
+    "wish_of",
+    "within",
+]

@@ -1,0 +1,183 @@
+"""All that is asked of an output besides being texture, on one level: its terms and its mask.
+
+The mask (True = texture belongs here) takes part of every window and of every term away: windows match, and the blend
+solves, on what is left (thesis section 6.3, K* and K_p* of equation 28). A masked pixel and a hard one are the same
+thing to the blend, a pixel that is not free; inside, masked ones are 0, so that nothing behind the mask can show.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import torch
+from torch import Tensor
+
+from kwatra.base import LARGEST, InputError, coarse_shape, resized
+from kwatra.terms.algebra import Quadratic, TermLike, within
+
+
+@dataclass(frozen=True)
+class Wish:
+    """What all terms together want of each pixel: weights (C or 1, *S), values (C, *S)."""
+
+    weight: Tensor
+    value: Tensor
+
+
+def wish_of(quadratics: Sequence[Quadratic], x: Tensor) -> Wish | None:
+    """The terms as one diagonal wish about the current image, for the search (thesis equation 26).
+
+    A diagonal F is taken as it is. Another is replaced by its diagonal and by the value that one Jacobi step from x
+    would reach, c = x - F (x - c) / diag F, which has the same gradient at x.
+    """
+    if not quadratics:
+        return None
+    weight = torch.zeros_like(x)
+    pull = torch.zeros_like(x)
+    for q in quadratics:
+        weight = weight + q.diagonal
+        pull = pull + q.times(x - q.target)
+    return Wish(weight, torch.where(weight > 0, x - pull / weight.clamp(min=1e-12), x))
+
+
+@dataclass(frozen=True)
+class Given:
+    """The values of an image that are not free: fixed (C, *S) boolean, value (C, *S); mask (1, *S) or None.
+
+    Behind the mask every channel is fixed, at 0.
+    """
+
+    fixed: Tensor
+    value: Tensor
+    mask: Tensor | None
+
+    @property
+    def free(self) -> Tensor:
+        """Pixels (1, *S) of which some channel is free."""
+        return ~self.fixed.all(0, keepdim=True)
+
+    def held(self, x: Tensor) -> Tensor:
+        """The image with its fixed values in place."""
+        return torch.where(self.fixed, self.value, x)
+
+
+class Controls:
+    """Terms and mask where pixels are `factors` times coarser than those of an output of `channels` and `shape`.
+
+    mask: boolean (*shape) or None. given: what is not free on this level, None where all is.
+    """
+
+    def __init__(
+        self,
+        terms: Sequence[TermLike],
+        mask: Tensor | None,
+        factors: tuple[int, ...],
+        shape: tuple[int, ...],
+        channels: int,
+        device: torch.device | str,
+    ) -> None:
+        self.shape, self.factors, self._full = coarse_shape(shape, factors), factors, mask
+        self.mask = None if mask is None else _coarse_mask(mask, factors, self.shape)
+        self.terms = [(term if mask is None else within(term, mask)).at(factors, self.shape) for term in terms]
+        blank = torch.zeros(channels, *self.shape, device=device)
+        self.given = _given(self.quadratics(blank), self.mask, blank)
+
+    def quadratics(self, x: Tensor) -> list[Quadratic]:
+        """F and c of every term about the image x, without what lies behind the mask."""
+        quadratics = [term.quadratic(x) for term in self.terms]
+        return quadratics if self.mask is None else [_cut(q, self.mask) for q in quadratics]
+
+    def wish(self, x: Tensor) -> Wish | None:
+        """What the blocks of a start should agree with, where it can be told without an image: by diagonal terms."""
+        quadratics = [q for q in self.quadratics(x) if q.apply is None]
+        if not quadratics:
+            return None
+        asked = [q if q.fixed is None else replace(q, diagonal=q.diagonal + q.fixed.float()) for q in quadratics]
+        return wish_of(asked, x)
+
+    def energies(self, x: Tensor) -> list[tuple[str, float]]:
+        """Every term's name and value for the image x (C, *S)."""
+        if self.mask is None:
+            return [(term.name, term.energy(x)) for term in self.terms]
+        values = [q.value(x) for q in self.quadratics(x)]
+        return [(term.name, value) for term, value in zip(self.terms, values, strict=True)]
+
+    def held(self, x: Tensor) -> Tensor:
+        """The image with its given values in place, and 0 behind the mask."""
+        return x if self.given is None else self.given.held(x)
+
+    def shrunk(self, image: Tensor) -> Tensor:
+        """An image (C, *shape) of the full resolution at this one: blocks averaged over their unmasked pixels."""
+        if self._full is None:
+            return self.held(resized(image, self.factors, self.shape))
+        inside = self._full[None]
+        total = resized(torch.where(inside, image, 0.0), self.factors, self.shape)
+        return self.held(total / resized(inside.float(), self.factors, self.shape).clamp(min=1e-12))
+
+
+def _coarse_mask(mask: Tensor, factors: tuple[int, ...], shape: tuple[int, ...]) -> Tensor:
+    """(1, *shape): a block counts if any of its pixels does, so that no unmasked pixel is left without texture."""
+    largest = LARGEST[len(shape)](mask[None, None].float(), factors, ceil_mode=True)
+    return largest[0] > 0
+
+
+def _cut(q: Quadratic, mask: Tensor) -> Quadratic:
+    """A quadratic on unmasked pixels alone: M F M for F."""
+    inside = mask.float()
+    apply = None if q.apply is None else partial(_cut_product, q.apply, inside)
+    diagonal, target = (torch.where(mask, t, 0.0) for t in (q.diagonal, q.target))
+    return Quadratic(diagonal, target, apply, None if q.fixed is None else q.fixed & mask)
+
+
+def _cut_product(apply: Callable[[Tensor], Tensor], inside: Tensor, x: Tensor) -> Tensor:
+    return inside * apply(inside * x)
+
+
+def _given(quadratics: Sequence[Quadratic], mask: Tensor | None, blank: Tensor) -> Given | None:
+    """What is not free; where several terms fix a value they agree, as `check_controls` has seen to."""
+    fixed, value = torch.zeros_like(blank, dtype=torch.bool), blank
+    for q in quadratics:
+        if q.fixed is not None:
+            value = torch.where(q.fixed & ~fixed, q.target, value)
+            fixed = fixed | q.fixed
+    if mask is not None:
+        fixed = fixed | ~mask
+    return Given(fixed, value, mask) if bool(fixed.any()) else None
+
+
+def check_mask(mask: Tensor | None, shape: tuple[int, ...]) -> Tensor | None:
+    """The mask, or None where it hides nothing. InputError where it is no mask of the output, or hides everything."""
+    if mask is None:
+        return None
+    if mask.dtype != torch.bool or tuple(mask.shape) != shape:
+        raise InputError(
+            f"the mask is {mask.dtype} of shape {tuple(mask.shape)}; give booleans {shape}, True where texture belongs"
+        )
+    if not bool(mask.any()):
+        raise InputError("the mask covers every pixel; it is True where texture belongs, so leave some True")
+    return None if bool(mask.all()) else mask
+
+
+def check_controls(controls: Controls, x: Tensor) -> None:
+    """InputError for terms of another size, wishes that are no numbers, and hard pixels that contradict each other."""
+    fixed, value = torch.zeros_like(x, dtype=torch.bool), torch.zeros_like(x)
+    for term, q in zip(controls.terms, controls.quadratics(x), strict=True):
+        name = term.name
+        for tensor in (q.diagonal, q.target):
+            if tensor.shape[0] not in (1, len(x)) or tensor.shape[1:] != x.shape[1:]:
+                raise InputError(
+                    f"the term {name!r} is for images {tuple(tensor.shape)}, but the output is {tuple(x.shape)}; "
+                    "give it the output's size and channels"
+                )
+        asked = q.diagonal > 0 if q.fixed is None else (q.diagonal > 0) | q.fixed
+        if not bool(q.diagonal.isfinite().all()) or not bool((q.target.isfinite() | ~asked).all()):
+            raise InputError(f"the term {name!r} has NaN or infinite weights or values; replace them or weigh them 0")
+        if q.fixed is not None:
+            clash = fixed & q.fixed & (value != q.target)
+            if bool(clash.any()):
+                where = tuple(clash.any(0).nonzero()[0].tolist())
+                raise InputError(
+                    f"hard pixels contradict each other: {name!r} fixes {int(clash.any(0).sum())} pixels, the first at "
+                    f"{where}, that another term fixes at other values; keep one of them or make one soft"
+                )
+            value, fixed = torch.where(q.fixed, q.target, value), fixed | q.fixed

@@ -1,0 +1,155 @@
+"""Overlapping windows on a regular n-D grid, and the two maps between images and windows.
+
+The selection matrices W_p of the thesis (section 5.1, equation 19) stacked for all p in X-dagger are one linear
+map: `gather` applies it (image to windows), `scatter` its exact transpose (windows summed back into an image).
+Images and videos share this code: the number of axes follows from `shape`.
+
+Windows are stored channels last, (N, *width, C): one row of a window is then one contiguous piece of memory.
+A plain grid ends with a window flush against the border, so every pixel is covered; a wrap-around grid continues
+past the border at the opposite side.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import product
+
+import torch
+from torch import Tensor
+
+from kwatra.base import InputError
+
+
+def channels_last(image: Tensor) -> Tensor:
+    """(C, *S) as contiguous (*S, C)."""
+    return image.movedim(0, -1).contiguous()
+
+
+def windows_at(image: Tensor, corners: Tensor, width: tuple[int, ...]) -> Tensor:
+    """Windows of a channels-last image whose first pixels are given.
+
+    image (*S, C) contiguous; corners (N, n) integer pixel coordinates in the order of the axes, each window inside
+    the image. Returns (N, *width, C).
+    """
+    channels = image.shape[-1]
+    strides = torch.tensor(image.stride()[:-1], device=image.device) // channels
+    first = (corners * strides).sum(1)
+    row_starts = torch.zeros(1, dtype=torch.long, device=image.device)
+    for size, stride in zip(width[:-1], strides[:-1], strict=True):
+        row_starts = (row_starts[:, None] + torch.arange(size, device=image.device) * stride).flatten()
+    rows = image.reshape(-1).unfold(0, width[-1] * channels, channels)
+    return rows[first[:, None] + row_starts].view(len(corners), *width, channels)
+
+
+def step_of(width: int) -> int:
+    """The distance between window corners: the largest divisor of the width up to width / 4 (thesis 5.1: w/4)."""
+    return max((s for s in range(1, width // 4 + 1) if width % s == 0), default=1)
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Windows of `width` pixels every `step` pixels on an image of spatial `shape` (n axes each).
+
+    `step` divides `width` on every axis. With `wrap` the image is periodic and windows run over its border.
+    `rows` is the range of window rows (positions on the first axis) this grid holds; None means all of them.
+    """
+
+    shape: tuple[int, ...]
+    width: tuple[int, ...]
+    step: tuple[int, ...]
+    wrap: bool = False
+    rows: tuple[int, int] | None = None
+    device: torch.device | str = "cpu"
+
+    def __post_init__(self) -> None:
+        for size, width, step in zip(self.shape, self.width, self.step, strict=True):
+            if width % step:
+                raise InputError(f"step is {step}, which does not divide the window width {width}; choose a divisor")
+            if width > size:
+                raise InputError(f"a window is {width} pixels wide but the image only {size}; choose smaller windows")
+
+    @cached_property
+    def positions(self) -> tuple[Tensor, ...]:
+        """First pixel of the windows along each axis."""
+        axes = []
+        for size, width, step in zip(self.shape, self.width, self.step, strict=True):
+            last = size - 1 if self.wrap else size - width
+            position = torch.arange(0, last + 1, step)
+            if not self.wrap and position[-1] != last:
+                position = torch.cat([position, torch.tensor([last])])
+            axes.append(position.to(self.device))
+        if self.rows is not None:
+            axes[0] = axes[0][slice(*self.rows)]
+        return tuple(axes)
+
+    @property
+    def counts(self) -> tuple[int, ...]:
+        """Number of windows along each axis."""
+        return tuple(len(p) for p in self.positions)
+
+    def __len__(self) -> int:
+        return int(torch.tensor(self.counts).prod())
+
+    @cached_property
+    def corners(self) -> Tensor:
+        """First pixel of every window, (N, n)."""
+        return torch.stack(torch.meshgrid(*self.positions, indexing="ij"), -1).reshape(len(self), -1)
+
+    def bands(self, most: int) -> Iterator["Grid"]:
+        """The grid cut into bands of whole window rows with about `most` windows each: bounds the memory of a pass."""
+        per_row = max(len(self) // self.counts[0], 1)
+        height = max(most // per_row, 1)
+        for first in range(0, self.counts[0], height):
+            yield replace(self, rows=(first, min(first + height, self.counts[0])))
+
+    def gather(self, image: Tensor) -> Tensor:
+        """All windows of an image (C, *shape), as (N, *width, C)."""
+        pixels = channels_last(image)
+        if self.wrap:
+            for axis, width in enumerate(self.width):
+                pixels = torch.cat([pixels, pixels.narrow(axis, 0, width - 1)], axis)
+        return windows_at(pixels, self.corners, self.width)
+
+    def scatter(self, windows: Tensor) -> Tensor:
+        """The transpose of `gather`: windows (N, *width, C) summed into an image (C, *shape)."""
+        values = windows.reshape(*self.counts, *self.width, windows.shape[-1])
+        for axis in reversed(range(len(self.shape))):
+            # counts and widths of the axes still to be summed lead; those summed already trail as pixels
+            values = self._overlap_add(values.movedim(axis, 2 * axis), axis)
+        return values.movedim(-1, 0)
+
+    def _overlap_add(self, values: Tensor, axis: int) -> Tensor:
+        """Sum the dimensions (count, width) of one axis, at (2 axis, 2 axis + 1), into its pixels."""
+        size, width, step = self.shape[axis], self.width[axis], self.step[axis]
+        position, dim = self.positions[axis], 2 * axis
+        count, first = len(position), int(position[0])
+        regular = count if (int(position[-1]) - first) % step == 0 else count - 1
+        length = max(first + (regular - 1) * step + width, size)
+        total = values.new_zeros(*values.shape[:dim], length, *values.shape[dim + 2 :])
+        for k in range(0, width, step):
+            target = total.narrow(dim, first + k, regular * step).unflatten(dim, (regular, step))
+            target += values.narrow(dim, 0, regular).narrow(dim + 1, k, step)
+        if regular < count:
+            total.narrow(dim, int(position[-1]), width).add_(values.select(dim, count - 1))
+        for past in range(size, length, size):  # windows that ran over the border of a periodic image
+            tail = total.narrow(dim, past, min(size, length - past))
+            total.narrow(dim, 0, tail.shape[dim]).add_(tail)
+        return total.narrow(dim, 0, size)
+
+    def neighbor_shifts(self) -> Iterator[tuple[Tensor, Tensor]]:
+        """For each of the 2n grid neighbors: (its index (N,), window corner minus the neighbor's corner (N, n)).
+
+        At a plain border a window is its own neighbor (shift zero).
+        """
+        index = torch.arange(len(self), device=self.device).view(self.counts)
+        corners = self.corners.view(*self.counts, -1)
+        period = torch.tensor(self.shape, device=self.device)
+        for axis, sign in product(range(len(self.shape)), (1, -1)):
+            there = index.roll(sign, axis)
+            if not self.wrap:
+                edge = 0 if sign == 1 else self.counts[axis] - 1
+                there.select(axis, edge).copy_(index.select(axis, edge))
+            shift = corners - self.corners[there]
+            if self.wrap:
+                shift = (shift + period // 2) % period - period // 2
+            yield there.flatten(), shift.reshape(len(self), -1)

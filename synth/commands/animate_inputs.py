@@ -1,0 +1,164 @@
+"""What `kwatra animate` is given, read and checked: the exemplar, the flow, what is flowed around, the first frame."""
+
+import argparse
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+import numpy as np
+import torch
+from torch import Tensor
+
+import flow
+from kwatra.base import InputError
+from synth.commands.animate_arguments import Obstacle
+from synth.commands.synth import check_size
+from synth.io.flows import SUFFIXES, field_of, read_flow
+from synth.io.images import Picture, read_image, read_mask
+from synth.texture.form import Form
+
+Shape = tuple[int, int]
+
+_SIZE = (256, 256)
+_LEAST = 4
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """What an animation is made of.
+
+    field: bent around the obstacle. shape: (H, W) of the frames. mask (H, W): False where the obstacle is; None where
+    there is none. form: takes the exemplar's pixels to [0, 1] and back.
+    """
+
+    exemplar: Picture
+    field: flow.Field
+    shape: Shape
+    mask: Tensor | None
+    first: Picture | None
+    form: Form[Tensor]
+
+    @property
+    def extremes(self) -> tuple[float, float]:
+        """What is black and white: 0 and 1, or the least and largest value of an exemplar of floats."""
+        return (self.form.low, self.form.high) if self.exemplar.kind.dtype.startswith("f") else (0.0, 1.0)
+
+    def drawn(self, frame: flow.Frame) -> Tensor:
+        """A frame's pixels (C, H, W) as a file is to hold them.
+
+        Black where there is no texture and gray where the obstacle is; transparent where there can be alpha.
+        """
+        low, high = self.extremes
+        opaque = "A" not in self.exemplar.kind.channels
+        pixels = self.form.restored(frame.image.cpu())
+        pixels = torch.where(frame.state.inside.cpu(), pixels, low if opaque else 0.0)
+        return pixels if self.mask is None else torch.where(self.mask, pixels, (low + high) / 2 if opaque else 0.0)
+
+
+def read_inputs(arguments: argparse.Namespace) -> Inputs:
+    """Read all files that the arguments name; InputError for what does not fit together."""
+    path = arguments.exemplar
+    exemplar = read_image(path)
+    first = None if arguments.first is None else _read_first(arguments.first, path, exemplar)
+    drawn = read_mask(arguments.obstacle) if isinstance(arguments.obstacle, Path) else None
+    shape = _shape(arguments, first, drawn)
+    field = field_of(arguments.flow, arguments.speed, arguments.resample)
+    mask = None if arguments.obstacle is None else _mask(arguments.obstacle, drawn, shape)
+    field = field if mask is None else flow.around(field, mask)
+    return Inputs(exemplar, field, shape, mask, first, Form.of([exemplar.pixels]))
+
+
+def settings_of(arguments: argparse.Namespace, inputs: Inputs) -> Mapping[str, str]:
+    """All that decides what the frames look like, by names that a user knows; of files, what they hold."""
+    recorded = _is_file(arguments.flow)
+    return {
+        "exemplar": _digest(inputs.exemplar),
+        "--flow": hashlib.sha256(Path(arguments.flow).read_bytes()).hexdigest() if recorded else arguments.flow,
+        "--speed": str(arguments.speed),
+        "--size": "x".join(map(str, inputs.shape[::-1])),
+        "--loop": str(arguments.loop),
+        "--obstacle": "None" if inputs.mask is None else hashlib.sha256(inputs.mask.numpy().tobytes()).hexdigest(),
+        "--fill-from": str(arguments.fill_from),
+        "--first": "None" if inputs.first is None else _digest(inputs.first),
+        "--seed": str(arguments.seed),
+        "--preset": arguments.preset,
+        "--device": arguments.device,
+        "version of kwatra": _version(),
+        "version of torch": torch.__version__,
+    }
+
+
+def name_of(text: str) -> str:
+    """What a flow is called in a file's name."""
+    return Path(text).stem if _is_file(text) else text.replace(":", "")
+
+
+def _read_first(path: Path, exemplar_path: Path, exemplar: Picture) -> Picture:
+    first = read_image(path)
+    kind, wanted = first.kind, exemplar.kind
+    if kind.channels != wanted.channels or kind.dtype.startswith("f") != wanted.dtype.startswith("f"):
+        raise InputError(f"{path} holds {kind} but {exemplar_path} holds {wanted}; save it like the exemplar")
+    return first
+
+
+def _shape(arguments: argparse.Namespace, first: Picture | None, drawn: Tensor | None) -> Shape:
+    """(H, W): as asked, or that of the files, which must all have it, but for a flow that may be stretched."""
+    sizes: dict[Path, Shape] = {}
+    if drawn is not None:
+        sizes[arguments.obstacle] = _size(drawn)
+    if first is not None:
+        sizes[arguments.first] = _size(first.pixels)
+    default, recorded = _SIZE, Path(arguments.flow)
+    if _is_file(arguments.flow):
+        default = _size(read_flow(recorded).flow)
+        if not arguments.resample:
+            sizes = {recorded: default} | sizes
+    shape = arguments.size or next(iter(sizes.values()), default)
+    for path, size in sizes.items():
+        if size != shape:
+            cure = "stretch it with --resample" if path == recorded else "give both one size"
+            raise InputError(
+                f"{path} is {size[1]}x{size[0]} but the frames are to be {shape[1]}x{shape[0]}; "
+                f"leave out --size, or {cure}"
+            )
+    if min(shape) < _LEAST:
+        raise InputError(f"frames of {shape[1]}x{shape[0]} are too small; give at least {_LEAST} pixels a side")
+    check_size(shape)
+    return shape
+
+
+def _mask(obstacle: Obstacle, drawn: Tensor | None, shape: Shape) -> Tensor:
+    """Where texture belongs (H, W)."""
+    if drawn is not None:
+        name, mask = str(obstacle), ~drawn
+    elif isinstance(obstacle, tuple) and obstacle:
+        name, mask = "the disc", flow.disc_mask(shape, (obstacle[0], obstacle[1]), obstacle[2])
+    else:
+        name, mask = "the disc", flow.disc_mask(shape)
+    if bool(mask.all()):
+        raise InputError(f"{name} leaves the whole frame free; an obstacle is white in its image, or within the frame")
+    if not bool(mask.any()):
+        raise InputError(f"{name} covers the whole frame; leave some room for the texture")
+    return mask
+
+
+def _is_file(text: str) -> bool:
+    return Path(text).suffix.lower() in SUFFIXES
+
+
+def _size(image: Tensor) -> Shape:
+    return image.shape[-2], image.shape[-1]
+
+
+def _digest(picture: Picture) -> str:
+    pixels = np.ascontiguousarray(picture.pixels.numpy())
+    return hashlib.sha256(f"{picture.kind} {pixels.shape}".encode() + pixels.tobytes()).hexdigest()
+
+
+def _version() -> str:
+    try:
+        return version("kwatra")
+    except PackageNotFoundError:
+        return "not installed"

@@ -1,0 +1,117 @@
+"""Flow in and out of files: Middlebury .flo, KITTI 16-bit .png, and NumPy .npy and .npz, steady or in time."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from flow import NAMES, Field, filled, named, sampled
+from flow.checks import check_vectors
+from kwatra.base import InputError
+from synth.io.flow_formats import ENCODERS, READERS, UNKNOWN
+from synth.io.outputs import Writer, check_writable, write_files
+
+SUFFIXES = tuple(READERS)
+
+
+@dataclass(frozen=True)
+class Recording:
+    """A flow file's content.
+
+    flow (2, H, W), or in time (T, 2, H, W), float32, x first, px per frame; 0 where it is not known. known (H, W) or
+    (T, H, W): which vectors the file holds.
+    """
+
+    flow: Tensor
+    known: Tensor
+
+    def filled(self) -> Tensor:
+        """The flow with the nearest known vector wherever one is not known, each frame for itself.
+
+        Raises InputError if in some frame nothing is known.
+        """
+        if self.flow.ndim == 3:
+            return filled(self.flow, self.known)
+        return torch.stack([filled(flow, known) for flow, known in zip(self.flow, self.known, strict=True)])
+
+
+def read_flow(path: str | Path) -> Recording:
+    """Read a flow file; what it is, its ending says.
+
+    Raises InputError if it is missing, cut short, of another format, or holds NaN.
+    """
+    path = Path(path)
+    if path.suffix.lower() not in SUFFIXES:
+        raise InputError(f"{path} has an ending that no flow file has; give one ending with {' or '.join(SUFFIXES)}")
+    try:
+        data = path.read_bytes()
+    except FileNotFoundError:
+        raise InputError(f"{path} does not exist; check the name") from None
+    except IsADirectoryError:
+        raise InputError(f"{path} is a folder; name a flow file") from None
+    except OSError as error:
+        raise InputError(f"{path} cannot be read ({error.strerror or error}); check its permissions") from error
+    vectors = READERS[path.suffix.lower()](path, data)
+    bad = int(np.isnan(vectors).any(-3).sum())
+    if bad:
+        raise InputError(f"{path} has {bad} vectors that are NaN; write 1e10 for what is not known, or mend them")
+    flow = torch.from_numpy(np.array(vectors, np.float32))
+    known = (flow.abs() <= UNKNOWN).all(-3)
+    return Recording(torch.where(known.unsqueeze(-3), flow, 0.0), known)
+
+
+def field_of(text: str | Path, speed: float | None = None, resample: bool = False) -> Field:
+    """The field that a text names (see `flow.named`), or that of a flow file, unknown vectors the nearest known ones.
+
+    speed: px per frame of the fastest pixel (default: 2, a file's own). resample: stretch a file's flow over frames of
+    another size. Raises InputError for what is neither, and as `read_flow` does.
+    """
+    if Path(text).suffix.lower() in SUFFIXES:
+        return sampled(read_flow(text).filled(), resample, speed)
+    if str(text).partition(":")[0] not in NAMES:
+        raise InputError(
+            f"{str(text)!r} names no flow; give one of {', '.join(NAMES)}, or a file ending with {', '.join(SUFFIXES)}"
+        )
+    return named(str(text), speed)
+
+
+def write_flow(path: str | Path, flow: Tensor, known: Tensor | None = None, overwrite: bool = False) -> None:
+    """Write a flow (2, H, W), or in .npy and .npz (T, 2, H, W), in the format that the ending of `path` names.
+
+    known (H, W) or (T, H, W): False where a vector is not known. A .png rounds to 1/64 px.
+
+    Raises InputError if the format cannot hold the flow, the file exists and `overwrite` is not set, or it cannot be
+    written; it is then as it was.
+    """
+    path = Path(path)
+    check_flow_output(path, overwrite)
+    write_files({path: flow_writer(path, flow, known)})
+
+
+def check_flow_output(path: Path, overwrite: bool) -> None:
+    """Refuse, before any work, a flow file that could not be written."""
+    if path.suffix.lower() not in SUFFIXES:
+        raise InputError(f"{path} has an ending that no flow file has; end it with {' or '.join(SUFFIXES)}")
+    check_writable(path, overwrite)
+
+
+def flow_writer(path: Path, flow: Tensor, known: Tensor | None = None) -> Writer:
+    """What writes a flow in the format that the ending of `path` names; see `write_flow`."""
+    suffix = path.suffix.lower()
+    frames = flow[None] if flow.ndim == 3 else flow
+    if frames.ndim != 4 or not len(frames):
+        raise InputError(f"flows have shape {tuple(flow.shape)}; give (2, H, W), or (T, 2, H, W) in time")
+    if flow.ndim == 4 and suffix in (".flo", ".png"):
+        raise InputError(f"{path} cannot hold a flow in time; end it with .npy or .npz")
+    known = torch.ones_like(flow.select(-3, 0), dtype=torch.bool) if known is None else known
+    vectors = torch.where(known.unsqueeze(-3), flow, 0.0).float().cpu()
+    for frame in vectors[None] if vectors.ndim == 3 else vectors:
+        check_vectors(frame)
+    data = ENCODERS[suffix](path, vectors.numpy(), known.cpu().numpy())
+    return lambda target: _write(target, data)
+
+
+def _write(target: Path, data: bytes) -> None:
+    target.write_bytes(data)

@@ -1,0 +1,183 @@
+"""Video in and out of files: MP4 and GIF, or a folder of frames. Frames are (C, T, H, W) float32 in [0, 1].
+
+A video is written beside its target and moved there when it is whole; a folder of frames likewise. MP4 is H.264 in
+8 bits, 4:2:0 at high quality where its size is even, else 4:4:4; a folder of PNG frames keeps every value.
+"""
+
+import os
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from kwatra.base import InputError
+from synth.io.image_formats import Kind
+from synth.io.images import Writer, image_writer, read_image, write_files
+
+FILE_SUFFIXES = (".mp4", ".gif")
+_FRAME_SUFFIXES = (".png", ".tif", ".tiff", ".jpg", ".jpeg", ".exr")
+_COLORS = Kind("uint8", ("R", "G", "B"))
+
+
+@dataclass(frozen=True)
+class Clip:
+    """A video file's content: frames (C, T, H, W), how many play in a second, and the kind of its frames."""
+
+    frames: Tensor
+    rate: float
+    kind: Kind
+
+
+def is_video(path: str | Path) -> bool:
+    """Whether a path is a folder or ends like a video file."""
+    path = Path(path)
+    return path.is_dir() or path.suffix.lower() in FILE_SUFFIXES
+
+
+def read_video(path: str | Path, rate: float = 25.0) -> Clip:
+    """Read an .mp4 or .gif file, or a folder of images in the order of their names; `rate` is a folder's.
+
+    Raises InputError if it is missing or damaged, if its frames differ in size or kind, or if there is but one.
+    """
+    path = Path(path)
+    clip = _read_folder(path, rate) if path.is_dir() else _read_file(path)
+    if clip.frames.shape[1] < 2:
+        raise InputError(f"{path} has {clip.frames.shape[1]} frames but a video needs at least 2; give a longer one")
+    return clip
+
+
+def write_video(path: str | Path, frames: Tensor, rate: float, kind: Kind = _COLORS, overwrite: bool = False) -> None:
+    """Write frames (C, T, H, W) as .mp4 or .gif by the ending of `path`, or else as a folder of PNG or TIFF frames.
+
+    Raises InputError if the target exists and `overwrite` is not set, or cannot be written; it is then as it was.
+    """
+    check_video_output(path, overwrite)
+    write_files({Path(path): video_writer(path, frames.unbind(1), rate, kind)})
+
+
+def video_writer(path: str | Path, frames: Iterable[Tensor], rate: float, kind: Kind = _COLORS) -> Writer:
+    """What writes frames (C, H, W), one by one, in the form that the ending of `path` names: see `write_files`."""
+    suffix = Path(path).suffix.lower()
+    if suffix in FILE_SUFFIXES:
+        save = _save_mp4 if suffix == ".mp4" else _save_gif
+        return lambda target: save(target, _bytes(frames), rate)
+    return lambda target: _save_folder(target, frames, kind)
+
+
+def check_video_output(path: str | Path, overwrite: bool) -> None:
+    """Refuse, before any work, a file or folder that could not be written."""
+    path = Path(path)
+    if path.suffix and path.suffix.lower() not in FILE_SUFFIXES:
+        raise InputError(
+            f"{path} has an ending that no video can have; use .mp4 or .gif, or none for a folder of frames"
+        )
+    if path.is_dir() and path.suffix:
+        raise InputError(f"{path} is a folder; name a file")
+    if path.exists() and not overwrite:
+        raise InputError(f"{path} exists; name another file or allow it with --overwrite (overwrite=True)")
+    if path.is_dir() and any(not _is_frame(p) for p in path.iterdir()):
+        raise InputError(f"{path} holds more than frames and is not replaced; name another folder")
+    if not path.absolute().parent.is_dir():
+        raise InputError(f"{path} cannot be written because the folder {path.parent} does not exist; make it first")
+    if not os.access(path.absolute().parent, os.W_OK):
+        raise InputError(f"{path} cannot be written because the folder {path.parent} is read-only; choose another")
+
+
+def _read_folder(path: Path, rate: float) -> Clip:
+    names = sorted(p for p in path.iterdir() if _is_frame(p))
+    if not names:
+        raise InputError(f"{path} holds no images; give a folder of frames, an .mp4 or a .gif")
+    first = read_image(names[0])
+    frames = torch.empty(first.pixels.shape[0], len(names), *first.pixels.shape[1:])
+    for t, name in enumerate(names):
+        picture = first if t == 0 else read_image(name)
+        if picture.pixels.shape != first.pixels.shape:
+            raise InputError(
+                f"{name} is {_size(picture.pixels)} but {names[0].name} is {_size(first.pixels)}; "
+                "all frames must have one size and kind"
+            )
+        frames[:, t] = picture.pixels
+    return Clip(frames, rate, first.kind)
+
+
+def _is_frame(path: Path) -> bool:
+    return path.suffix.lower() in _FRAME_SUFFIXES and not path.name.startswith(".")
+
+
+def _size(pixels: Tensor) -> str:
+    return f"{pixels.shape[2]}x{pixels.shape[1]} with {pixels.shape[0]} channels"
+
+
+def _read_file(path: Path) -> Clip:
+    import av
+
+    if not path.exists():
+        raise InputError(f"{path} does not exist; check the name")
+    try:
+        with av.open(str(path)) as container:
+            if not container.streams.video:
+                raise InputError(f"{path} holds no video; give an .mp4, a .gif or a folder of frames")
+            stream = container.streams.video[0]
+            rate = float(stream.average_rate or 25)
+            arrays = [frame.to_ndarray(format="rgb24") for frame in container.decode(stream)]
+    except (av.FFmpegError, OSError) as error:
+        raise InputError(f"{path} is no video that can be read ({error}); give an .mp4, a .gif or a folder") from error
+    if len({array.shape for array in arrays}) > 1:
+        raise InputError(f"{path} has frames of differing sizes; all frames must have one size")
+    if not arrays:
+        raise InputError(f"{path} has no frames; give a longer video")
+    frames = torch.empty(3, len(arrays), *arrays[0].shape[:2])
+    for t, array in enumerate(arrays):
+        frames[:, t] = torch.from_numpy(array).permute(2, 0, 1) / 255
+    return Clip(frames, rate, _COLORS)
+
+
+def _bytes(frames: Iterable[Tensor]) -> Iterator[np.ndarray]:
+    """Each frame (C, H, W) as (H, W, 3) uint8."""
+    for frame in frames:
+        color = frame[:3] if len(frame) >= 3 else frame[:1].expand(3, -1, -1)
+        yield np.ascontiguousarray((color.clamp(0, 1) * 255).round().byte().permute(1, 2, 0).numpy())
+
+
+def _save_mp4(target: Path, frames: Iterator[np.ndarray], rate: float) -> None:
+    import av
+
+    with av.open(str(target), "w", format="mp4") as container:
+        stream: Any = None
+        for array in frames:
+            if stream is None:
+                stream = container.add_stream("libx264", rate=Fraction(rate).limit_denominator(1001))
+                stream.height, stream.width = array.shape[:2]
+                stream.pix_fmt = "yuv420p" if array.shape[0] % 2 == array.shape[1] % 2 == 0 else "yuv444p"
+                stream.options = {"crf": "14", "threads": "1"}
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(array, format="rgb24")))
+        container.mux(stream.encode(None))
+
+
+def _save_gif(target: Path, frames: Iterator[np.ndarray], rate: float) -> None:
+    from PIL import Image
+    from PIL.GifImagePlugin import getdata, getheader
+
+    # Frame by frame: Pillow's own writer would drop each frame that equals the last, and hold all of them till the end.
+    # Hundredths of a second are all a GIF can say.
+    pause = max(round(100 / rate), 2) * 10
+    with target.open("wb") as file:
+        for array in frames:
+            picture = Image.fromarray(array).quantize(256, method=Image.Quantize.MEDIANCUT)
+            if file.tell() == 0:
+                file.writelines(getheader(picture, info={"loop": 0, "duration": pause})[0])
+            file.writelines(getdata(picture, duration=pause, include_color_table=True))
+        file.write(b";")
+
+
+def _save_folder(target: Path, frames: Iterable[Tensor], kind: Kind) -> None:
+    ending = ".png" if kind.dtype in ("uint8", "uint16") else ".tif"
+    target.mkdir()
+    for t, frame in enumerate(frames):
+        name = target / f"{t:04d}{ending}"
+        write_files({name: image_writer(name, frame, kind)})

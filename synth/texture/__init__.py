@@ -1,0 +1,1 @@
+"""Images from exemplars: synthesis, filling, guidance."""

@@ -1,0 +1,192 @@
+"""Holes in an image, filled with texture: from the rest of the image, or from other images like it.
+
+The known pixels are hard ones and the rest of the image is an exemplar with a hole, so filling is synthesis with a
+control term. Two things make it good: robust weights close to d^-2, by which nearly the best window takes all (where
+much is known no window matches well, and a mean of many would be a blur), and a last iteration that also compares
+gradients (thesis section 5.3), whose blend spreads what is left of a step at the hole's border over its inside.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor
+
+import kwatra
+from kwatra import Exemplar, Feature, HardPixels, InputError, Level, Prepared, Progress, Result, Settings
+from synth.texture.form import Form, Image
+from synth.texture.images import PRESETS, Synthesis
+
+ROBUST = 0.1
+"""The exponent r of the robust energy."""
+
+GRADIENT = 32.0
+"""What gradients count beside colors in the last iteration."""
+
+MINDED = 0.01
+"""How much more than other pixels known ones count in the search, and partly known blocks at coarse levels: enough to
+continue lines; with 0.03 and more irregular textures fade in narrow holes, where no window fits all that is known.
+"""
+
+BLOCK = 0.25
+"""Size of the start's blocks as a share of the exemplar."""
+
+
+def fill(
+    image: Image,
+    hole: Tensor | np.ndarray,
+    *,
+    exemplar: Image | Sequence[Image] | None = None,
+    preset: str = "default",
+    seed: int = 0,
+    device: str = "cpu",
+    callback: Callable[[Progress], None] | None = None,
+) -> Synthesis[Image]:
+    """The image with its hole filled by texture; pixels outside of the hole come back bit for bit.
+
+    image: a tensor (C, H, W), or an array (H, W) or (H, W, C), as for `synthesize`; what it holds in the hole does not
+    matter. hole: boolean (H, W), True where the image is to be filled. exemplar: one or several images of its kind to
+    fill from, instead of from its own rest. preset, seed, device, callback: as for `synthesize`.
+
+    The result's `source` says where the filling comes from; known pixels come from themselves, or from nowhere (-1)
+    where exemplars were given. Its `result` is of the part of the image around the hole that was worked on. Raises
+    InputError for what cannot be used.
+    """
+    if preset not in PRESETS:
+        raise InputError(f"the preset is {preset!r}; allowed are {', '.join(PRESETS)}")
+    others: list[Any] = _listed(exemplar)
+    missing: Tensor = _checked_hole(image, torch.as_tensor(hole).cpu(), bool(others))
+    filled: Image = image.detach().cpu().clone() if isinstance(image, Tensor) else image.copy()
+    pixels = _memory(filled)
+    pixels[:, missing.numpy()] = 0 if bool(missing.all()) else pixels[:, ~missing.numpy()][:, :1]
+    pictures: list[Image] = [filled, *others]
+    form: Form[Image] = Form.of(pictures)
+    known = form.normalized(filled)
+    _check_channels(known, others)
+    if others:
+        source = Exemplar.of([form.normalized(other) for other in others], device=device)
+    else:
+        source = Exemplar.of([known], masks=[~missing], device=device)
+    result, box = _filled(known, missing, source, preset, seed, callback)
+    inside = missing[box].numpy()
+    pixels[:, missing.numpy()] = _memory(form.restored(result.image.cpu()))[:, inside]
+    where = np.indices((1, *missing.shape))[:, 0]
+    if others:
+        where[0] = -1
+    where[:, missing.numpy()] = result.source.cpu().numpy()[:, inside]
+    return Synthesis(filled, where, result, form)
+
+
+def _filled(
+    known: Tensor,
+    missing: Tensor,
+    source: Exemplar,
+    preset: str,
+    seed: int,
+    callback: Callable[[Progress], None] | None,
+) -> tuple[Result, tuple[slice, ...]]:
+    """The part of an image (C, H, W) that holds the missing pixels (H, W) with a margin, filled, and where it lies."""
+    settings, tries = PRESETS[preset]
+    levels = kwatra.planned_levels(source, missing.shape, settings.iterations)
+    settings = replace(settings, levels=levels, r=ROBUST, block=BLOCK)
+    box = _box(missing, max(level.factor * level.width for level in levels))
+    device = source.canvas.device
+    rest = HardPixels(known[(slice(None), *box)].to(device), ~missing[box][None].to(device), weight=MINDED)
+    return _Filling(Prepared(source), rest, settings, tries, callback).best(seed), box
+
+
+class _Filling:
+    """The runs that fill a part of an image, of `rest` known pixels, each with its share of the progress."""
+
+    def __init__(
+        self,
+        source: Prepared,
+        rest: HardPixels,
+        settings: Settings,
+        tries: int,
+        callback: Callable[[Progress], None] | None,
+    ) -> None:
+        self.source, self.rest, self.settings, self.tries, self.callback = source, rest, settings, tries, callback
+
+    def best(self, seed: int) -> Result:
+        """The run whose result looks most like the exemplar."""
+        results = [self.run(number, seed) for number in range(self.tries)]
+        return min(results, key=lambda result: float(result.energies[-1]["total"]))
+
+    def run(self, number: int, seed: int) -> Result:
+        """One filling, its seams smoothed."""
+        shape = self.rest.target.shape[1:]
+        filled = kwatra.optimize(
+            self.source,
+            shape,
+            settings=self.settings,
+            terms=self.rest,
+            seed=seed + 1000 * number,
+            callback=self._part(number, 0.0, 0.8),
+        )
+        width = min(8, *shape, *(level.width for level in self.settings.levels or ()))
+        last = replace(self.settings, levels=(Level(1, width, 1),), features=(Feature(kwatra.gradient, GRADIENT),))
+        smooth = kwatra.optimize(
+            self.source,
+            shape,
+            settings=last,
+            terms=self.rest,
+            start=filled.image,
+            callback=self._part(number, 0.8, 0.2),
+        )
+        stages = [*filled.stages, *(replace(stage, level=len(filled.stages)) for stage in smooth.stages)]
+        return replace(smooth, energies=filled.energies, stages=stages, stopped=filled.stopped)
+
+    def _part(self, number: int, begin: float, share: float) -> Callable[[Progress], None] | None:
+        """The callback for a part of the work."""
+        if self.callback is None:
+            return None
+        whole = self.callback
+        return lambda p: whole(replace(p, fraction=(number + begin + share * p.fraction) / self.tries))
+
+
+def _listed(exemplar: Any) -> list[Any]:
+    if exemplar is None:
+        return []
+    return [exemplar] if isinstance(exemplar, (Tensor, np.ndarray)) else list(exemplar)
+
+
+def _memory(image: Tensor | np.ndarray) -> np.ndarray:
+    """The image's own memory as an array (C, H, W)."""
+    if isinstance(image, Tensor):
+        return image.numpy()
+    return image[None] if image.ndim == 2 else np.moveaxis(image, -1, 0)
+
+
+def _checked_hole(image: Any, hole: Tensor, elsewhere: bool) -> Tensor:
+    wanted = (3,) if isinstance(image, Tensor) else (2, 3)
+    if not isinstance(image, (Tensor, np.ndarray)) or image.ndim not in wanted or 0 in image.shape:
+        raise InputError("the image to fill must be a tensor (C, H, W), or an array (H, W) or (H, W, C), not empty")
+    size = tuple(image.shape[-2:] if isinstance(image, Tensor) else image.shape[:2])
+    if hole.dtype != torch.bool or tuple(hole.shape) != size:
+        raise InputError(
+            f"the hole is {hole.dtype} of shape {tuple(hole.shape)}; give booleans of the image's size {size}"
+        )
+    if not bool(hole.any()):
+        raise InputError("the hole is empty; it is True where the image is to be filled")
+    if bool(hole.all()) and not elsewhere:
+        raise InputError("the hole covers the whole image and leaves nothing to copy from; give an exemplar")
+    return hole
+
+
+def _check_channels(known: Tensor, others: Sequence[Any]) -> None:
+    for other in others:
+        channels = other.shape[0] if isinstance(other, Tensor) else 1 if other.ndim == 2 else other.shape[2]
+        if channels != len(known):
+            raise InputError(
+                f"an exemplar has {channels} channels but the image {len(known)}; convert it to the same number"
+            )
+
+
+def _box(hole: Tensor, margin: int) -> tuple[slice, ...]:
+    """The hole's bounding box with a margin, within the image; its corner lies where all pyramids sample alike."""
+    place = hole.nonzero()
+    low, high = (place.amin(0) - margin).clamp(min=0) // 8 * 8, place.amax(0) + 1 + margin
+    return tuple(slice(int(a), min(int(b), size)) for a, b, size in zip(low, high, hole.shape, strict=True))

@@ -1,0 +1,107 @@
+"""Maps that belong to an exemplar (normals, height, masks), and the map of where each output pixel came from.
+
+A map is carried along by lookup: output pixel p gets the map's value at the exemplar pixel that p came from. Values,
+dtype and bit depth stay exact. Directions inside a map (normals, flow) are not turned when the exemplar is mirrored
+or rotated.
+"""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from torch import Tensor
+
+from kwatra.base import InputError
+from synth.io.image_formats import Array, Kind
+from synth.io.images import Writer, array_writer, check_output, read_array
+from synth.texture.images import Synthesis
+
+SOURCE_SUFFIXES = (".npy", ".png")
+_SOURCE_PNG = Kind("uint16", ("R", "G", "B"))
+
+
+@dataclass(frozen=True)
+class Map:
+    """A map of the exemplars: its name, one array (H, W, C) per exemplar, their kind, and the file to write."""
+
+    name: str
+    arrays: list[Array]
+    kind: Kind
+    output: Path
+
+
+def read_map(request: str, sizes: list[tuple[int, int]], output: Path) -> Map:
+    """Read what `--also NAME=FILE[,FILE...]` asks for: one file per exemplar, of the same (height, width).
+
+    `output` is the file of the synthesized image; the map goes beside it as STEM_NAME with the map's own ending.
+    """
+    name, files = _split(request, len(sizes))
+    arrays, kinds = zip(*(read_array(file) for file in files), strict=True)
+    for file, array, size in zip(files, arrays, sizes, strict=True):
+        if array.shape[:2] != size:
+            raise InputError(
+                f"{file} is {_size(array.shape[:2])} but its exemplar is {_size(size)}; a map has its exemplar's size"
+            )
+    for file, kind in zip(files, kinds, strict=True):
+        if (kind.dtype, kind.channels) != (kinds[0].dtype, kinds[0].channels):
+            raise InputError(f"{file} holds {kind} but {files[0]} holds {kinds[0]}; save both maps alike")
+    return Map(name, list(arrays), kinds[0], output.with_name(f"{output.stem}_{name}{files[0].suffix}"))
+
+
+def read_guide(request: str, count: int) -> tuple[list[Array], Array]:
+    """Read what `--guide MAP[,MAP]=OUTPUT_MAP` asks for: maps (H, W, C), one per exemplar, and the output's."""
+    first, equals, last = request.rpartition("=")
+    if not (equals and first and last):
+        raise InputError(f"--guide is {request!r}; write EXEMPLAR_MAP=OUTPUT_MAP, as labels.png=wanted.png")
+    files = [Path(part) for part in (first.split(",") if count > 1 else [first])]
+    if len(files) != count:
+        raise InputError(f"--guide names {len(files)} maps for {count} exemplars; give one each, with commas")
+    files.append(Path(last))
+    arrays, kinds = zip(*(read_array(file) for file in files), strict=True)
+    for file, kind in zip(files, kinds, strict=True):
+        if (kind.dtype, kind.channels) != (kinds[-1].dtype, kinds[-1].channels):
+            raise InputError(f"{file} holds {kind} but {files[-1]} holds {kinds[-1]}; save both maps alike")
+    return list(arrays[:-1]), arrays[-1]
+
+
+def map_writer(carried: Map, synthesis: Synthesis[Tensor]) -> Writer:
+    """What writes a map rearranged as the synthesis rearranged its exemplar."""
+    return array_writer(carried.output, synthesis.take(carried.arrays), carried.kind)
+
+
+def check_source_output(path: Path, sizes: list[tuple[int, int]], overwrite: bool) -> None:
+    """Refuse, before any work, a `--map` file that could not be written."""
+    check_output(path, None, overwrite, SOURCE_SUFFIXES)
+    if path.suffix.lower() == ".png" and max(max(size) for size in sizes) > 2**16:
+        raise InputError(f"{path} cannot hold coordinates above 65535; end it with .npy")
+
+
+def source_writer(path: Path, source: Array) -> Writer:
+    """What writes the source coordinates (3, H, W) = (exemplar, y, x).
+
+    .npy: int32, as given. .png: 16-bit color, R = x, G = y, B = exemplar.
+    """
+    if path.suffix.lower() == ".png":
+        colors = np.ascontiguousarray(source[::-1].transpose(1, 2, 0)).astype(np.uint16)
+        return array_writer(path, colors, _SOURCE_PNG)
+
+    def write(target: Path) -> None:
+        with target.open("wb") as file:
+            np.save(file, source.astype(np.int32))
+
+    return write
+
+
+def _split(request: str, count: int) -> tuple[str, list[Path]]:
+    name, equals, rest = request.partition("=")
+    if not (equals and rest and re.fullmatch(r"[\w-]+", name)):
+        raise InputError(f"--also is {request!r}; write NAME=FILE, for example normal=brick_n.png")
+    files = [Path(part) for part in (rest.split(",") if count > 1 else [rest])]
+    if len(files) != count:
+        raise InputError(f"--also {name} names {len(files)} files for {count} exemplars; give one each, with commas")
+    return name, files
+
+
+def _size(shape: tuple[int, ...]) -> str:
+    return f"{shape[1]}x{shape[0]}"

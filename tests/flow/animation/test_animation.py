@@ -1,0 +1,332 @@
+"""Textures that flow: motion as asked, the same bits whatever the way there, and no wear however long."""
+
+from dataclasses import replace
+from itertools import islice, pairwise
+
+import faiss
+import numpy as np
+import pytest
+import torch
+from skimage import data
+from torch import Tensor
+
+import flow
+from flow.animation.sequence import Motion
+from flow.animation.settings import Renewing
+from kwatra import Exemplar, InputError, Settings
+from kwatra.measure.quality import forward_energy, sharpness
+
+SHAPE = (64, 72)
+QUICK = Renewing(blocks=6, block=32, window=16, step=8)
+LONG = Renewing(blocks=6, window=24, step=12, interpolation="bicubic")
+
+
+def brick(side: int = 80) -> Tensor:
+    wall = data.brick()[: 2 * side, : 2 * side].astype(np.float32) / 255
+    return torch.from_numpy(wall.reshape(side, 2, side, 2).mean((1, 3)))[None]
+
+
+def animated(field: flow.Field, frames: int = 4, exemplar: Exemplar | Tensor | None = None, **how) -> list[flow.Frame]:
+    given = brick() if exemplar is None else exemplar
+    return list(flow.animate(given, field, SHAPE, frames=frames, **{"renewing": QUICK, **how}))
+
+
+def test_without_motion_every_frame_is_the_first() -> None:
+    frames = animated(0.0 * flow.uniform())
+    for frame in frames[1:]:
+        assert torch.equal(frame.image, frames[0].image)
+        assert torch.equal(frame.state.source, frames[0].state.source)
+
+
+def test_whole_pixel_shifts_are_exact_away_from_the_inflow() -> None:
+    frames = animated(flow.uniform(2.0), renewing=Renewing(stiffness=0, blocks=0, block=24, window=12))
+    for before, after in pairwise(frames):
+        assert torch.equal(after.image[..., 32:-2], before.image[..., 30:-4])
+        assert not torch.equal(after.image[..., 1:], before.image[..., :-1])
+
+
+@pytest.mark.parametrize("name", ["rotation", "uniform:30", "source"])
+def test_the_motion_that_is_seen_is_the_fields(name: str) -> None:
+    field = flow.named(name, speed=2.0)
+    frames = animated(field, 5, exemplar=torch.from_numpy(data.gravel()[:80, :80] / 255).float()[None])
+    errors = [flow.end_point_error(flow.seen(a.image, b.image), field(0, SHAPE)) for a, b in pairwise(frames)]
+    assert sum(errors) / len(errors) < 0.35
+
+
+def test_a_sequence_has_no_end_unless_one_is_asked_for() -> None:
+    endless = flow.animate(brick(), flow.rotation(1.0), SHAPE, renewing=QUICK)
+    few = [frame.state.number for frame in islice(endless, 5)]
+    assert few == [0, 1, 2, 3, 4]
+    assert len(animated(flow.rotation(1.0), 5)) == 5
+    assert len(animated(flow.rotation(1.0), 1)) == 1
+
+
+def test_going_on_after_a_state_gives_the_same_bits() -> None:
+    field = flow.noise(1.5, period=9)  # changes in time
+    whole = animated(field, 6, seed=3)
+    rest = animated(field, 6, seed=3, after=whole[2].state)
+    assert [frame.state.number for frame in rest] == [3, 4, 5]
+    for frame, again in zip(whole[3:], rest, strict=True):
+        assert torch.equal(frame.image, again.image)
+        assert torch.equal(frame.state.source, again.state.source)
+        assert torch.equal(frame.source, again.source)
+    assert animated(field, 3, seed=3, after=whole[2].state) == []
+    other = animated(field, 6, seed=4)
+    assert not torch.equal(other[5].image, whole[5].image)
+
+
+def test_any_number_of_threads_gives_the_same_bits_and_global_randomness_is_left_alone() -> None:
+    threads, randomness, runs = torch.get_num_threads(), torch.random.get_rng_state(), []
+    try:
+        for number in (1, 2):
+            torch.set_num_threads(number)
+            faiss.omp_set_num_threads(number)
+            runs.append(animated(flow.rotation(3.0), 4))
+    finally:
+        torch.set_num_threads(threads)
+        faiss.omp_set_num_threads(threads)
+    for one, two in zip(*runs, strict=True):
+        assert torch.equal(one.image, two.image)
+        assert torch.equal(one.state.source, two.state.source)
+    assert runs[0][-1].energies[0]["renewed"] > 0
+    assert torch.equal(torch.random.get_rng_state(), randomness)
+
+
+def test_rotation_does_not_wear_out() -> None:
+    """Sixty frames on, the picture is as sharp and as much the exemplar as the first."""
+    shape, exemplar = (96, 96), brick(80)
+    first = last = warped = None
+    look = flow.lookup(flow.rotation(2.0)(0, shape))
+    for last in flow.animate(exemplar, flow.rotation(2.0), shape, frames=61, renewing=LONG):
+        first = last if first is None else first
+        warped = last.image if warped is None else flow.filled(flow.warp(warped, look.coordinates), look.known)
+    sharp = [sharpness(image, exemplar) for image in (first.image, last.image, warped)]
+    assert sharp[1] == pytest.approx(sharp[0], rel=0.1)
+    assert abs(sharp[2] / sharp[0] - 1) > 0.15
+    assert forward_energy(last.image, exemplar) < 0.7 * forward_energy(warped, exemplar)
+
+
+def test_the_map_says_where_every_pixel_comes_from() -> None:
+    last = animated(flow.rotation(2.0), 4, exemplar=Exemplar.of([brick(), brick(64)]))[-1]
+    assert last.source.shape == (3, *SHAPE)
+    for number, image in enumerate((brick(), brick(64))):
+        here = last.source[0] == number
+        seen = image[0, last.source[1][here], last.source[2][here]]
+        assert float((last.image[0][here] - seen).abs().median() if here.any() else 0) < 0.05
+    assert set(last.source[0].unique().tolist()) <= {0, 1}
+
+
+def test_reports_tell_wear_change_and_renewal() -> None:
+    frames = animated(flow.rotation(2.0), 4)
+    assert frames[0].energies == [{"frame": 0}]
+    assert [frame.energies[0]["frame"] for frame in frames] == [0, 1, 2, 3]
+    assert all(set(frame.energies[0]) == {"frame", "texture", "flow", "renewed"} for frame in frames[1:])
+
+
+def test_a_given_first_frame_is_where_it_begins() -> None:
+    given = brick(140)[:, 60:124, 60:132]
+    first = animated(flow.uniform(1.0), 1, exemplar=brick(140), first=given)[0]
+    assert float((first.image - given).abs().mean()) < 0.02
+    assert bool((first.source[0] == 0).all())
+
+
+def test_color_flows_as_gray_does() -> None:
+    tinted = torch.cat([brick(), 0.5 * brick(), 1 - brick()])
+    frames = animated(flow.uniform(1.3, angle=20), 3, exemplar=tinted)
+    for frame in frames:
+        assert frame.image.shape == (3, *SHAPE)
+        assert torch.allclose(frame.image[0], 2 * frame.image[1], atol=0.02)
+
+
+def test_a_field_that_changes_in_time_is_followed() -> None:
+    right, down = flow.uniform(2.0)(0, SHAPE), flow.uniform(2.0, angle=90)(0, SHAPE)
+    a, b, c = animated(
+        flow.sampled(torch.stack([right, down])), 3, renewing=Renewing(stiffness=0, blocks=0, block=24, window=12)
+    )
+    assert torch.equal(b.image[..., 32:-2], a.image[..., 30:-4])
+    assert torch.equal(c.image[:, 32:-2, 32:], b.image[:, 30:-4, 32:])
+
+
+def test_a_frame_shows_its_copies_and_some_of_the_frame_before() -> None:
+    field, inertia = flow.rotation(2.0), 0.8
+    quick = replace(QUICK, inertia=inertia)
+    before, after = animated(field, 4, renewing=quick)[-2:]
+    copies = Motion(Exemplar.of(brick()), field, SHAPE, None, None, quick, 0).renewal.read.picture(
+        after.state.source, after.state.inside
+    )
+    x = (after.image - copies)[0]
+    term = flow.flow_term(before.image, flow.lookup(field(0, SHAPE)), inertia, quick.interpolation)
+    share = term.weight[0] / (1 + term.weight[0])
+    known = share > 0
+    expected = (share * (term.target - copies)[0])[known]
+    assert torch.allclose(x[known], expected, atol=0.02)  # colors stay in the exemplar's range
+    assert torch.equal(x[~known], torch.zeros_like(x[~known]))
+
+
+def test_what_is_shown_has_no_influence_on_what_is_copied() -> None:
+    """Or it would blur: copies are chosen and worn by themselves."""
+    field = flow.rotation(3.0)
+    runs = [animated(field, 4, renewing=replace(QUICK, inertia=inertia)) for inertia in (0.0, 0.66)]
+    for plain, fading in zip(*runs, strict=True):
+        assert torch.equal(plain.state.source, fading.state.source)
+    assert not torch.equal(runs[0][-1].image, runs[1][-1].image)
+
+
+def test_what_is_replaced_fades() -> None:
+    """A frame differs from the one before it, carried along, less than its copies do."""
+    field = flow.rotation(3.0)
+    look = flow.lookup(field(0, SHAPE))
+    inner = (slice(None), slice(8, -8), slice(8, -8))
+    changes = []
+    for inertia in (0.0, 0.66):
+        frames = animated(field, 8, renewing=replace(QUICK, inertia=inertia))
+        changes.append(
+            sum(
+                float((b.image - flow.warp(a.image, look.coordinates, "lanczos"))[inner].abs().mean())
+                for a, b in pairwise(frames)
+            )
+        )
+    assert changes[1] < 0.8 * changes[0]
+
+
+# masks
+
+STONE = flow.disc_mask(SHAPE, (36.0, 32.0), 11.0)
+
+
+def test_no_texture_is_behind_an_obstacle() -> None:
+    frames = animated(flow.around(flow.uniform(2.0), STONE), mask=STONE)
+    for frame in frames:
+        assert torch.equal(frame.state.inside, STONE)
+        assert float(frame.image[:, ~STONE].abs().max()) == 0
+        assert bool((frame.source[0] == torch.where(STONE, 0, -1)).all())
+        assert float(frame.image[:, STONE].min()) > 0
+        assert bool(((frame.where >= 0) & (frame.where < 80)).all())
+
+
+def test_what_is_behind_an_obstacle_changes_not_one_bit() -> None:
+    field = flow.around(flow.uniform(1.7), STONE)
+    states = [frame.state for frame in animated(field, 3, mask=STONE)]
+    for hidden in (states[1].source + 0.6, torch.rand(2, *SHAPE) * 80, torch.full((2, *SHAPE), torch.nan)):
+        source, image = (torch.where(STONE, seen, hidden[:1]) for seen in (states[1].source, states[1].image))
+        spoiled = flow.State(1, source, STONE, image)
+        again = animated(field, 3, mask=STONE, after=spoiled)[-1]
+        assert torch.equal(again.state.source[:, STONE], states[2].source[:, STONE])
+        assert torch.equal(again.state.image[:, STONE], states[2].image[:, STONE])
+    given = brick(140)[:, :64, :72]
+    shown = [
+        animated(field, 2, mask=STONE, first=torch.where(STONE, given, value))[-1].image for value in (0.0, 0.5, 1.0)
+    ]
+    assert torch.equal(shown[0], shown[1])
+    assert torch.equal(shown[0], shown[2])
+
+
+def test_an_obstacle_may_move() -> None:
+    def mask(number: int) -> Tensor:
+        return flow.disc_mask(SHAPE, (20.0 + 8 * number, 32.0), 10.0)
+
+    for frame in animated(flow.uniform(1.0), 4, mask=mask):
+        assert torch.equal(frame.state.inside, mask(frame.state.number))
+        assert float(frame.image[:, frame.state.inside].min()) > 0
+
+
+@pytest.mark.parametrize("speed", [0.3, 1.4, 2.0, 5.0])
+def test_texture_enters_an_empty_frame_as_fast_as_it_flows(speed: float) -> None:
+    frames = animated(flow.uniform(speed), 9, enter="left")
+    assert not bool(frames[0].state.inside.any())
+    assert float(frames[0].image.abs().max()) == 0
+    for frame in frames:
+        columns = frame.state.inside.sum(1)
+        assert int(columns.min()) == int(columns.max())
+        assert abs(int(columns[0]) - speed * frame.state.number) <= 1.3
+        assert bool(frame.state.inside[:, : int(columns[0])].all())
+    wide = frames[-1].image[:, frames[-1].state.inside]
+    assert speed < 1 or float(wide.std()) > 0.5 * float(brick().std())
+
+
+@pytest.mark.parametrize(
+    ("side", "angle", "corner"),
+    [("right", 180, (32, -1)), ("top", 90, (0, 36)), ("bottom", 270, (-1, 36)), ("all", 180, (32, -1))],
+)
+def test_texture_enters_from_any_side(side: str, angle: float, corner: tuple[int, int]) -> None:
+    inside = animated(flow.uniform(3.0, angle), 3, enter=side)[-1].state.inside
+    assert bool(inside[corner])
+    assert int(inside.sum()) == 6 * (SHAPE[0] if angle == 180 else SHAPE[1])
+
+
+def test_what_enters_flows_around_an_obstacle_and_leaves_no_wake() -> None:
+    frames = animated(flow.around(flow.uniform(6.0), STONE), 24, enter="left", mask=STONE)
+    grown = [int(frame.state.inside.sum()) for frame in frames]
+    assert grown[:16] == sorted(grown[:16])
+    assert grown[-1] > 0.99 * int(STONE.sum())
+    assert not any(bool((frame.state.inside & ~STONE).any()) for frame in frames)
+    early = frames[6].state.inside
+    assert bool(early[2, 20])
+    assert not bool(early[:, 45:].any())
+
+
+def test_without_motion_an_empty_frame_stays_empty_even_beside_an_obstacle() -> None:
+    state = flow.State(0, torch.zeros(2, *SHAPE), STONE & (torch.arange(SHAPE[1]) < 30), torch.zeros(1, *SHAPE))
+    still = flow.Field(lambda t, shape: torch.zeros(2, *shape), steady=True)
+    last = animated(still, 4, enter="left", mask=STONE, after=state)[-1]
+    assert torch.equal(last.state.inside, state.inside)
+
+
+# exemplars
+
+
+def test_what_a_hole_of_the_exemplar_holds_has_no_influence_and_is_never_shown() -> None:
+    hole = torch.ones(80, 80, dtype=torch.bool)
+    hole[24:40, 30:52] = False
+    runs = [
+        animated(flow.rotation(2.0), 4, exemplar=Exemplar.of(torch.where(hole, brick(), value), masks=[hole]))
+        for value in (0.0, 1.0)
+    ]
+    for one, other in zip(*runs, strict=True):
+        assert torch.equal(one.image, other.image)
+        assert bool(hole[one.source[1], one.source[2]].all())
+
+
+@pytest.mark.parametrize(("side", "shape"), [(24, (32, 40)), (23, (40, 32)), (24, (8, 9)), (9, (32, 40))])
+def test_tiny_exemplars_and_frames_are_enough(side: int, shape: tuple[int, int]) -> None:
+    frames = list(flow.animate(brick(side), flow.rotation(1.0), shape, frames=3))
+    assert len(frames) == 3
+    for frame in frames:
+        assert frame.image.shape == (1, *shape)
+        assert bool(frame.image.isfinite().all())
+        assert bool((frame.source >= 0).all())
+
+
+# bad input
+
+
+def test_what_cannot_be_done_is_refused_at_once() -> None:
+    def refused(match: str, exemplar: Exemplar | Tensor | None = None, field: flow.Field | None = None, **how) -> None:
+        with pytest.raises(InputError, match=match):
+            flow.animate(brick() if exemplar is None else exemplar, field or flow.uniform(), SHAPE, **how)
+
+    refused("the number of frames is 0; give at least 1, or None for no end", frames=0)
+    refused("texture is to enter from 'above'; give one of left, right, top, bottom, all", enter="above")
+    refused("but a first frame is given; leave out one of the two", enter="left", first=brick())
+    refused("is to enter from the right, but the flow never comes from there; give another side", enter="right")
+    refused("is to enter from any side, but the flow never comes", enter="all", field=flow.source())
+    refused("but the exemplar is a video; give one frame", exemplar=torch.rand(1, 4, 20, 20))
+    refused("a flow is 30x20 but the frame 72x64", field=flow.sampled(torch.zeros(2, 20, 30)))
+    refused("beyond the 72x64 frame; give a lower speed", field=flow.uniform(80.0))
+    refused("1 vectors that are NaN", field=flow.Field(lambda t, s: torch.zeros(2, *s).index_put(
+        (torch.tensor([0]), torch.tensor([3]), torch.tensor([3])), torch.tensor(torch.nan))))  # fmt: skip
+    refused(r"a mask has shape \(4, 4\)", mask=torch.ones(4, 4, dtype=torch.bool))
+    refused("a mask covers the whole frame; leave some pixels True", mask=torch.zeros(SHAPE, dtype=torch.bool))
+    state = flow.State(0, torch.zeros(2, 10, 12), torch.ones(10, 12, dtype=torch.bool), torch.zeros(1, 10, 12))
+    refused(r"frames of 10x12 \(HxW\), not 64x72; give that shape", after=state)
+    state = flow.State(0, torch.zeros(2, *SHAPE), torch.ones(SHAPE, dtype=torch.bool), torch.zeros(3, *SHAPE))
+    refused("has 3 channels, the exemplar 1; give that it was made of", after=state)
+    speck = torch.zeros(80, 80, dtype=torch.bool)
+    speck[::3, ::3] = True
+    refused("no 2x2 block fits into the exemplar", exemplar=Exemplar.of(brick(), masks=[speck]))
+
+
+def test_a_motion_shows_the_state_it_is_given() -> None:
+    motion = Motion(Exemplar.of(brick()), flow.rotation(1.0), SHAPE, None, None, QUICK, 0)
+    frame = motion.step(motion.begin(None, Settings()).state)
+    assert torch.equal(motion.resumed(frame.state).image, frame.image)

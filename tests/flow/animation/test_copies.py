@@ -1,0 +1,105 @@
+"""Copies: areas kept by turning, crumbs gone, seams softened by what the other copy has there."""
+
+import math
+
+import torch
+from torch import Tensor
+
+import flow
+from flow.animation.copies import JUMP, changes, distortion, offsets, softened, tidied
+from flow.warps.warp import pixel_coordinates
+
+SHAPE = (24, 30)
+WHOLE = torch.ones(SHAPE, dtype=torch.bool)
+
+
+def copy_of(x: float, y: float) -> Tensor:
+    """One copy of the exemplar, from (x, y) on."""
+    return pixel_coordinates(SHAPE) + torch.tensor([x, y]).view(2, 1, 1)
+
+
+def two_copies() -> Tensor:
+    source = copy_of(10.0, 20.0)
+    source[:, :, 15:] = copy_of(60.0, 50.0)[:, :, 15:]
+    return source
+
+
+def test_offsets_are_from_pixel_to_source() -> None:
+    assert torch.equal(offsets(copy_of(3.0, -4.0)), torch.tensor([3.0, -4.0]).view(2, 1, 1).expand(2, *SHAPE))
+
+
+def test_an_offset_that_jumps_is_another_copy() -> None:
+    (_, below), (across, right) = changes(offsets(two_copies()))
+    assert bool(below.all())
+    assert bool(right[:, :14].all() & right[:, 15:].all() & ~right[:, 14].any())
+    assert torch.equal(across[:, 0, 14], torch.tensor([50.0, 30.0]))
+    ahead = copy_of(0.0, 0.0)
+    ahead[0, :, 15:] += 0.99 * JUMP
+    assert bool(changes(offsets(ahead))[1][1].all())
+
+
+def test_turning_and_shearing_keep_areas_and_enlarging_does_not() -> None:
+    x, y = pixel_coordinates(SHAPE)
+    turn = math.radians(9)
+    turned = torch.stack([math.cos(turn) * x - math.sin(turn) * y, math.sin(turn) * x + math.cos(turn) * y])
+    assert float(distortion(turned)[:-1, :-1].abs().max()) < 1e-8
+    assert float(distortion(torch.stack([x + 0.3 * y, y]))[:-1, :-1].abs().max()) < 1e-8
+    enlarged = distortion(torch.stack([0.8 * x, 0.9 * y]))
+    assert torch.allclose(enlarged[:-1, :-1], torch.tensor((0.72 - 1) ** 2), atol=1e-4)
+    assert float(distortion(2.0 * pixel_coordinates(SHAPE)).max()) == 1
+
+
+def test_a_seam_is_no_distortion() -> None:
+    assert float(distortion(two_copies()).abs().max()) < 1e-8
+
+
+def test_crumbs_join_the_copy_around_them() -> None:
+    source = two_copies()
+    frayed = source.clone()
+    frayed[:, 5, 4] = copy_of(33.0, 90.0)[:, 5, 4]
+    frayed[:, 11, 20:22] = copy_of(5.0, 6.0)[:, 11, 20:22]
+    assert torch.equal(tidied(frayed, WHOLE, WHOLE), source)
+
+
+def test_what_is_no_crumb_or_not_free_is_left_bit_for_bit() -> None:
+    source = two_copies()
+    source[:, 8:11, 20:23] = copy_of(5.0, 6.0)[:, 8:11, 20:23]
+    assert torch.equal(tidied(source, WHOLE, WHOLE), source)
+    frayed = source.clone()
+    frayed[:, 5, 4] = copy_of(33.0, 90.0)[:, 5, 4]
+    assert torch.equal(tidied(frayed, ~WHOLE, WHOLE), frayed)
+
+
+def test_what_lies_outside_draws_no_crumb_in() -> None:
+    """A lone pixel of its own copy, with texture on one side only and one other copy all over the outside."""
+    source = two_copies()
+    source[:, 6:, :] = copy_of(33.0, 90.0)[:, 6:, :]
+    source[:, 5, 4] = copy_of(80.0, 7.0)[:, 5, 4]
+    inside = WHOLE.clone()
+    inside[6:] = False
+    after = tidied(source, inside, inside)
+    assert torch.equal(after[:, 5, 4], copy_of(10.0, 20.0)[:, 5, 4])
+    source[:, :5] = copy_of(60.0, 50.0)[:, :5]
+    lone = torch.zeros_like(WHOLE)
+    lone[5, 4] = True
+    assert torch.equal(tidied(source, lone, lone), source)
+
+
+def test_a_seam_shows_an_eighth_of_each_other_copy_beside_it() -> None:
+    source, exemplar = two_copies(), torch.rand(1, 90, 100, generator=torch.Generator().manual_seed(0))
+
+    def read(place: Tensor) -> Tensor:
+        return flow.warp(exemplar, place, "bilinear")
+
+    image = read(source)
+    soft = softened(image, source, WHOLE, read)
+    away = torch.ones_like(WHOLE)
+    away[:, 14:16] = False
+    assert torch.equal(soft[:, away], image[:, away])
+    right = read(copy_of(60.0, 50.0))[:, :, 14]
+    left = read(copy_of(10.0, 20.0))[:, :, 15]
+    assert torch.allclose(soft[:, :, 14], 0.875 * image[:, :, 14] + 0.125 * right)
+    assert torch.allclose(soft[:, :, 15], 0.875 * image[:, :, 15] + 0.125 * left)
+    inside = WHOLE.clone()
+    inside[:, 15:] = False
+    assert torch.equal(softened(image, source, inside, read), image)

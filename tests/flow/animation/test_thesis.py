@@ -1,0 +1,102 @@
+"""Algorithm 3 as published: its flow term is equation 27, and its frames follow the flow."""
+
+import pytest
+import torch
+from torch import Tensor
+
+import flow
+from flow.animation.term import blended
+from kwatra import Exemplar
+from kwatra.terms.algebra import parts_of
+
+SHAPE = (40, 48)
+
+
+def noise(channels: int = 1, shape: tuple[int, int] = SHAPE) -> Tensor:
+    return torch.rand(channels, *shape, generator=torch.Generator().manual_seed(0))
+
+
+def test_the_flow_term_is_equation_27() -> None:
+    """lambda (x - x+)^T K (x - x+) with x+ the warped frame and K from its gradients, a mean over its values."""
+    before, x, weight = noise(3), 1 - noise(3), 0.7
+    look = flow.lookup(flow.uniform(3.0)(0, SHAPE))
+    term = flow.flow_term(before, look, weight)
+    warped = before.clone()
+    warped[..., 3:] = before[..., :-3]
+    warped[..., :3] = warped[..., 3:4]  # not known: continued, but without weight
+    steps = torch.zeros(SHAPE)
+    steps[:, :-1] += warped.diff(dim=2).abs().mean(0)
+    steps[:-1] += warped.diff(dim=1).abs().mean(0)
+    gradient = 0.5 + 0.5 * steps / steps.mean()
+    gradient[:, :3] = 0
+    expected = weight * float((gradient * (x - warped).square()).mean())
+    assert term.name == "flow"
+    assert term.energy(x) == pytest.approx(expected, rel=1e-4)
+
+
+def test_the_flow_terms_quadratic_is_its_gradient() -> None:
+    before, x = noise(2), (1 - noise(2)).requires_grad_()
+    term = flow.flow_term(before, flow.lookup(flow.rotation(1.5)(0, SHAPE)), 0.5)
+    quadratic = term.quadratic(x)
+    (quadratic.times(x - quadratic.target) * (x - quadratic.target)).sum().backward()
+    by_hand = 2 * quadratic.diagonal * (x.detach() - quadratic.target)
+    assert torch.allclose(x.grad, by_hand, atol=1e-5)
+    assert len(parts_of(term)) == 1
+    assert term.energy(quadratic.target) == 0
+
+
+def test_a_blend_is_the_frame_of_least_energy() -> None:
+    """|x - copies|^2 + lambda (x - x+)^T K (x - x+) has no slope there, and is lower than beside it."""
+    before, copies = noise(2), 1 - noise(2).flip(2)
+    term = flow.flow_term(before, flow.lookup(flow.rotation(1.5)(0, SHAPE)), 0.8)
+
+    def energy(x: Tensor) -> float:
+        return float((x - copies).square().mean()) + term.energy(x)
+
+    x = blended(copies, term)
+    assert energy(x) < 0.9 * min(energy(copies), energy(term.target))
+    for seed in range(5):
+        beside = 0.05 * torch.randn(x.shape, generator=torch.Generator().manual_seed(seed))
+        assert energy(x) < min(energy(x + beside), energy(x - beside))
+    quadratic = term.quadratic(x)
+    assert torch.allclose(quadratic.times(x - quadratic.target), copies - x, atol=1e-5)
+
+
+def test_a_blend_leaves_alone_what_the_flow_says_nothing_of() -> None:
+    before, copies = noise(3), 1 - noise(3)
+    look = flow.lookup(flow.uniform(3.0)(0, SHAPE))
+    assert torch.equal(blended(copies, flow.flow_term(before, look, 0.0)), copies)
+    shown = blended(copies, flow.flow_term(before, look, 0.8))
+    assert torch.equal(shown[..., :3], copies[..., :3])
+    assert not torch.equal(shown[..., 3:], copies[..., 3:])
+    term = flow.flow_term(before, look, 0.8)
+    assert torch.equal(blended(term.target, term), term.target)
+
+
+def test_the_flow_term_counts_edges_more() -> None:
+    step = torch.zeros(1, *SHAPE)
+    step[..., 24:] = 1
+    weights = flow.flow_term(step, flow.lookup(torch.zeros(2, *SHAPE)), 2.0).weight[0]
+    assert float(weights[20, 23]) > 10 * float(weights[20, 10])
+    assert float(weights.mean()) == pytest.approx(2.0)
+
+
+def test_one_color_stays() -> None:
+    plain = torch.full((3, 32, 32), 0.3)
+    for frame in flow.published(Exemplar.of(plain), flow.rotation(2.0), SHAPE, 3):
+        assert float((frame.image - 0.3).abs().max()) < 1e-4
+
+
+def test_frames_follow_the_flow_and_start_as_the_animation_does() -> None:
+    exemplar, field = Exemplar.of(noise(1, (48, 48))), flow.uniform(2.0)
+    first, second = flow.published(exemplar, field, SHAPE, 2)
+    moved = first.image[..., 10:-12]
+    assert float((second.image[..., 12:-10] - moved).abs().mean()) < 0.5 * float(
+        (second.image[..., 10:-12] - moved).abs().mean()
+    )
+    assert {row["level"] for row in second.energies} == {0, 1}
+    assert all("flow" in row for row in second.energies)
+    animated = next(flow.animate(exemplar, field, SHAPE))
+    same = (first.where == animated.where).all(0).float().mean()  # all but crumbs, which the animation takes away
+    assert float(same) > 0.98
+    assert len(list(flow.published(exemplar, field, SHAPE, 1))) == 1

@@ -1,0 +1,119 @@
+"""The cut against brute force: no labeling of a small grid may be cheaper than the one it finds."""
+
+import importlib.util
+import itertools
+
+import numpy as np
+import pytest
+
+from kwatra.cut.minimum import FREE, KEEP, TAKE, VOID, best_cut, seams_after
+
+
+def random_problem(rng, shape, metric=True):
+    """States and pair costs as a canvas would make them: three or more 'patches' as random colours per pixel."""
+    dims = len(shape)
+    state = rng.choice([KEEP, TAKE, FREE, FREE, FREE, VOID], size=shape)
+    pairs = []
+    for axis in range(dims):
+        less = tuple(n - (d == axis) for d, n in enumerate(shape))
+        at, bt, old = rng.integers(0, 50, (3, 2, *less))
+        b, c = np.abs(at - bt)
+        a = np.abs(at[0] - old[0]) if not metric else np.minimum(np.abs(old[0] - old[1]), b + c)
+        pairs.append((a * rng.integers(0, 2, less), b, c))
+    return state, pairs
+
+
+def brute_force(state, pairs, truncated=False):
+    free = np.argwhere(state == FREE)
+    if truncated:
+        pairs = [(np.minimum(a, b + c), b, c) for a, b, c in pairs]
+    best = None
+    for choice in itertools.product([False, True], repeat=len(free)):
+        take = state == TAKE
+        take[tuple(free.T)] = choice
+        cost = sum(int(s.sum()) for s in seams_after(state, take, pairs))
+        best = cost if best is None else min(best, cost)
+    return best
+
+
+@pytest.mark.parametrize("shape", [(3, 4), (1, 9), (2, 2, 3), (3, 2, 2)])
+@pytest.mark.parametrize("seed", range(12))
+def test_cut_equals_the_best_of_all_labelings(shape, seed):
+    rng = np.random.default_rng(seed)
+    state, pairs = random_problem(rng, shape)
+    take = best_cut(state, pairs)
+    assert sum(int(s.sum()) for s in seams_after(state, take, pairs)) == brute_force(state, pairs)
+    assert take[state == TAKE].all()
+    assert not take[(state == KEEP) | (state == VOID)].any()
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_without_the_triangle_inequality_the_cut_still_never_costs_more_than_keeping_all(seed):
+    rng = np.random.default_rng(seed)
+    state, pairs = random_problem(rng, (3, 4), metric=False)
+    state[(state == TAKE) | (state == VOID)] = FREE
+    take = best_cut(state, pairs)
+    after = sum(int(s.sum()) for s in seams_after(state, take, pairs))
+    assert after <= sum(int(a.sum()) for a, _, _ in pairs)
+
+
+@pytest.mark.skipif(importlib.util.find_spec("maxflow") is None, reason="PyMaxflow is an extra")
+@pytest.mark.parametrize("seed", range(6))
+def test_both_solvers_find_the_same_cost(seed):
+    state, pairs = random_problem(np.random.default_rng(seed), (4, 5, 3))
+    costs = [sum(int(s.sum()) for s in seams_after(state, best_cut(state, pairs, way), pairs)) for way in (True, False)]
+    assert costs[0] == costs[1]
+
+
+def test_large_cuts_solved_in_bands_stay_near_the_best(monkeypatch):
+    from kwatra.cut import minimum as cut
+
+    rng = np.random.default_rng(0)
+    shape = (24, 26)
+    state = np.full(shape, FREE)
+    state[:, 0], state[:, -1] = KEEP, TAKE
+    pairs = []
+    for axis in range(2):
+        less = tuple(n - (d == axis) for d, n in enumerate(shape))
+        cost = rng.integers(1, 100, less)
+        pairs.append((np.zeros_like(cost), cost, cost))
+
+    def cost_of(take):
+        return sum(int(s.sum()) for s in seams_after(state, take, pairs))
+
+    exact = cost_of(best_cut(state, pairs))
+    monkeypatch.setattr(cut, "MOST_AT_ONCE", 150)
+    banded = cost_of(best_cut(state, pairs))
+    assert exact <= banded <= 1.5 * exact
+
+
+@pytest.mark.parametrize("maxflow", [False, True])
+@pytest.mark.parametrize("seed", range(12))
+def test_with_a_cost_of_taking_the_cut_is_still_the_best_of_all_labelings(seed, maxflow):
+    if maxflow and importlib.util.find_spec("maxflow") is None:
+        pytest.skip("PyMaxflow is an extra")
+    rng = np.random.default_rng(seed)
+    state, pairs = random_problem(rng, (3, 4))
+    taking = rng.integers(-80, 80, state.shape)
+
+    def cost_of(take):
+        return sum(int(s.sum()) for s in seams_after(state, take, pairs)) + int(taking[take & (state == FREE)].sum())
+
+    free = np.argwhere(state == FREE)
+    every = []
+    for choice in itertools.product([False, True], repeat=len(free)):
+        take = state == TAKE
+        take[tuple(free.T)] = choice
+        every.append(cost_of(take))
+    take = best_cut(state, pairs, use_maxflow=maxflow, taking=taking)
+    assert cost_of(take) == min(every)
+    assert take[state == TAKE].all()
+    assert not take[(state == KEEP) | (state == VOID)].any()
+    assert cost_of(best_cut(state, pairs)) >= min(every)
+
+
+def test_taking_alone_decides_where_there_are_no_seams():
+    state = np.full((4, 5), FREE)
+    zero = [np.zeros((3, 5), int), np.zeros((4, 4), int)]
+    taking = np.random.default_rng(0).integers(-9, 10, (4, 5))
+    assert (best_cut(state, [(z, z, z) for z in zero], taking=taking) == (taking < 0)).all()

@@ -1,0 +1,152 @@
+import pytest
+import torch
+
+from kwatra import Exemplar, Feature, InputError, gradient
+from kwatra.source.canvas import SourceWindows, _randomized_basis, cheapest
+from kwatra.windows.grid import Grid
+
+
+def generator(seed=0):
+    return torch.Generator().manual_seed(seed)
+
+
+def blobs(*shape, seed=0, size=5):
+    """Smooth noise: neighborhoods vary slowly, as in a texture."""
+    noise = torch.rand(1, *shape, generator=generator(seed))
+    smooth = torch.nn.functional.avg_pool2d(noise, size, 1, size // 2, count_include_pad=False)
+    return ((smooth - smooth.amin()) / (smooth.amax() - smooth.amin()))[0]
+
+
+def source_of(image, width=(8, 8), **options):
+    return SourceWindows(Exemplar.of(image), width, generator(1), **options)
+
+
+def all_windows(source):
+    return source.windows(source.numbers)
+
+
+def distances(source, windows, there):
+    squared = source.metric.squared(windows - there)
+    return squared, squared
+
+
+def brute_force(source, windows):
+    return torch.stack([source.metric.squared(all_windows(source) - w) for w in windows])
+
+
+@pytest.mark.parametrize("features", [(), (Feature(gradient, 1.0),)])
+def test_estimates_with_every_component_are_exact(features):
+    source = source_of(blobs(3, 20, 22), (4, 4), dims=200, features=features)
+    windows = torch.rand(6, 4, 4, 3, generator=generator())
+    estimated = source.estimate(*source.describe(windows), source.numbers.expand(6, -1))
+    assert torch.allclose(estimated, brute_force(source, windows), atol=1e-4)
+
+
+def test_exact_route_finds_the_nearest_window():
+    image = blobs(3, 40, 40)
+    source = source_of(image)
+    windows = Grid((40, 40), (8, 8), (4, 4)).gather(blobs(3, 40, 40, seed=5))
+    found = source.nearest(source.describe(windows)[0], 3, "exact")
+    _, squared = cheapest(source, found, lambda there: distances(source, windows, there))
+    best = brute_force(source, windows).amin(1)
+    assert float((squared / best - 1).mean()) < 0.02
+    assert bool((squared >= best * (1 - 1e-4)).all())
+
+
+def test_a_window_of_the_exemplar_finds_itself_on_every_route():
+    source = source_of(blobs(3, 64, 64))
+    pick = source.numbers[::37]
+    windows = source.windows(pick)
+    for route in ("exact", "approximate"):
+        found = source.nearest(source.describe(windows)[0], 1, route)[:, 0]
+        assert float((found == pick).float().mean()) > 0.99, route
+
+
+def test_the_approximate_route_keeps_97_percent_of_the_gain():
+    # gain: how far a search lowers the mean distance below that of an arbitrary match
+    source = source_of(blobs(3, 128, 128, size=7))
+    windows = Grid((128, 128), (8, 8), (4, 4)).gather(blobs(3, 128, 128, seed=9, size=7))
+    described = source.describe(windows)[0]
+    means = {}
+    for route in ("exact", "approximate"):
+        found = source.nearest(described, 3, route)
+        means[route] = float(cheapest(source, found, lambda there: distances(source, windows, there))[1].mean())
+    pick = torch.randint(len(source.numbers), (len(windows),), generator=generator())
+    anything = float(source.metric.squared(windows - source.windows(source.numbers[pick])).mean())
+    assert (anything - means["approximate"]) / (anything - means["exact"]) > 0.97
+    assert means["approximate"] > 0.9 * means["exact"]
+
+
+def test_cheapest_is_the_brute_force_minimum_and_keeps_the_first_of_equals():
+    source = source_of(blobs(1, 24, 24), (4, 4))
+    windows = torch.rand(10, 4, 4, 1, generator=generator())
+    candidates = source.numbers[torch.randint(len(source.numbers), (10, 5), generator=generator())]
+    candidates[:, 4] = candidates[:, 1]
+
+    def cost(there):
+        squared = source.metric.squared(windows - there)
+        return squared + there.flatten(1).mean(1), squared
+
+    number, squared = cheapest(source, candidates, cost)
+    every = torch.stack([cost(source.windows(c))[0] for c in candidates.T])
+    assert torch.equal(number, candidates[torch.arange(10), every.argmin(0)])
+    assert torch.allclose(squared, source.metric.squared(windows - source.windows(number)))
+
+
+def test_snapping_goes_to_the_nearest_usable_window():
+    mask = torch.ones(30, 30, dtype=torch.bool)
+    mask[10:12, 10:12] = False
+    source = SourceWindows(Exemplar.of([blobs(1, 30, 30)], masks=[mask]), (4, 4), generator())
+    asked = torch.tensor([[-5, 3], [29, 29], [9, 2], [10, 7]])
+    corners = source.corners(source.snapped(asked))
+    assert corners[:3].tolist() == [[0, 3], [26, 26], [9, 2]]
+    assert corners[3].tolist() == [10, 6]
+    assert set(source.snapped(asked).tolist()) <= set(source.numbers.tolist())
+
+
+def test_masked_pixels_cannot_change_the_search():
+    mask = torch.ones(30, 30, dtype=torch.bool)
+    mask[5:9, 20:26] = False
+    image = blobs(1, 30, 30)
+    other = image.clone()
+    other[:, 5:9, 20:26] = 7.0
+    windows = torch.rand(20, 6, 6, 1, generator=generator())
+    found = []
+    for each in (image, other):
+        source = SourceWindows(Exemplar.of([each], masks=[mask]), (6, 6), generator())
+        found.append(source.nearest(source.describe(windows)[0], 2, "exact"))
+    assert torch.equal(*found)
+
+
+def test_randomized_basis_spans_the_leading_singular_vectors():
+    rows = torch.randn(300, 40, generator=generator()) * torch.logspace(0, -2, 40)
+    basis = _randomized_basis(rows, 6, generator())
+    exact = torch.linalg.svd(rows, full_matrices=False).Vh[:6].T
+    assert torch.allclose(basis.T @ basis, torch.eye(6), atol=1e-4)
+    assert float((exact.T @ basis).square().sum()) == pytest.approx(6, abs=0.05)
+
+
+def test_an_exemplar_smaller_than_the_window_is_refused():
+    with pytest.raises(InputError, match="no 8x8 window fits into the exemplar"):
+        source_of(blobs(1, 7, 20))
+
+
+def test_volumes_are_searched_by_the_same_code():
+    volume = torch.rand(2, 6, 12, 12, generator=generator())
+    source = SourceWindows(Exemplar.of(volume), (4, 4, 4), generator(), dims=64)
+    pick = source.numbers[::11]
+    assert torch.equal(source.nearest(source.describe(source.windows(pick))[0], 1, "exact")[:, 0], pick)
+
+
+def test_missing_pixels_are_completed_by_what_the_others_imply():
+    # windows of a sum of two waves lie in a plane of few dimensions: half of one tells the rest
+    y, x = torch.meshgrid(torch.arange(40.0), torch.arange(40.0), indexing="ij")
+    image = (0.5 + 0.2 * torch.sin(x * 0.7 + 0.3 * y) + 0.2 * torch.cos(0.5 * y))[None]
+    source = source_of(image)
+    windows = source.windows(source.numbers[::50])
+    present = torch.zeros(len(windows), 8, 8, 1)
+    present[:, :, :5] = 1
+    completed = source.completed(torch.where(present > 0, windows, torch.nan).nan_to_num(7.0), present)
+    assert torch.equal(completed[:, :, :5], windows[:, :, :5])
+    assert float((completed - windows).abs().max()) < 0.05
+    assert torch.allclose(source.completed(windows, torch.ones_like(present)), windows)

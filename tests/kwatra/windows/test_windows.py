@@ -1,0 +1,99 @@
+import pytest
+import torch
+
+from kwatra import InputError
+from kwatra.windows.grid import Grid, channels_last, step_of, windows_at
+
+GRIDS = [
+    ((37, 41), (8, 8), False),
+    ((37, 41), (8, 8), True),
+    ((33, 30), (10, 6), False),
+    ((9, 20, 17), (4, 8, 8), False),
+    ((9, 20, 17), (4, 8, 8), True),
+    ((10, 10), (8, 8), True),
+]
+
+
+def grid_of(shape, width, wrap):
+    return Grid(shape, width, tuple(map(step_of, width)), wrap)
+
+
+@pytest.mark.parametrize(("shape", "width", "wrap"), GRIDS)
+@pytest.mark.parametrize("channels", [1, 3, 5])
+def test_scatter_is_the_exact_transpose_of_gather(shape, width, wrap, channels):
+    grid, generator = grid_of(shape, width, wrap), torch.Generator().manual_seed(1)
+    x = torch.rand(channels, *shape, dtype=torch.float64, generator=generator)
+    v = torch.rand(len(grid), *width, channels, dtype=torch.float64, generator=generator)
+    assert torch.isclose((grid.gather(x) * v).sum(), (x * grid.scatter(v)).sum(), rtol=1e-12)
+
+
+@pytest.mark.parametrize(("shape", "width", "wrap"), GRIDS)
+def test_every_pixel_is_covered(shape, width, wrap):
+    grid = grid_of(shape, width, wrap)
+    count = grid.scatter(torch.ones(len(grid), *width, 1))
+    assert count.min() >= 1
+    if wrap and all(s % t == 0 for s, t in zip(shape, grid.step, strict=True)):
+        assert count.min() == count.max()
+
+
+@pytest.mark.parametrize(("shape", "width", "wrap"), GRIDS)
+def test_windows_hold_the_pixels_they_stand_on(shape, width, wrap):
+    grid = grid_of(shape, width, wrap)
+    axes = torch.meshgrid(*(torch.arange(s) for s in shape), indexing="ij")
+    windows = grid.gather(torch.stack(axes).double())
+    for corner, window in zip(grid.corners[::7], windows[::7], strict=True):
+        first = window[(0,) * len(shape)]
+        last = window[(-1,) * len(shape)]
+        size = torch.tensor(shape)
+        assert torch.equal(first.long(), corner)
+        assert torch.equal(last.long(), (corner + torch.tensor(width) - 1) % size)
+
+
+def test_bands_add_up_to_the_whole():
+    grid = grid_of((50, 31), (8, 8), False)
+    v = torch.rand(len(grid), 8, 8, 2, dtype=torch.float64, generator=torch.Generator().manual_seed(0))
+    total, first = torch.zeros(2, 50, 31, dtype=torch.float64), 0
+    for band in grid.bands(40):
+        total += band.scatter(v[first : first + len(band)])
+        first += len(band)
+    assert first == len(grid)
+    assert torch.allclose(total, grid.scatter(v))
+
+
+def test_shifting_a_periodic_image_by_a_step_permutes_its_windows():
+    grid = grid_of((32, 24), (8, 8), True)
+    x = torch.rand(1, 32, 24, generator=torch.Generator().manual_seed(0))
+    windows = grid.gather(x).view(*grid.counts, -1)
+    shifted = grid.gather(x.roll((2, 4), (1, 2))).view(*grid.counts, -1)
+    assert torch.equal(shifted, windows.roll((1, 2), (0, 1)))
+
+
+@pytest.mark.parametrize("wrap", [False, True])
+def test_neighbors_of_a_shifted_copy_predict_each_other(wrap):
+    grid = grid_of((24, 28), (8, 8), wrap)
+    for there, shift in grid.neighbor_shifts():
+        moved = grid.corners[there] + shift
+        if wrap:
+            moved = moved % torch.tensor(grid.shape)
+        assert torch.equal(moved, grid.corners)
+        assert shift.abs().max() <= 4
+
+
+def test_windows_at_agrees_with_slicing():
+    image = torch.rand(3, 9, 12, 11, generator=torch.Generator().manual_seed(0))
+    corners = torch.tensor([[0, 0, 0], [5, 3, 2], [2, 8, 7]])
+    windows = windows_at(channels_last(image), corners, (4, 4, 4))
+    for (t, y, x), window in zip(corners.tolist(), windows, strict=True):
+        assert torch.equal(window.movedim(-1, 0), image[:, t : t + 4, y : y + 4, x : x + 4])
+
+
+def test_a_step_that_leaves_gaps_between_windows_is_refused():
+    with pytest.raises(InputError, match="does not divide the window width"):
+        Grid((20, 20), (8, 8), (3, 3))
+    with pytest.raises(InputError, match="choose smaller windows"):
+        Grid((20, 6), (8, 8), (2, 2))
+
+
+@pytest.mark.parametrize(("width", "step"), [(32, 8), (16, 4), (8, 2), (4, 1), (6, 1), (12, 3), (2, 1)])
+def test_step_is_a_quarter_of_the_width_where_it_divides(width, step):
+    assert step_of(width) == step
