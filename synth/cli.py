@@ -67,7 +67,7 @@ def _run(argv: Sequence[str] | None) -> int:
 
 def _command(name: str) -> Callable[[argparse.Namespace], str]:
     if name in ("quilt", "merge"):
-        from synth.quilting import command
+        from synth.commands import quilt as command
 
         return {"quilt": command.run_quilt, "merge": command.run_merge}[name]
     if name == "flow":

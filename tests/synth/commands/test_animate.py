@@ -294,7 +294,7 @@ def announce(title):
 animate_command.work_line = announce
 sys.exit(cli.main(sys.argv[1:]))
 """
-    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])}
+    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[3])}
     command = [sys.executable, "-c", program, *SAND, "--frames", "100000", "-o", "out.mp4"]
     pipe = subprocess.PIPE
     with subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True, env=environment) as process:

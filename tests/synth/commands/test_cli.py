@@ -349,7 +349,7 @@ def test_unusable_arguments(refused: Callable[..., str], arguments: str, sentenc
 
 
 def python(*arguments: str, **options: object) -> "subprocess.Popen[str]":
-    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[2]), "PYTHONUNBUFFERED": ""}
+    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[3]), "PYTHONUNBUFFERED": ""}
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True, "env": environment}
     return subprocess.Popen([sys.executable, *arguments], **pipes | options)
 
