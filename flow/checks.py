@@ -1,8 +1,7 @@
-"""What a flow and a mask must be: one place that says so, in a sentence."""
+"""What a flow must be: one place that says so, in a sentence."""
 
 from collections.abc import Sequence
 
-import torch
 from torch import Tensor
 
 from kwatra.base import InputError
@@ -34,13 +33,3 @@ def check_flow(flow: Tensor, shape: Sequence[int] | None = None) -> None:
         raise InputError(
             f"a flow moves pixels by up to {longest:.4g} px, beyond the {width}x{height} frame; give a lower speed"
         )
-
-
-def check_mask(mask: Tensor, shape: Sequence[int]) -> None:
-    """Refuse with InputError a mask that is not boolean (H, W) = shape, or is False everywhere."""
-    if mask.dtype != torch.bool or tuple(mask.shape) != tuple(shape):
-        raise InputError(
-            f"a mask has shape {tuple(mask.shape)} and type {mask.dtype}; give booleans of shape {tuple(shape)}"
-        )
-    if not bool(mask.any()):
-        raise InputError("a mask covers the whole frame; leave some pixels True")

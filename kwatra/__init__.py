@@ -7,34 +7,44 @@ from kwatra.loop import optimize
 from kwatra.measure import measure
 from kwatra.result import Progress, Result, Stage
 from kwatra.settings import Settings
-from kwatra.source import Prepared
-from kwatra.steps import match_histogram
-from kwatra.terms import HardPixels, Quadratic, Scaled, SoftPixels, Sum, Term, TermLike
-from kwatra.windows import Feature, Grid, gradient
+from kwatra.source import Bags, Prepared
+from kwatra.steps import Ballot, Mode, Pull, Step, match_histogram, mean, regular, winner
+from kwatra.terms import Charge, HardPixels, Quadratic, Scaled, SoftPixels, Sum, Term, TermLike
+from kwatra.windows import Feature, FreeWindows, Grid, gradient
 
 __all__ = [
     "THESIS",
+    "Bags",
+    "Ballot",
+    "Charge",
     "Exemplar",
     "Feature",
+    "FreeWindows",
     "Grid",
     "HardPixels",
     "InputError",
     "Level",
+    "Mode",
     "Prepared",
     "Progress",
+    "Pull",
     "Quadratic",
     "Result",
     "Scaled",
     "Settings",
     "SoftPixels",
     "Stage",
+    "Step",
     "Sum",
     "Term",
     "TermLike",
     "gradient",
     "match_histogram",
+    "mean",
     "measure",
     "optimize",
     "planned_levels",
+    "regular",
     "texture_element",
+    "winner",
 ]

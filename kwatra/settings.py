@@ -1,13 +1,16 @@
 """How to optimize: the settings, validated in one place before any work starts."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from kwatra.base import InputError
 from kwatra.levels import Level
-from kwatra.windows import Feature
+from kwatra.steps.step import Step, regular
+from kwatra.steps.votes import Vote, mean
+from kwatra.windows import Feature, Layout
 
-STARTS = ("aligned", "blocks", "windows")
+STARTS = ("aligned", "blocks", "windows", "terms")
 
 
 @dataclass(frozen=True)
@@ -16,12 +19,14 @@ class Settings:
 
     levels: coarse to fine; None plans them from the exemplar. r: exponent of the robust energy, in (0, 2].
     wrap: windows run over the border, so that the output tiles. features: linear features psi compared beside color.
-    start: "aligned" (blocks that continue each other), "blocks" (blocks at random) or "windows" (the average of
-    random windows, as in the thesis). block: size of start blocks as a share of the exemplar's. usage: how strongly
-    the aligned start avoids much-used parts of the exemplar. seams: of how many blocks it compares the seams.
-    iterations: per planned level. candidates: how many matches are compared exactly. exact_pairs: up to so many pairs
-    of output and exemplar windows the search is exact where a level leaves the route open; beyond, it is coherent or
-    approximate. tolerance: a level ends when fewer than this share of the matches change.
+    start: "aligned" (blocks that continue each other), "blocks" (blocks at random), "windows" (the average of random
+    windows, as in the thesis) or "terms" (of windows that please the terms alone, thesis 7.1). block: size of start
+    blocks as a share of the exemplar's. usage: how strongly the aligned start avoids much-used parts of the exemplar.
+    seams: of how many blocks it compares the seams. iterations: per planned level. candidates: how many matches are
+    compared exactly. exact_pairs: up to so many pairs of output and exemplar windows the search is exact where a level
+    leaves the route open; beyond, it is coherent or approximate. tolerance: a level ends when fewer than this share of
+    the matches change. vote: what the windows that cover a pixel make of it, see `kwatra.steps.votes`. layout: where
+    windows lie, told the `Step`; asked anew for every iteration.
     """
 
     levels: tuple[Level, ...] | None = None
@@ -36,6 +41,8 @@ class Settings:
     candidates: int = 3
     exact_pairs: int = 1 << 26
     tolerance: float = 0.005
+    vote: Vote = mean
+    layout: Callable[[Step], Layout] = regular
 
     def __post_init__(self) -> None:
         if not 0 < self.r <= 2:

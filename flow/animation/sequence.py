@@ -21,10 +21,10 @@ from flow.animation.renewal import Renewal
 from flow.animation.settings import Renewing
 from flow.animation.term import blended, flow_term
 from flow.animation.upright import Upright
-from flow.checks import check_mask
 from flow.fields import Field
 from flow.warps import Lookup, filled, lookup
 from kwatra import Exemplar, InputError, Level, Result, Settings, optimize
+from kwatra.base import check_mask
 from kwatra.result import Row
 from kwatra.source import look_up
 

@@ -55,7 +55,7 @@ class Wear:
         worn = (energy > _SETTLED * self.variance).nonzero()[:, 0]
         if len(worn):
             windows = windows[worn]
-            found = self.source.nearest(self.source.describe(windows)[0], 1, self._route)[:, 0]
+            found = self.source.nearest(self.source.describe(windows), 1, self._route)[:, 0]
             energy[worn] = energy[worn].minimum(self.source.metric.squared(windows - self.source.windows(found)))
         return energy
 

@@ -15,9 +15,9 @@ from scipy import sparse
 from scipy.sparse import linalg
 from torch import Tensor
 
-from flow.checks import check_mask
 from flow.fields.edge import Edge
 from flow.fields.field import Field, Shape
+from kwatra.base import check_mask
 
 Array = NDArray[np.float64]
 

@@ -9,9 +9,8 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from flow.checks import check_mask
 from flow.warps import warp
-from kwatra.base import InputError
+from kwatra.base import InputError, check_mask
 
 Vector = NDArray[np.float64]
 

@@ -6,8 +6,8 @@ from typing import Any
 import torch
 from torch import Tensor
 
-from flow.checks import check_mask, check_vectors
-from kwatra.base import InputError, mean
+from flow.checks import check_vectors
+from kwatra.base import InputError, check_mask, mean
 
 BORDER = 16
 """Px at each border of the frame where optical flow is not to be trusted: it sees half of its windows there."""

@@ -4,7 +4,7 @@ import torch
 from scipy import ndimage
 from torch import Tensor
 
-from flow.checks import check_mask
+from kwatra.base import check_mask
 
 
 def filled(values: Tensor, known: Tensor) -> Tensor:

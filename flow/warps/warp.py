@@ -11,9 +11,9 @@ from typing import NamedTuple
 import torch
 from torch import Tensor
 
-from flow.checks import check_flow, check_mask
+from flow.checks import check_flow
 from flow.warps.unknown import filled
-from kwatra.base import InputError
+from kwatra.base import InputError, check_mask
 
 _CHUNK = 1 << 14
 _ITERATIONS = 40

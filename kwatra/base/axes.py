@@ -20,6 +20,14 @@ def coarse_shape(shape: Sequence[int], factors: Sequence[int]) -> tuple[int, ...
     return tuple(-(-size // f) for size, f in zip(shape, factors, strict=True))
 
 
+def enlarged(image: Tensor, shape: Sequence[int]) -> Tensor:
+    """An image (C, *S) interpolated to a larger spatial shape: bicubic, of videos linear; the same one as it is."""
+    if tuple(image.shape[1:]) == tuple(shape):
+        return image
+    mode = "bicubic" if len(shape) == 2 else "trilinear"
+    return F.interpolate(image[None], tuple(shape), mode=mode, align_corners=False)[0]
+
+
 def resized(image: Tensor, factor: tuple[int, ...], shape: tuple[int, ...]) -> Tensor:
     """An image (C, *S) averaged over blocks of `factor` pixels; a block that the border cuts averages what it has."""
     padding = []

@@ -10,20 +10,24 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from kwatra.base import mean, total
-from kwatra.levels import Level
-from kwatra.settings import Settings
-from kwatra.source import Prepared, sourcemap
-from kwatra.steps import Matching, blend, rho, weight
-from kwatra.terms import Controls, TermLike, wish_of
-from kwatra.windows import Grid, step_of
+from kwatra.base import enlarged, mean, total
+from kwatra.loop.task import Task
+from kwatra.result import Row
+from kwatra.source import Placed, sourcemap
+from kwatra.steps import Ballot, Matching, Step, Wants, blend, rho, weight
+from kwatra.terms import Charge, Quadratic, wish_of
+from kwatra.windows import Layout
 
 
-@dataclass(frozen=True)
-class State:
-    """Where the loop stands on a level: the image (C, *S), its matches (N,) or None before the first search."""
+@dataclass(frozen=True, eq=False)
+class Estimate:
+    """Where the loop stands on a level: the image (C, *S), and the matches (N,) of a layout's windows.
+
+    matches: None before the first search. weights (N,): robust weights of the windows.
+    """
 
     image: Tensor
+    layout: Layout
     matches: Tensor | None
     weights: Tensor
     iteration: int = 0
@@ -32,81 +36,128 @@ class State:
 
 
 class Scene:
-    """The exemplar's windows, the output's grid and what is asked of it at one level.
+    """Level `number` of a task: the source's windows, the output's layout and what is asked of it."""
 
-    exemplar, shape, terms and mask are those of the full resolution.
-    """
-
-    def __init__(
-        self,
-        exemplar: Prepared,
-        shape: tuple[int, ...],
-        terms: Sequence[TermLike],
-        level: Level,
-        settings: Settings,
-        generator: torch.Generator,
-        mask: Tensor | None = None,
-    ) -> None:
-        axes = len(shape)
-        self.level, self.settings, self.generator = level, settings, generator
-        self.factors = level.factors(axes)
-        width = level.window(axes)
-        self.source = exemplar.windows(self.factors, width, generator, settings.features)
-        channels = len(exemplar.exemplar.weights)
-        self.controls = Controls(terms, mask, self.factors, shape, channels, self.source.device)
+    def __init__(self, task: Task, number: int) -> None:
+        self.task, self.number, self.level = task, number, task.levels[number]
+        axes = len(task.shape)
+        self.factors = self.level.factors(axes)
+        width, features = self.level.window(axes), task.settings.features
+        self.source = task.texture.source(self.factors, width, task.generator, features)
+        self.exemplar = self.source.exemplar if isinstance(self.source, Placed) else None
+        self.controls = task.controls(self.factors)
         self.shape = self.controls.shape
-        self.grid = Grid(self.shape, width, tuple(map(step_of, width)), settings.wrap, device=self.source.device)
-        self.matching = Matching(self.source, self.grid, settings.candidates, self.controls.given)
+        self._matching: Matching | None = None
 
-    def route(self, inherited: bool) -> str:
-        """How to search: exactly while that is cheap, else by coherence or, with nothing to go by, approximately."""
-        wanted = self.level.route
-        if wanted is not None and (inherited or wanted != "coherent"):
-            return wanted
-        if len(self.grid) * len(self.source.numbers) <= self.settings.exact_pairs:
-            return "exact"
-        return "coherent" if inherited else "approximate"
+    def context(self, iteration: int, estimate: Estimate | None = None) -> Step:
+        """What votes, layouts, terms and `between` are told in an iteration."""
+        mask = None if self.controls.mask is None else self.controls.mask[0]
+        return Step(
+            self.level, self.number, iteration, self.factors, self.shape, self.task.settings.wrap, self.source,
+            self.exemplar, mask, self.task.generator, lambda: None if estimate is None else self.where(estimate),
+        )  # fmt: skip
 
-    def enter(self, image: Tensor | None, where: Tensor | None, factors: Sequence[int]) -> State:
-        """The state in which this level begins, from an image, a source map, both or neither.
+    def where(self, estimate: Estimate) -> Tensor | None:
+        """The source map (n, *S) of an estimate; None where windows have no place, or nothing is matched yet."""
+        if estimate.matches is None or not isinstance(self.source, Placed):
+            return None
+        return sourcemap.winners(estimate.layout, self.source, estimate.matches, estimate.weights)
+
+    def enter(self, image: Tensor | None, where: Tensor | None, factors: Sequence[int]) -> Estimate:
+        """The estimate with which this level begins, from an image, a source map, both or neither.
 
         factors: the resolution that both have. With a map of another resolution the image is made anew from it.
         """
-        ones = torch.ones(len(self.grid), device=self.grid.device)
+        layout = self.task.settings.layout(self.context(0))
+        ones = torch.ones(len(layout), device=layout.device)
         same = tuple(factors) == self.factors
         if where is None and image is not None:
-            return State(self.controls.shrunk(image), None, ones)
-        if where is None:
-            pick = torch.randint(len(self.source.numbers), (len(self.grid),), generator=self.generator)
-            matches = self.source.numbers[pick.to(self.grid.device)]
-        else:
-            carried = where if same else sourcemap.carried(where, factors, self.factors, self.shape)
-            matches = sourcemap.at_windows(self.grid, self.source, carried)
+            return Estimate(self._fitted(image, factors), layout, None, ones)
+        matches = self._begun(layout) if where is None else self._carried(layout, where, factors)
         if image is None or not same:
-            image = blend(self.grid, self.source, matches, ones, given=self.controls.given)
-        return State(image, matches, ones)
+            image = blend(Ballot(layout, self.source, matches, ones), given=self.controls.given)
+        return Estimate(image, layout, matches, ones)
 
-    def step(self, state: State) -> tuple[State, dict[str, float | str]]:
-        """One EM iteration: the next state, and its energies by name."""
-        route, given = self.route(state.matches is not None), self.controls.given
-        quadratics = self.controls.quadratics(state.image)
-        wish = wish_of(quadratics, state.image)
-        found = self.matching.best(state.image, state.matches, wish, route)
-        matches, weights = found.matches, weight(found.free, self.settings.r)
-        if self.matching.active is not None:
-            weights = weights * self.matching.active
-        image = blend(self.grid, self.source, matches, weights, quadratics, state.image, given)
-        energies = {"texture": self._mean(rho(found.squared, self.settings.r))}
+    def _fitted(self, image: Tensor, factors: Sequence[int]) -> Tensor:
+        """An image of the full or of a coarser resolution at this one."""
+        if max(factors) == 1:
+            return self.controls.shrunk(image)
+        return self.controls.held(enlarged(image, self.shape))
+
+    def _begun(self, layout: Layout) -> Tensor:
+        """Matches to begin with where nothing is there: random windows, or those that please the terms."""
+        if self.task.settings.start == "terms":
+            step = self.context(0)
+            blank = torch.zeros(self.task.channels, *self.shape, device=layout.device)
+            wants = self._wants(self.controls.quadratics(blank), blank, self.controls.charges(None, step))
+            return self._matches_of(layout).by_terms(wants, blank, self.task.generator)
+        pick = torch.randint(len(self.source.numbers), (len(layout),), generator=self.task.generator)
+        return self.source.numbers[pick.to(self.source.numbers.device)]
+
+    def _carried(self, layout: Layout, where: Tensor, factors: Sequence[int]) -> Tensor:
+        assert isinstance(self.source, Placed)
+        if tuple(factors) != self.factors:
+            where = sourcemap.carried(where, factors, self.factors, self.shape)
+        return sourcemap.at_windows(layout, self.source, where)
+
+    def _matches_of(self, layout: Layout) -> Matching:
+        """The search for a layout, kept while that is the same."""
+        if self._matching is None or self._matching.layout != layout:
+            self._matching = Matching(self.source, layout, self.task.settings.candidates, self.controls.given)
+        return self._matching
+
+    def _wants(self, quadratics: list[Quadratic], x: Tensor, charges: Sequence[Charge | None]) -> Wants:
+        """What the search heeds: a term's own charges, or else the wish that follows from its quadratic."""
+        silent = [q for q, charge in zip(quadratics, charges, strict=True) if charge is None]
+        return Wants(wish_of(silent, x), [charge for charge in charges if charge is not None])
+
+    def route(self, inherited: bool, windows: int) -> str:
+        """How to search: exactly while that is cheap, else by coherence or, with nothing to go by, approximately."""
+        settings, wanted = self.task.settings, self.level.route
+        if wanted is not None and (inherited or wanted != "coherent"):
+            return wanted
+        if windows * len(self.source.numbers) <= settings.exact_pairs:
+            return "exact"
+        # coherence goes by copies that are there already; random windows are none
+        copied = inherited and settings.start != "windows" and isinstance(self.source, Placed)
+        return "coherent" if copied else "approximate"
+
+    def step(self, estimate: Estimate) -> tuple[Estimate, Row]:
+        """One EM iteration: the next estimate, and its energies by name."""
+        settings, given = self.task.settings, self.controls.given
+        context = self.context(estimate.iteration + 1, estimate)
+        estimate = self._laid_out(estimate, context)
+        layout, inherited = estimate.layout, estimate.matches is not None
+        matching, route = self._matches_of(layout), self.route(inherited, len(layout))
+        quadratics = self.controls.quadratics(estimate.image)
+        wants = self._wants(quadratics, estimate.image, self.controls.charges(estimate.image, context))
+        found = matching.best(estimate.image, estimate.matches, wants, route, self.level.route is None)
+        matches, weights = found.matches, weight(found.free, settings.r)
+        if matching.active is not None:
+            weights = weights * matching.active
+        image = blend(Ballot(layout, self.source, matches, weights), quadratics, estimate.image, given, settings.vote)
+        energies = {"texture": self._mean(rho(found.squared, settings.r), matching.active)}
         for name, value in self.controls.energies(image):
             energies[name] = energies.get(name, 0.0) + value
         sum_ = sum(energies.values())
-        changed = 1.0 if state.matches is None else self._mean((matches != state.matches).float())
-        row = {"route": route, "changed": changed, **energies, "total": sum_}
-        return State(image, matches, weights, state.iteration + 1, sum_, changed), row
+        before = estimate.matches
+        changed = 1.0 if before is None else self._mean((matches != before).float(), matching.active)
+        row: Row = {"route": route, "changed": changed, **energies, "total": sum_}
+        return Estimate(image, layout, matches, weights, estimate.iteration + 1, sum_, changed), row
 
-    def _mean(self, values: Tensor) -> float:
+    def _laid_out(self, estimate: Estimate, step: Step) -> Estimate:
+        """The estimate on the layout of this iteration; where windows move, their matches come from the source map."""
+        layout = self.task.settings.layout(step)
+        if layout == estimate.layout:
+            return estimate
+        ones = torch.ones(len(layout), device=layout.device)
+        matches = None
+        if step.where is not None and isinstance(self.source, Placed):
+            matches = sourcemap.at_windows(layout, self.source, step.where)
+        return Estimate(estimate.image, layout, matches, ones, estimate.iteration, estimate.energy, estimate.changed)
+
+    def _mean(self, values: Tensor, active: Tensor | None) -> float:
         """Mean of values (N,) over the windows with a free pixel, 0 where there are none."""
-        active = self.matching.active
         if active is None:
             return float(mean(values))
         return float(total(values * active)) / max(int(active.sum()), 1)

@@ -1,7 +1,24 @@
-"""What is searched: the windows of an exemplar, and where an output comes from."""
+"""What is searched: windows of an exemplar or made-up ones, and where an output comes from."""
 
-from kwatra.source.canvas import CHUNK, ROUTES, SourceWindows, cheapest
-from kwatra.source.prepared import Prepared
-from kwatra.source.sourcemap import at_windows, look_up
+from kwatra.source.bag import Bag, Bags, Joined
+from kwatra.source.canvas import SourceWindows
+from kwatra.source.prepared import Prepared, Texture
+from kwatra.source.protocol import CHUNK, ROUTES, Description, Placed, Source
+from kwatra.source.sourcemap import at_windows, heaviest_covering, look_up
 
-__all__ = ["CHUNK", "ROUTES", "Prepared", "SourceWindows", "at_windows", "cheapest", "look_up"]
+__all__ = [
+    "CHUNK",
+    "ROUTES",
+    "Bag",
+    "Bags",
+    "Description",
+    "Joined",
+    "Placed",
+    "Prepared",
+    "Source",
+    "SourceWindows",
+    "Texture",
+    "at_windows",
+    "heaviest_covering",
+    "look_up",
+]

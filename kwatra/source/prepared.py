@@ -6,13 +6,36 @@ such as the frames of an animation, `Prepared` is given to `kwatra.optimize` in 
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import torch
 from torch import Tensor
 
 from kwatra.exemplar import Exemplar
 from kwatra.source.canvas import SourceWindows
+from kwatra.source.protocol import Source
 from kwatra.windows import Feature
+
+
+class Texture(Protocol):
+    """What an optimization copies from: at every level a source of windows."""
+
+    @property
+    def exemplar(self) -> Exemplar | None:
+        """The exemplar, where there is one: whole pieces are copied from it, and levels planned for it."""
+
+    @property
+    def weights(self) -> Tensor:
+        """How much each channel counts in matching, (C,)."""
+
+    @property
+    def device(self) -> torch.device:
+        """Where it is, and where the work is done."""
+
+    def source(
+        self, factors: Sequence[int], width: Sequence[int], generator: torch.Generator, features: Sequence[Feature] = ()
+    ) -> Source:
+        """The windows of `width` where pixels are `factors` times coarser."""
 
 
 @dataclass(frozen=True)
@@ -32,12 +55,13 @@ class Prepared:
 
     def __init__(self, exemplar: Exemplar) -> None:
         self.exemplar = exemplar
+        self.weights, self.device = exemplar.weights, exemplar.canvas.device
         self._kept: dict[tuple[object, ...], _Kept] = {}
 
-    def windows(
+    def source(
         self, factors: Sequence[int], width: Sequence[int], generator: torch.Generator, features: Sequence[Feature] = ()
     ) -> SourceWindows:
-        """The windows of `width` where pixels are `factors` times coarser; the generator moves on as if made anew."""
+        """See `Texture.source`; the generator moves on as if the windows were described anew."""
         key = (tuple(factors), tuple(width), tuple(features))
         before = generator.get_state()
         kept = self._kept.get(key)

@@ -5,31 +5,36 @@ pixels, as sharp as the exemplar, instead of an interpolated image.
 """
 
 from collections.abc import Sequence
-from itertools import product
 
 import torch
 from torch import Tensor
 
-from kwatra.source.canvas import SourceWindows
-from kwatra.windows import Grid
+from kwatra.source.protocol import Placed
+from kwatra.windows import Covering, Layout, Metric
 
 
-def winners(grid: Grid, source: SourceWindows, matches: Tensor, weights: Tensor) -> Tensor:
+def winners(layout: Layout, source: Placed, matches: Tensor, weights: Tensor) -> Tensor:
     """For each pixel the source coordinates from the window that weighs most there (weights (N,) times falloff)."""
-    covers = [_covering(grid, axis) for axis in range(len(grid.shape))]
-    profiles = [_profile(source.metric.falloff, axis) for axis in range(len(grid.shape))]
-    most = torch.full(grid.shape, -1.0, device=grid.device)
-    window = torch.zeros(grid.shape, dtype=torch.long, device=grid.device)
-    for choice in product(*(range(index.shape[1]) for index, _ in covers)):
-        number = torch.zeros((), dtype=torch.long, device=grid.device)
-        share = torch.ones((), device=grid.device)
-        for axis, (k, (index, inside)) in enumerate(zip(choice, covers, strict=True)):
-            number = number[..., None] * grid.counts[axis] + index[:, k]
-            share = share[..., None] * profiles[axis][inside[:, k]]
+    heaviest = heaviest_covering(layout, source.metric, weights)
+    corners = source.corners(matches[heaviest.window.flatten()]).T.view(-1, *layout.shape)
+    return corners + torch.stack(heaviest.inside)
+
+
+def heaviest_covering(layout: Layout, metric: Metric, weights: Tensor) -> Covering:
+    """Of the windows that cover each pixel the one that weighs most there, the first of equals, as dense tensors."""
+    profiles = [_profile(metric.falloff, axis) for axis in range(len(layout.shape))]
+    most = torch.full(layout.shape, -1.0, device=layout.device)
+    window = torch.zeros(layout.shape, dtype=torch.long, device=layout.device)
+    places = [torch.zeros_like(window) for _ in layout.shape]
+    for number, inside, there in layout.coverings():
+        share = torch.ones((), device=layout.device)
+        for profile, place in zip(profiles, inside, strict=True):
+            share = share * profile[place]
         weight = weights[number] * share
-        better = weight > most
+        better = there & (weight > most)
         most, window = torch.where(better, weight, most), torch.where(better, number, window)
-    return _inside(grid, window) + source.corners(matches[window.flatten()]).T.view(-1, *grid.shape)
+        places = [torch.where(better, new, old) for new, old in zip(inside, places, strict=True)]
+    return Covering(window, tuple(places), most >= 0)
 
 
 def _profile(falloff: Tensor, axis: int) -> Tensor:
@@ -38,35 +43,12 @@ def _profile(falloff: Tensor, axis: int) -> Tensor:
     return falloff.sum(others)
 
 
-def _covering(grid: Grid, axis: int) -> tuple[Tensor, Tensor]:
-    """For each pixel of an axis the windows covering it, (size, m), and the pixel's place in each, (size, m)."""
-    size, width, position = grid.shape[axis], grid.width[axis], grid.positions[axis]
-    inside = torch.arange(size, device=grid.device)[:, None] - position
-    inside = inside % size if grid.wrap else inside
-    covered = (inside >= 0) & (inside < width)
-    most = int(covered.sum(1).max())
-    order = covered.to(torch.int8).argsort(dim=1, descending=True, stable=True)[:, :most]
-    # pixels covered by fewer windows name their first one again
-    order = torch.where(covered.gather(1, order), order, order[:, :1])
-    return order, inside.gather(1, order)
-
-
-def _inside(grid: Grid, window: Tensor) -> Tensor:
-    """Place (n, *S) of each pixel inside the window chosen for it."""
-    axes = [torch.arange(s, device=grid.device) for s in grid.shape]
-    pixel = torch.stack(torch.meshgrid(*axes, indexing="ij"))
-    place = pixel - grid.corners[window.flatten()].T.view(-1, *grid.shape)
-    if grid.wrap:
-        place = place % torch.tensor(grid.shape, device=grid.device).view(-1, *[1] * len(grid.shape))
-    return place
-
-
-def at_windows(grid: Grid, source: SourceWindows, where: Tensor) -> Tensor:
+def at_windows(layout: Layout, source: Placed, where: Tensor) -> Tensor:
     """The usable source windows (N,) that put the map's coordinates at each window's center."""
-    center = grid.corners + torch.tensor([w // 2 for w in grid.width], device=grid.device)
-    center = center % torch.tensor(grid.shape, device=grid.device)
+    center = layout.corners + torch.tensor([w // 2 for w in layout.width], device=layout.device)
+    center = center % torch.tensor(layout.shape, device=layout.device)
     there = where[(slice(None), *center.T)].T
-    return source.snapped(there - torch.tensor([w // 2 for w in grid.width], device=grid.device))
+    return source.snapped(there - torch.tensor([w // 2 for w in layout.width], device=layout.device))
 
 
 def finer(where: Tensor, factor: Sequence[int], shape: Sequence[int]) -> Tensor:

@@ -1,8 +1,27 @@
-"""The steps of an iteration: search, weights, blend."""
+"""The steps of an iteration: search, weights, votes and blend, and what may happen between."""
 
+from kwatra.steps.asked import Wants
 from kwatra.steps.blend import blend, conjugate_gradients
 from kwatra.steps.histogram import match_histogram
 from kwatra.steps.matching import Matching
 from kwatra.steps.robust import rho, weight
+from kwatra.steps.step import Step, regular
+from kwatra.steps.votes import Ballot, Mode, Pull, Vote, mean, winner
 
-__all__ = ["Matching", "blend", "conjugate_gradients", "match_histogram", "rho", "weight"]
+__all__ = [
+    "Ballot",
+    "Matching",
+    "Mode",
+    "Pull",
+    "Step",
+    "Vote",
+    "Wants",
+    "blend",
+    "conjugate_gradients",
+    "match_histogram",
+    "mean",
+    "regular",
+    "rho",
+    "weight",
+    "winner",
+]

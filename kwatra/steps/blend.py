@@ -13,76 +13,86 @@ from torch import Tensor
 
 from kwatra.base import mean
 from kwatra.base import total as sum_of
-from kwatra.source import CHUNK, SourceWindows
+from kwatra.steps.votes import Ballot, Pull, Vote, bands
+from kwatra.steps.votes import mean as mean_vote
 from kwatra.terms import Given, Quadratic
-from kwatra.windows import Grid, Metric
+from kwatra.windows import Layout
+
+_TRACE = 1e-9
+"""The mass of what a pixel has where no window pulls: any term outweighs it."""
 
 
 def blend(
-    grid: Grid,
-    source: SourceWindows,
-    matches: Tensor,
-    weights: Tensor,
+    ballot: Ballot,
     quadratics: Sequence[Quadratic] = (),
     start: Tensor | None = None,
     given: Given | None = None,
+    vote: Vote = mean_vote,
 ) -> Tensor:
-    """The image (C, *S) that minimizes the energy for given matches (N,) and window weights (N,) >= 0.
+    """The image (C, *S) that minimizes the energy for given matches and window weights.
 
-    Weights are positive for windows with a free pixel. start: first guess for the iterative solution. given: values
-    that are fixed, and the mask. Memory: windows are summed in bands of bounded size.
+    Weights are positive for windows with a free pixel; pixels that no window covers and no term wants are those of
+    `start`, or 0. start: also the first guess for the iterative solution. given: values that are fixed, and the mask.
     """
-    metric = source.metric
-    channels = source.pixels.shape[-1]
-    total = torch.zeros(channels, *grid.shape, device=grid.device)
-    mass = torch.zeros(1, *grid.shape, device=grid.device)
-    for part, band in bands(grid, metric):
-        weight = weights[part].view(-1, *[1] * (len(grid.shape) + 1)) * metric.falloff
-        total += band.scatter(weight * source.windows(matches[part]))
-        mass += band.scatter(weight)
+    total, mass = vote(ballot)
+    bare = mass == 0
+    if bool(bare.any()):
+        total = torch.where(bare, _TRACE * (0.0 if start is None else start), total)
+        mass = torch.where(bare, _TRACE, mass)
     unit = mean(mass) if given is None else sum_of(mass * given.free) / given.free.sum().clamp(min=1)
-    total, mass = total / unit, mass / unit
-    for q in quadratics:
-        if q.apply is None:
-            total, mass = total + q.diagonal * q.target, mass + q.diagonal
-    operators = [q for q in quadratics if q.apply is not None]
-    if metric.plain and not operators:
-        return total / mass if given is None else given.held(total / mass)
-    right, diagonal = total, mass.expand_as(total).clone()
-    for q in operators:
-        right = right + q.times(q.target.expand_as(total))
-        diagonal += q.diagonal
-    feature = _FeatureEnergy(grid, metric, weights / unit, None if given is None else given.mask)
-    if not metric.plain:
-        right = right + feature.pull(source, matches)
-        diagonal += feature.diagonal()
+    equations = _Equations(ballot, Pull(total / unit, mass / unit), unit, quadratics, given)
+    closed = equations.total / equations.mass
+    if equations.diagonal_only:
+        return closed if given is None else given.held(closed)
+    return equations.solved(closed if start is None else start)
 
-    def system(x: Tensor) -> Tensor:
-        y = mass * x
-        for q in operators:
+
+class _Equations:
+    """The normal equations of the energy in x; `unit` is what the mean pixel's windows weigh together."""
+
+    def __init__(
+        self, ballot: Ballot, pull: Pull, unit: Tensor, quadratics: Sequence[Quadratic], given: Given | None
+    ) -> None:
+        self.given = given
+        self.total, self.mass = pull
+        for q in quadratics:
+            if q.apply is None:
+                self.total, self.mass = self.total + q.diagonal * q.target, self.mass + q.diagonal
+        self.operators = [q for q in quadratics if q.apply is not None]
+        mask = None if given is None else given.mask
+        self.features = None if ballot.source.metric.plain else _FeatureEnergy(ballot, unit, mask)
+
+    @property
+    def diagonal_only(self) -> bool:
+        """Whether every pixel is solved by itself."""
+        return self.features is None and not self.operators
+
+    def times(self, x: Tensor) -> Tensor:
+        """The system's matrix times an image."""
+        y = self.mass * x
+        for q in self.operators:
             y = y + q.times(x)
-        return y if metric.plain else y + feature.times(x)
+        return y if self.features is None else y + self.features.times(x)
 
-    if given is None:
-        return conjugate_gradients(system, right, diagonal, total / mass if start is None else start)
-    blank, fixed = torch.zeros_like(right), given.held(torch.zeros_like(right))
-    right = torch.where(given.fixed, blank, right - system(fixed))
-    free = conjugate_gradients(
-        lambda x: torch.where(given.fixed, blank, system(x)),
-        right,
-        torch.where(given.fixed, 1.0, diagonal),
-        torch.where(given.fixed, blank, total / mass if start is None else start),
-    )
-    return given.held(free)
-
-
-def bands(grid: Grid, metric: Metric) -> list[tuple[slice, Grid]]:
-    """The grid in bands that hold at most about CHUNK values each, with the slice of window indices of each."""
-    result, first = [], 0
-    for band in grid.bands(max(CHUNK // metric.weight.numel(), 1)):
-        result.append((slice(first, first + len(band)), band))
-        first += len(band)
-    return result
+    def solved(self, start: Tensor) -> Tensor:
+        """The image that solves them, begun at `start`; fixed values stay out of the unknowns."""
+        right, diagonal = self.total, self.mass.expand_as(self.total).clone()
+        for q in self.operators:
+            right = right + q.times(q.target.expand_as(right))
+            diagonal += q.diagonal
+        if self.features is not None:
+            right = right + self.features.pull()
+            diagonal += self.features.diagonal()
+        if self.given is None:
+            return conjugate_gradients(self.times, right, diagonal, start)
+        fixed, blank = self.given.fixed, torch.zeros_like(right)
+        free = conjugate_gradients(
+            lambda x: torch.where(fixed, blank, self.times(x)),
+            torch.where(fixed, blank, right - self.times(self.given.held(blank))),
+            torch.where(fixed, 1.0, diagonal),
+            torch.where(fixed, blank, start),
+        )
+        return self.given.held(free)
 
 
 class _FeatureEnergy:
@@ -92,14 +102,14 @@ class _FeatureEnergy:
     colors.
     """
 
-    def __init__(self, grid: Grid, metric: Metric, weights: Tensor, mask: Tensor | None) -> None:
-        self.grid, self.metric = grid, metric
-        self.weights = weights[:, None]
+    def __init__(self, ballot: Ballot, unit: Tensor, mask: Tensor | None) -> None:
+        self.ballot, self.layout, self.metric = ballot, ballot.layout, ballot.source.metric
+        self.weights = (ballot.weights / unit)[:, None]
         self.mask = None if mask is None else mask.float()
 
-    def _sum(self, windows_of: Callable[[slice, Grid], Tensor]) -> Tensor:
+    def _sum(self, windows_of: Callable[[slice, Layout], Tensor]) -> Tensor:
         parts = []
-        for part, band in bands(self.grid, self.metric):
+        for part, band in bands(self.layout, self.metric):
             windows = windows_of(part, band)
             if self.mask is not None:
                 windows = windows * band.gather(self.mask)
@@ -110,13 +120,13 @@ class _FeatureEnergy:
     def times(self, x: Tensor) -> Tensor:
         return self._sum(lambda _, band: band.gather(x))
 
-    def pull(self, source: SourceWindows, matches: Tensor) -> Tensor:
-        return self._sum(lambda part, _: source.windows(matches[part]))
+    def pull(self) -> Tensor:
+        return self._sum(lambda part, _: self.ballot.source.windows(self.ballot.matches[part]))
 
     def diagonal(self) -> Tensor:
         shape = [1] * self.metric.weight.ndim
         windows = self.weights.view(-1, *shape) * self.metric.features_diagonal
-        return self.grid.scatter(windows)
+        return self.layout.scatter(windows)
 
 
 def conjugate_gradients(

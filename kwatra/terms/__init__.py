@@ -1,10 +1,11 @@
 """What else the output should be: control terms of the energy."""
 
-from kwatra.terms.algebra import Quadratic, Scaled, Sum, Term, TermLike, parts_of, within
-from kwatra.terms.controls import Controls, Given, Wish, check_controls, check_mask, wish_of
+from kwatra.terms.algebra import Charge, Quadratic, Scaled, Sum, Term, TermLike, parts_of, within
+from kwatra.terms.controls import Controls, Given, Wish, check_controls, wish_of
 from kwatra.terms.pixels import HardPixels, SoftPixels
 
 __all__ = [
+    "Charge",
     "Controls",
     "Given",
     "HardPixels",
@@ -16,7 +17,6 @@ __all__ = [
     "TermLike",
     "Wish",
     "check_controls",
-    "check_mask",
     "parts_of",
     "wish_of",
     "within",

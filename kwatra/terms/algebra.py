@@ -2,7 +2,8 @@
 
 Every term is quadratic, lambda (x - c)^T F (x - c) with F symmetric positive semi-definite (thesis 6.1.1). It is
 asked three things, always on the current level: its value `energy(x)`, its `quadratic(x)`, and through `at` what it
-becomes at another resolution. What the search should know (equation 26) follows from the quadratic.
+becomes at another resolution. What the search should know (equation 26) follows from the quadratic, unless a term
+charges candidates itself (equation 31).
 Terms add and scale: `2.0 * a + b`. Any class with these methods is a term; deriving from `Term` adds the algebra.
 
 A weight of 1 makes a control count as much as the texture does on an average pixel.
@@ -11,11 +12,14 @@ A weight of 1 makes a control count as much as the texture does on an average pi
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 from torch import Tensor
 
 from kwatra.base import InputError, mean
+
+if TYPE_CHECKING:
+    from kwatra.steps.step import Step
 
 
 @dataclass(frozen=True)
@@ -41,6 +45,11 @@ class Quadratic:
         """lambda (x - c)^T F (x - c), divided by the number of values in x."""
         error = x - self.target
         return float(mean(error * self.times(error)))
+
+
+Charge = Callable[[Tensor, Tensor], Tensor]
+"""What it costs a term to put source windows (N, *width, C) at corners (N, n) of the image: (N,), in the units of a
+squared distance of windows, a mean over their pixels and channels."""
 
 
 @runtime_checkable
@@ -80,6 +89,14 @@ class Term(ABC):
     def energy(self, x: Tensor) -> float:
         """See `TermLike.energy`."""
         return self.quadratic(x).value(x)
+
+    def charge(self, x: Tensor | None, step: "Step") -> Charge | None:
+        """What the search should charge candidates, the rest of the image x (C, *S) as it is (thesis equation 31).
+
+        x is None before there is an image: then only a window's own pixels can be charged for. None, the default, where
+        the quadratic says all there is to know. A class of your own may leave this out.
+        """
+        return None
 
     def within(self, mask: Tensor) -> TermLike:
         """This term without what it wants behind the output's mask (*S), which is False there.
@@ -122,6 +139,11 @@ class Scaled(Term):
         """See `Term.within`."""
         return Scaled(self.factor, within(self.term, mask))
 
+    def charge(self, x: Tensor | None, step: "Step") -> Charge | None:
+        """The factor times the inner term's charge."""
+        inner = charge_of(self.term, x, step)
+        return None if inner is None else lambda corners, windows: self.factor * inner(corners, windows)
+
     def energy(self, x: Tensor) -> float:
         """The factor times the inner term's energy."""
         return self.factor * self.term.energy(x)
@@ -161,6 +183,12 @@ def parts_of(terms: "TermLike | Sum | Sequence[TermLike | Sum]") -> tuple[TermLi
             "term offers"
         )
     return (terms,)
+
+
+def charge_of(term: TermLike, x: Tensor | None, step: "Step") -> Charge | None:
+    """What the term charges candidates, None where it leaves that to its quadratic (see `Term.charge`)."""
+    charge: Charge | None = term.charge(x, step) if hasattr(term, "charge") else None
+    return charge
 
 
 def within(term: TermLike, mask: Tensor) -> TermLike:

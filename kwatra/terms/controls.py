@@ -8,12 +8,16 @@ thing to the blend, a pixel that is not free; inside, masked ones are 0, so that
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import TYPE_CHECKING
 
 import torch
 from torch import Tensor
 
 from kwatra.base import LARGEST, InputError, coarse_shape, resized
-from kwatra.terms.algebra import Quadratic, TermLike, within
+from kwatra.terms.algebra import Charge, Quadratic, TermLike, charge_of, within
+
+if TYPE_CHECKING:
+    from kwatra.steps.step import Step
 
 
 @dataclass(frozen=True)
@@ -87,6 +91,10 @@ class Controls:
         quadratics = [term.quadratic(x) for term in self.terms]
         return quadratics if self.mask is None else [_cut(q, self.mask) for q in quadratics]
 
+    def charges(self, x: Tensor | None, step: "Step") -> list[Charge | None]:
+        """What every term charges candidates; None for those whose quadratic says it (see `Term.charge`)."""
+        return [charge_of(term, x, step) for term in self.terms]
+
     def wish(self, x: Tensor) -> Wish | None:
         """What the blocks of a start should agree with, where it can be told without an image: by diagonal terms."""
         quadratics = [q for q in self.quadratics(x) if q.apply is None]
@@ -143,19 +151,6 @@ def _given(quadratics: Sequence[Quadratic], mask: Tensor | None, blank: Tensor) 
     if mask is not None:
         fixed = fixed | ~mask
     return Given(fixed, value, mask) if bool(fixed.any()) else None
-
-
-def check_mask(mask: Tensor | None, shape: tuple[int, ...]) -> Tensor | None:
-    """The mask, or None where it hides nothing. InputError where it is no mask of the output, or hides everything."""
-    if mask is None:
-        return None
-    if mask.dtype != torch.bool or tuple(mask.shape) != shape:
-        raise InputError(
-            f"the mask is {mask.dtype} of shape {tuple(mask.shape)}; give booleans {shape}, True where texture belongs"
-        )
-    if not bool(mask.any()):
-        raise InputError("the mask covers every pixel; it is True where texture belongs, so leave some True")
-    return None if bool(mask.all()) else mask
 
 
 def check_controls(controls: Controls, x: Tensor) -> None:

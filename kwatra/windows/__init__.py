@@ -1,6 +1,19 @@
-"""Windows of an image, and how two are compared."""
+"""Windows of an image, where they lie, and how two are compared."""
 
+from kwatra.windows.free import FreeWindows
 from kwatra.windows.grid import Grid, channels_last, step_of, windows_at
+from kwatra.windows.layout import Covering, Layout
 from kwatra.windows.metric import Feature, Metric, gradient
 
-__all__ = ["Feature", "Grid", "Metric", "channels_last", "gradient", "step_of", "windows_at"]
+__all__ = [
+    "Covering",
+    "Feature",
+    "FreeWindows",
+    "Grid",
+    "Layout",
+    "Metric",
+    "channels_last",
+    "gradient",
+    "step_of",
+    "windows_at",
+]

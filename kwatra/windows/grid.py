@@ -18,6 +18,7 @@ import torch
 from torch import Tensor
 
 from kwatra.base import InputError
+from kwatra.windows.layout import Covering
 
 
 def channels_last(image: Tensor) -> Tensor:
@@ -153,3 +154,31 @@ class Grid:
             if self.wrap:
                 shift = (shift + period // 2) % period - period // 2
             yield there.flatten(), shift.reshape(len(self), -1)
+
+    def coverings(self) -> Iterator[Covering]:
+        """See `Layout.coverings`; the lower windows first, axis by axis."""
+        axes = [self._covering(axis) for axis in range(len(self.shape))]
+        for choice in product(*(range(index.shape[1]) for index, _, _ in axes)):
+            number = torch.zeros((), dtype=torch.long, device=self.device)
+            there = torch.ones((), dtype=torch.bool, device=self.device)
+            places = []
+            for axis, (k, (index, inside, covered)) in enumerate(zip(choice, axes, strict=True)):
+                number = number[..., None] * self.counts[axis] + index[:, k]
+                there = there[..., None] & covered[:, k]
+                places.append(inside[:, k].view(-1, *[1] * (len(axes) - 1 - axis)))
+            yield Covering(number, tuple(places), there)
+
+    def _covering(self, axis: int) -> tuple[Tensor, Tensor, Tensor]:
+        """For each pixel of an axis the windows covering it, (size, m), the pixel's place in each, and which are there.
+
+        Pixels covered by fewer windows name their first one again.
+        """
+        size, width, position = self.shape[axis], self.width[axis], self.positions[axis]
+        inside = torch.arange(size, device=self.device)[:, None] - position
+        inside = inside % size if self.wrap else inside
+        covered = (inside >= 0) & (inside < width)
+        most = int(covered.sum(1).max())
+        order = covered.to(torch.int8).argsort(dim=1, descending=True, stable=True)[:, :most]
+        there = covered.gather(1, order)
+        order = torch.where(there, order, order[:, :1])
+        return order, inside.gather(1, order), there

@@ -42,12 +42,15 @@ def falloff(width: Sequence[int]) -> Tensor:
 
 
 class Metric:
-    """The embedding E for windows of one width; `channel_weights` (C,) say how much each channel counts."""
+    """The embedding E for windows of one width; `channel_weights` (C,) say how much each channel counts.
+
+    falloff (*width, 1), sum 1; share (C,), sum 1; weight (*width, C): their product.
+    """
 
     def __init__(self, width: Sequence[int], channel_weights: Tensor, features: Sequence[Feature] = ()) -> None:
         self.falloff = falloff(width).to(channel_weights.device)[..., None]
-        share = channel_weights / channel_weights.sum().clamp(min=1e-9)
-        self.weight = self.falloff * share
+        self.share = channel_weights / channel_weights.sum().clamp(min=1e-9)
+        self.weight = self.falloff * self.share
         self.root = self.weight.sqrt()
         self._probe = self.weight.new_zeros(1, *self.weight.shape)
         self._features = [(f.psi, self._scale(f)) for f in features if f.mu > 0]

@@ -316,7 +316,7 @@ def test_what_cannot_be_done_is_refused_at_once() -> None:
     refused("1 vectors that are NaN", field=flow.Field(lambda t, s: torch.zeros(2, *s).index_put(
         (torch.tensor([0]), torch.tensor([3]), torch.tensor([3])), torch.tensor(torch.nan))))  # fmt: skip
     refused(r"a mask has shape \(4, 4\)", mask=torch.ones(4, 4, dtype=torch.bool))
-    refused("a mask covers the whole frame; leave some pixels True", mask=torch.zeros(SHAPE, dtype=torch.bool))
+    refused("a mask covers every pixel", mask=torch.zeros(SHAPE, dtype=torch.bool))
     state = flow.State(0, torch.zeros(2, 10, 12), torch.ones(10, 12, dtype=torch.bool), torch.zeros(1, 10, 12))
     refused(r"frames of 10x12 \(HxW\), not 64x72; give that shape", after=state)
     state = flow.State(0, torch.zeros(2, *SHAPE), torch.ones(SHAPE, dtype=torch.bool), torch.zeros(3, *SHAPE))

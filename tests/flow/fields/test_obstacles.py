@@ -98,7 +98,7 @@ def test_what_an_obstacle_encloses_rests() -> None:
 def test_a_frame_of_another_size_or_without_texture_is_refused() -> None:
     with pytest.raises(InputError, match=r"a mask has shape \(96, 120\) and type torch.bool; give booleans of shape"):
         flow.around(flow.uniform(), star())(0.0, (50, 50))
-    with pytest.raises(InputError, match="a mask covers the whole frame"):
+    with pytest.raises(InputError, match="a mask covers every pixel"):
         flow.around(flow.uniform(), torch.zeros(SHAPE, dtype=torch.bool))
 
 

@@ -27,7 +27,7 @@ def test_windows_are_described_once_for_one_state_of_the_generator():
 
     def windows(seed, width=8, features=()):
         generator = torch.Generator().manual_seed(seed)
-        return prepared.windows((1, 1), (width, width), generator, features), generator.get_state()
+        return prepared.source((1, 1), (width, width), generator, features), generator.get_state()
 
     first, state = windows(0)
     again, same = windows(0)

@@ -2,7 +2,9 @@ import pytest
 import torch
 
 from kwatra import Exemplar, Feature, InputError, gradient
-from kwatra.source.canvas import SourceWindows, _randomized_basis, cheapest
+from kwatra.source.canvas import SourceWindows
+from kwatra.source.components import randomized_basis
+from kwatra.steps.matching import cheapest
 from kwatra.windows.grid import Grid
 
 
@@ -38,7 +40,7 @@ def brute_force(source, windows):
 def test_estimates_with_every_component_are_exact(features):
     source = source_of(blobs(3, 20, 22), (4, 4), dims=200, features=features)
     windows = torch.rand(6, 4, 4, 3, generator=generator())
-    estimated = source.estimate(*source.describe(windows), source.numbers.expand(6, -1))
+    estimated = source.estimate(source.describe(windows), source.numbers.expand(6, -1))
     assert torch.allclose(estimated, brute_force(source, windows), atol=1e-4)
 
 
@@ -46,7 +48,7 @@ def test_exact_route_finds_the_nearest_window():
     image = blobs(3, 40, 40)
     source = source_of(image)
     windows = Grid((40, 40), (8, 8), (4, 4)).gather(blobs(3, 40, 40, seed=5))
-    found = source.nearest(source.describe(windows)[0], 3, "exact")
+    found = source.nearest(source.describe(windows), 3, "exact")
     _, squared = cheapest(source, found, lambda there: distances(source, windows, there))
     best = brute_force(source, windows).amin(1)
     assert float((squared / best - 1).mean()) < 0.02
@@ -58,7 +60,7 @@ def test_a_window_of_the_exemplar_finds_itself_on_every_route():
     pick = source.numbers[::37]
     windows = source.windows(pick)
     for route in ("exact", "approximate"):
-        found = source.nearest(source.describe(windows)[0], 1, route)[:, 0]
+        found = source.nearest(source.describe(windows), 1, route)[:, 0]
         assert float((found == pick).float().mean()) > 0.99, route
 
 
@@ -66,7 +68,7 @@ def test_the_approximate_route_keeps_97_percent_of_the_gain():
     # gain: how far a search lowers the mean distance below that of an arbitrary match
     source = source_of(blobs(3, 128, 128, size=7))
     windows = Grid((128, 128), (8, 8), (4, 4)).gather(blobs(3, 128, 128, seed=9, size=7))
-    described = source.describe(windows)[0]
+    described = source.describe(windows)
     means = {}
     for route in ("exact", "approximate"):
         found = source.nearest(described, 3, route)
@@ -114,13 +116,13 @@ def test_masked_pixels_cannot_change_the_search():
     found = []
     for each in (image, other):
         source = SourceWindows(Exemplar.of([each], masks=[mask]), (6, 6), generator())
-        found.append(source.nearest(source.describe(windows)[0], 2, "exact"))
+        found.append(source.nearest(source.describe(windows), 2, "exact"))
     assert torch.equal(*found)
 
 
 def test_randomized_basis_spans_the_leading_singular_vectors():
     rows = torch.randn(300, 40, generator=generator()) * torch.logspace(0, -2, 40)
-    basis = _randomized_basis(rows, 6, generator())
+    basis = randomized_basis(rows, 6, generator())
     exact = torch.linalg.svd(rows, full_matrices=False).Vh[:6].T
     assert torch.allclose(basis.T @ basis, torch.eye(6), atol=1e-4)
     assert float((exact.T @ basis).square().sum()) == pytest.approx(6, abs=0.05)
@@ -135,7 +137,7 @@ def test_volumes_are_searched_by_the_same_code():
     volume = torch.rand(2, 6, 12, 12, generator=generator())
     source = SourceWindows(Exemplar.of(volume), (4, 4, 4), generator(), dims=64)
     pick = source.numbers[::11]
-    assert torch.equal(source.nearest(source.describe(source.windows(pick))[0], 1, "exact")[:, 0], pick)
+    assert torch.equal(source.nearest(source.describe(source.windows(pick)), 1, "exact")[:, 0], pick)
 
 
 def test_missing_pixels_are_completed_by_what_the_others_imply():

@@ -4,6 +4,7 @@ import torch
 from kwatra import Exemplar, Feature, Quadratic, SoftPixels, gradient
 from kwatra.source.canvas import SourceWindows
 from kwatra.steps.blend import blend, conjugate_gradients
+from kwatra.steps.votes import Ballot
 from kwatra.terms.controls import Given
 from kwatra.windows.grid import Grid
 
@@ -40,7 +41,7 @@ def energy(x, source, grid, matches, weights, quadratics=()):
 @pytest.mark.parametrize("wrap", [False, True])
 def test_plain_blend_is_the_weighted_mean_and_cannot_be_beaten(wrap):
     source, grid, matches, weights = setting(wrap=wrap)
-    x = blend(grid, source, matches, weights).double().requires_grad_(True)
+    x = blend(Ballot(grid, source, matches, weights)).double().requires_grad_(True)
     value = energy(x, source, grid, matches, weights)
     (slope,) = torch.autograd.grad(value, x)
     assert float(slope.abs().max()) < 1e-5
@@ -69,7 +70,7 @@ def test_blend_with_terms_and_features_zeroes_the_gradient(features, coupled):
     source, grid, matches, weights = setting(features)
     target, weight = torch.rand(2, 16, 20, generator=generator(5)), torch.rand(1, 16, 20, generator=generator(6))
     quadratics = [SoftPixels(target, weight).quadratic(target)] + ([operator()] if coupled else [])
-    x = blend(grid, source, matches, weights, quadratics)
+    x = blend(Ballot(grid, source, matches, weights), quadratics)
     value = energy(x.double(), source, grid, matches, weights, quadratics)
     for seed in range(6):  # no direction leads further down
         direction = torch.randn(x.shape, generator=generator(seed)).double()
@@ -81,14 +82,15 @@ def test_blend_with_terms_and_features_zeroes_the_gradient(features, coupled):
 def test_consistent_matches_give_the_exemplar_back():
     source, grid, _, weights = setting((Feature(gradient, 1.0),))
     matches = source.number(grid.corners + torch.tensor([3, 5]))
-    x = blend(grid, source, matches, weights)
+    x = blend(Ballot(grid, source, matches, weights))
     assert torch.allclose(x, source.exemplar.canvas[:, 3:19, 5:25], atol=1e-4)
 
 
 def test_volumes_blend_like_images():
     source, grid, _, weights = setting(shape=(5, 12, 9), width=(4, 4, 4))
     matches = source.number(grid.corners + torch.tensor([1, 2, 3]))
-    assert torch.allclose(blend(grid, source, matches, weights), source.exemplar.canvas[:, 1:6, 2:14, 3:12], atol=1e-6)
+    x = blend(Ballot(grid, source, matches, weights))
+    assert torch.allclose(x, source.exemplar.canvas[:, 1:6, 2:14, 3:12], atol=1e-6)
 
 
 def test_conjugate_gradients_agree_with_a_direct_solution():
@@ -107,7 +109,7 @@ def test_blend_around_fixed_and_masked_pixels_cannot_be_beaten(features, coupled
     fixed = (torch.rand(2, 16, 20, generator=generator(9)) > 0.8) | ~mask
     values = torch.rand(2, 16, 20, generator=generator(10)) * mask
     given = Given(fixed, values, mask)
-    x = blend(grid, source, matches, weights, [operator()] if coupled else [], given=given)
+    x = blend(Ballot(grid, source, matches, weights), [operator()] if coupled else [], given=given)
     assert torch.equal(x[fixed], values[fixed])
     metric, present = source.metric, grid.gather(mask.double())
     matched, falloff = source.windows(matches).double(), metric.falloff.double()

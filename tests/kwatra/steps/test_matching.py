@@ -3,7 +3,8 @@ import torch
 
 from kwatra import Exemplar
 from kwatra.source.canvas import SourceWindows
-from kwatra.steps.matching import Asked, Matching
+from kwatra.steps.asked import Asked, Wants
+from kwatra.steps.matching import Matching
 from kwatra.terms.controls import Given, Wish
 from kwatra.windows.grid import Grid
 
@@ -45,9 +46,9 @@ def brute_force(source, grid, image, mask):
 def test_masked_windows_find_nearly_the_best_match_of_their_unmasked_pixels(repeated):
     mask = half(0.45)
     source, grid, matching, image, _ = setting(mask)
-    found = matching.best(image, None, None, "exact")
+    found = matching.best(image, None, Wants(), "exact")
     if repeated:
-        first, found = found, matching.best(image, found.matches, None, "exact")
+        first, found = found, matching.best(image, found.matches, Wants(), "exact")
         assert bool((found.squared <= first.squared * 1.0001 + 1e-7).all())
     least, usual = brute_force(source, grid, image, mask).T
     partial = grid.gather(mask.float()).flatten(1).mean(1)
@@ -61,7 +62,7 @@ def test_windows_without_a_free_pixel_are_skipped():
     fixed = half(0.5)
     source, grid, matching, image, given = setting(torch.ones_like(fixed), fixed)
     before = source.numbers[torch.randint(len(source.numbers), (len(grid),), generator=generator(1))]
-    found = matching.best(image, before, None, "exact")
+    found = matching.best(image, before, Wants(), "exact")
     active = grid.gather(given.free.float()).flatten(1).any(1)
     assert torch.equal(matching.active, active)
     assert torch.equal(found.matches[~active], before[~active])
@@ -72,7 +73,7 @@ def test_windows_without_a_free_pixel_are_skipped():
 def test_weights_see_only_what_is_free():
     fixed = half(0.5)
     source, grid, matching, image, _ = setting(torch.ones_like(fixed), fixed)
-    found = matching.best(image, None, None, "exact")
+    found = matching.best(image, None, Wants(), "exact")
     free = grid.gather((~fixed).float())
     g = source.metric.falloff
     difference = (free * g * (grid.gather(image) - source.windows(found.matches)) ** 2).flatten(1).sum(1)
@@ -83,7 +84,7 @@ def test_weights_see_only_what_is_free():
 def test_the_cost_is_equation_26_under_the_falloff_and_its_target_the_minimum():
     source, grid, _, image, _ = setting(half(1.0))
     wish = Wish(torch.full((1, 32, 32), 0.7), blobs(32, 32, seed=9))
-    asked = Asked.of(grid, image, wish, None)
+    asked = Asked.of(grid, image, Wants(wish), None)
     metric = source.metric
     windows, value = grid.gather(image), grid.gather(wish.value)
     target = asked.target(source, None)

@@ -246,9 +246,9 @@ def test_bad_controls_are_refused_in_a_sentence():
         with pytest.raises(InputError, match=message):
             optimize(exemplar, shape, **options)
 
-    refused("the mask covers every pixel", mask=nothing)
-    refused(r"the mask is torch.bool of shape \(40, 41\)", mask=torch.ones(40, 41, dtype=torch.bool))
-    refused("the mask is torch.float32", mask=torch.ones(shape))
+    refused("a mask covers every pixel", mask=nothing)
+    refused(r"a mask has shape \(40, 41\) and type torch.bool", mask=torch.ones(40, 41, dtype=torch.bool))
+    refused("and type torch.float32", mask=torch.ones(shape))
     beyond = HardPixels(torch.zeros(1, 50, 40), torch.ones(1, 50, 40, dtype=torch.bool))
     refused(r"hard pixels are given for an image of size \(50, 40\)", terms=beyond)
     refused("'soft pixels' is for images", terms=SoftPixels(torch.zeros(3, *shape), torch.ones(1, *shape)))

@@ -154,7 +154,7 @@ def test_missing_files_and_folders_are_refused(tmp_path: Path) -> None:
 
 def test_a_flow_of_which_nothing_is_known_cannot_be_filled(tmp_path: Path) -> None:
     write_flow(tmp_path / "a.flo", steady(), torch.zeros(SHAPE, dtype=torch.bool))
-    with pytest.raises(InputError, match="covers the whole frame"):
+    with pytest.raises(InputError, match="covers every pixel"):
         read_flow(tmp_path / "a.flo").filled()
 
 

@@ -1,0 +1,98 @@
+"""What an optimization is to do: everything that is the same on all of its levels."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from kwatra.base import InputError, check_mask
+from kwatra.exemplar import Exemplar
+from kwatra.levels import Level, planned_levels
+from kwatra.settings import Settings
+from kwatra.source import Bags, Prepared, Texture
+from kwatra.terms import Controls, Sum, TermLike, check_controls, parts_of
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """A texture, the output's spatial shape, how to work, what is asked of it, and the one source of randomness.
+
+    levels: coarse to fine. mask: boolean (*shape), or None where texture belongs everywhere.
+    """
+
+    texture: Texture
+    shape: tuple[int, ...]
+    settings: Settings
+    levels: tuple[Level, ...]
+    terms: tuple[TermLike, ...]
+    mask: Tensor | None
+    generator: torch.Generator
+
+    @classmethod
+    def of(
+        cls,
+        texture: Exemplar | Prepared | Texture,
+        shape: Sequence[int],
+        settings: Settings,
+        terms: TermLike | Sum | Sequence[TermLike | Sum],
+        mask: Tensor | None,
+        seed: int,
+    ) -> "Task":
+        """The task, checked; InputError for what cannot be done."""
+        texture = Prepared(texture) if isinstance(texture, Exemplar) else texture
+        shape = _whole(shape)
+        if mask is not None:
+            check_mask(mask, shape)
+            mask = None if bool(mask.all()) else mask
+        levels = _levels(texture, shape, settings)
+        generator = torch.Generator().manual_seed(seed)
+        task = cls(texture, shape, settings, levels, parts_of(terms), mask, generator)
+        if settings.start == "terms" and not task.terms:
+            raise InputError("the start is 'terms' but there is no term; give one, or another start")
+        check_controls(task.controls((1,) * len(shape)), torch.zeros(task.channels, *shape, device=texture.device))
+        return task
+
+    @property
+    def channels(self) -> int:
+        """Number of channels C."""
+        return len(self.texture.weights)
+
+    def controls(self, factors: tuple[int, ...]) -> Controls:
+        """Terms and mask where pixels are `factors` times coarser."""
+        return Controls(self.terms, self.mask, factors, self.shape, self.channels, self.texture.device)
+
+    def check_start(self, start: Tensor) -> None:
+        """Refuse with InputError an image of another shape than the output, or one that is not finite."""
+        if tuple(start.shape) != (self.channels, *self.shape):
+            raise InputError(
+                f"the start image has shape {tuple(start.shape)}; the output needs {(self.channels, *self.shape)}"
+            )
+        if not bool((start if self.mask is None else start[:, self.mask]).isfinite().all()):
+            raise InputError("the start image holds NaN or infinite pixels; replace them first")
+
+
+def _whole(shape: Sequence[int]) -> tuple[int, ...]:
+    if len(shape) not in (2, 3) or any(int(s) != s or s < 1 for s in shape):
+        raise InputError(f"the output's shape is {tuple(shape)}; give 2 or 3 whole numbers of pixels, each at least 1")
+    return tuple(int(s) for s in shape)
+
+
+def _levels(texture: Texture, shape: tuple[int, ...], settings: Settings) -> tuple[Level, ...]:
+    """The levels asked for, or planned ones; of bags, one for each."""
+    levels: tuple[Level, ...] | None
+    if isinstance(texture, Bags):
+        axes = next(iter(texture.windows.values())).ndim - 2
+        levels = settings.levels or tuple(Level(f, w, settings.iterations) for f, w in texture.windows)
+    elif texture.exemplar is not None:
+        axes, levels = len(texture.exemplar.shape), settings.levels
+    elif settings.levels is None:
+        raise InputError("a texture without an exemplar has no levels of its own; give some in the settings")
+    else:
+        axes, levels = len(shape), settings.levels
+    if len(shape) != axes:
+        raise InputError(f"the output's shape is {shape}; give {axes} whole numbers of pixels, each at least 1")
+    if levels is not None:
+        return levels
+    assert texture.exemplar is not None
+    return planned_levels(texture.exemplar, shape, settings.iterations)

@@ -1,0 +1,136 @@
+"""Sources that are no exemplar: a bag of made-up windows, and two sources in one."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import torch
+from torch import Tensor
+
+from kwatra.base import InputError
+from kwatra.source.described import DIMS, Described
+from kwatra.source.protocol import CHUNK, Source
+from kwatra.windows import Feature, Metric
+
+
+class Bag(Described):
+    """A set of windows (N, *width, C) without places: matched and copied, but there is no canvas they come from.
+
+    weights (C,): how much each channel counts in matching; a channel of weight 0 is carried along. Memory: the windows
+    and their descriptors. Raises InputError for windows that are none, or not finite.
+    """
+
+    def __init__(
+        self,
+        windows: Tensor,
+        weights: Tensor,
+        generator: torch.Generator,
+        dims: int = DIMS,
+        features: Sequence[Feature] = (),
+    ) -> None:
+        if windows.ndim not in (4, 5) or 0 in windows.shape or not bool(windows.isfinite().all()):
+            raise InputError(
+                f"a bag of windows has shape {tuple(windows.shape)}; give finite (N, h, w, C) or (N, t, h, w, C), "
+                "at least one"
+            )
+        self._windows = windows.float().contiguous()
+        metric = Metric(windows.shape[1:-1], weights.to(windows.device), features)
+        super().__init__(metric, torch.arange(len(windows), device=windows.device), dims, generator)
+
+    def windows(self, numbers: Tensor) -> Tensor:
+        """See `Source.windows`."""
+        return self._windows[numbers]
+
+    def values(self, numbers: Tensor, inside: Sequence[Tensor]) -> Tensor:
+        """See `Source.values`."""
+        return self._windows[(numbers, *inside)].movedim(-1, 0)
+
+    def projections(self, basis: Tensor, mean: Tensor) -> tuple[Tensor, Tensor]:
+        """See `Source.projections`."""
+        along, length = [], []
+        for part in self._windows.split(max(CHUNK // mean.numel(), 1)):
+            embedded = self.metric.embed(part)
+            along.append(embedded @ basis)
+            length.append((embedded - mean).square().sum(1))
+        return torch.cat(along), torch.cat(length)
+
+
+class Joined(Described):
+    """Two sources as one, described alike: the second's windows are numbered after the first's.
+
+    Both have windows of one width, and the metric is the first's.
+    """
+
+    def __init__(self, first: Source, second: Source, generator: torch.Generator, dims: int = DIMS) -> None:
+        if first.metric.weight.shape != second.metric.weight.shape:
+            one, other = (tuple(s.metric.weight.shape) for s in (first, second))
+            raise InputError(f"two sources have windows {one} and {other}; give both one width and as many channels")
+        self.first, self.second = first, second
+        super().__init__(first.metric, torch.cat([first.numbers, first.count + second.numbers]), dims, generator)
+
+    def is_second(self, numbers: Tensor) -> Tensor:
+        """Which windows, by number, are the second source's."""
+        return numbers >= self.first.count
+
+    def windows(self, numbers: Tensor) -> Tensor:
+        """See `Source.windows`."""
+        second = self.is_second(numbers)
+        found = self.metric.weight.new_empty(len(numbers), *self.metric.weight.shape)
+        found[~second] = self.first.windows(numbers[~second])
+        found[second] = self.second.windows(numbers[second] - self.first.count)
+        return found
+
+    def values(self, numbers: Tensor, inside: Sequence[Tensor]) -> Tensor:
+        """See `Source.values`."""
+        second = self.is_second(numbers)
+        one = self.first.values(torch.where(second, self.first.numbers[0], numbers), inside)
+        other = self.second.values(torch.where(second, numbers - self.first.count, self.second.numbers[0]), inside)
+        return torch.where(second, other, one)
+
+    def projections(self, basis: Tensor, mean: Tensor) -> tuple[Tensor, Tensor]:
+        """See `Source.projections`."""
+        parts = [source.projections(basis, mean) for source in (self.first, self.second)]
+        return torch.cat([along for along, _ in parts]), torch.cat([length for _, length in parts])
+
+
+@dataclass(frozen=True)
+class Bags:
+    """A texture that is known by windows alone: for each level of an optimization a bag of its own.
+
+    windows: by (factor, width) of a level, windows (N, width, width, C) at that resolution, coarse to fine and large
+    to small. weights (C,): see `Bag`; None for all alike. An optimization of bags needs no other levels than these.
+    """
+
+    windows: Mapping[tuple[int, int], Tensor]
+    weights: Tensor = field(default_factory=lambda: torch.empty(0))
+
+    def __post_init__(self) -> None:
+        if not self.windows:
+            raise InputError("there is no bag of windows; give one for each level, by (factor, width)")
+        channels = {bag.shape[-1] for bag in self.windows.values()}
+        if len(channels) > 1 or len(self.weights) not in (0, *channels):
+            raise InputError(
+                f"bags have {sorted(channels)} channels and {len(self.weights)} weights; give all the same number"
+            )
+        if not len(self.weights):
+            object.__setattr__(self, "weights", torch.ones(channels.pop()))
+
+    @property
+    def device(self) -> torch.device:
+        """Where the windows are."""
+        return next(iter(self.windows.values())).device
+
+    @property
+    def exemplar(self) -> None:
+        """A bag has none."""
+        return None
+
+    def source(
+        self, factors: Sequence[int], width: Sequence[int], generator: torch.Generator, features: Sequence[Feature] = ()
+    ) -> Bag:
+        """The bag of a level; InputError where there is none."""
+        key = (factors[-1], width[-1])
+        if key not in self.windows:
+            raise InputError(
+                f"there is no bag for factor {key[0]} and width {key[1]}; give one, or leave out the level"
+            )
+        return Bag(self.windows[key], self.weights, generator, features=features)

@@ -1,0 +1,122 @@
+"""Windows described by their principal components, and found by them.
+
+Windows are compared under the metric's embedding E. A PCA of E z over a sample of them gives each window a short
+descriptor; with the length of what it leaves out, distances are estimated. An index over descriptors, exact or with
+inverted lists (faiss), finds the nearest. Memory: `dims` + 1 floats per window, plus the index's copy.
+"""
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from functools import cached_property
+
+import faiss
+import numpy as np
+import torch
+from torch import Tensor
+
+from kwatra.source.components import randomized_basis
+from kwatra.source.protocol import CHUNK, Description
+from kwatra.windows import Metric
+
+DIMS = 24
+"""Principal components of a descriptor."""
+
+_SAMPLE = 3000
+"""So many windows the components are learned from."""
+
+
+class Described(ABC):
+    """A `Source` that is searched by descriptors; a kind of source says what its windows are.
+
+    A kind calls this `__init__` last, once its `windows` and `projections` work.
+    """
+
+    def __init__(self, metric: Metric, numbers: Tensor, dims: int, generator: torch.Generator) -> None:
+        self.metric, self.numbers, self.device = metric, numbers, numbers.device
+        pick = torch.randperm(len(numbers), generator=generator)[:_SAMPLE].to(self.device)
+        sample = metric.embed(self.windows(numbers[pick]))
+        self._mean = sample.mean(0)
+        self._basis = randomized_basis(sample - self._mean, dims, generator)
+        along, length = self.projections(self._basis, self._mean)
+        self.descriptors = along - self._mean @ self._basis
+        # squared length of each centered window, to know what the descriptor leaves out
+        self.remainder = (length - (self.descriptors**2).sum(1)).clamp(min=0).sqrt()
+
+    @property
+    def count(self) -> int:
+        """See `Source.count`."""
+        return len(self.descriptors)
+
+    @abstractmethod
+    def windows(self, numbers: Tensor) -> Tensor:
+        """See `Source.windows`."""
+
+    @abstractmethod
+    def values(self, numbers: Tensor, inside: Sequence[Tensor]) -> Tensor:
+        """See `Source.values`."""
+
+    @abstractmethod
+    def projections(self, basis: Tensor, mean: Tensor) -> tuple[Tensor, Tensor]:
+        """See `Source.projections`."""
+
+    def describe(self, windows: Tensor) -> Description:
+        """See `Source.describe`."""
+        centered = self.metric.embed(windows) - self._mean
+        descriptor = centered @ self._basis
+        return Description(descriptor, ((centered**2).sum(1) - (descriptor**2).sum(1)).clamp(min=0).sqrt())
+
+    def completed(self, windows: Tensor, present: Tensor) -> Tensor:
+        """Windows (N, *width, C) whose pixels without `present` (N, *width, 1) are replaced by their expected values.
+
+        Expected given the present pixels, for exemplar windows distributed normally in their principal components
+        and evenly outside of them: probabilistic PCA with missing data (Tipping and Bishop 1999, appendix B).
+        """
+        root = self.metric.root
+        size = root.numel()
+        mean, basis = self._mean[:size], self._basis[:size]
+        spread = self.descriptors[self.numbers].square().mean(0)
+        noise = self.remainder[self.numbers].square().mean() / max(size - basis.shape[1], 1)
+        ridge = torch.diag(noise.clamp(min=1e-9) / spread.clamp(min=1e-12))
+        products = (basis[:, :, None] * basis[:, None]).flatten(1)
+        result = []
+        for part, seen in zip(*(t.split(max(CHUNK // size, 1)) for t in (windows, present)), strict=True):
+            weight = seen.expand_as(part).flatten(1)
+            system = (weight @ products).view(-1, *ridge.shape) + ridge
+            known = weight * ((part * root).flatten(1) - mean)
+            expected = mean + torch.linalg.solve(system, (known @ basis)[..., None])[..., 0] @ basis.T
+            expected = expected.view_as(part) / root.clamp(min=1e-12)
+            result.append(torch.where(seen > 0, part, expected))
+        return torch.cat(result)
+
+    def estimate(self, described: Description, numbers: Tensor) -> Tensor:
+        """See `Source.estimate`."""
+        between = self.descriptors[numbers] - described.descriptor[:, None]
+        return (between**2).sum(-1) + (self.remainder[numbers] - described.remainder[:, None]) ** 2
+
+    @cached_property
+    def _exact(self) -> faiss.Index:
+        index = faiss.IndexFlatL2(self.descriptors.shape[1])
+        index.add(self._indexed())
+        return index
+
+    @cached_property
+    def _approximate(self) -> faiss.Index:
+        table = self._indexed()
+        lists = max(min(int(2 * math.sqrt(len(table))), len(table) // 39), 1)
+        index = faiss.IndexIVFFlat(faiss.IndexFlatL2(table.shape[1]), table.shape[1], lists)
+        index.cp.niter, index.cp.seed, index.cp.max_points_per_centroid = 6, 1, 64
+        index.train(table)
+        index.add(table)
+        index.nprobe = max(lists // 128, 4)
+        return index
+
+    def _indexed(self) -> np.ndarray:
+        return np.ascontiguousarray(self.descriptors[self.numbers].cpu().numpy())
+
+    def nearest(self, described: Description, k: int, route: str) -> Tensor:
+        """See `Source.nearest`."""
+        index = self._exact if route == "exact" else self._approximate
+        _, found = index.search(np.ascontiguousarray(described.descriptor.cpu().numpy()), min(k, len(self.numbers)))
+        found = np.where(found < 0, found[:, :1], found)
+        return self.numbers[torch.from_numpy(found).to(self.device)]

@@ -1,0 +1,77 @@
+"""What the engine asks of a source: a set of windows to copy from.
+
+A window is known by its number. Windows of an exemplar have a place on its canvas, made-up ones have none; what needs
+places (coherent candidates, source maps, whole copies) asks for a `Placed` source and is left out without one.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple, Protocol, runtime_checkable
+
+from torch import Tensor
+
+from kwatra.exemplar import Exemplar
+from kwatra.windows import Metric
+
+ROUTES = ("exact", "approximate", "coherent")
+"""How matches are searched: in all windows, in those of like descriptors, or by coherence alone."""
+
+CHUNK = 1 << 24
+"""Values in one temporary of a search pass: bounds its memory to a few times 64 MiB."""
+
+
+class Description(NamedTuple):
+    """Windows in short: descriptor (N, dims), principal components; remainder (N,), the length they leave out."""
+
+    descriptor: Tensor
+    remainder: Tensor
+
+
+class Source(Protocol):
+    """Windows (*width, C) that may be copied, and the search among them.
+
+    numbers (M,): those that may be copied, ascending; others below `count` may be described but not used.
+    """
+
+    metric: Metric
+    numbers: Tensor
+
+    @property
+    def count(self) -> int:
+        """One more than the largest number."""
+
+    def windows(self, numbers: Tensor) -> Tensor:
+        """The windows of these numbers (N,): (N, *width, C)."""
+
+    def values(self, numbers: Tensor, inside: Sequence[Tensor]) -> Tensor:
+        """For numbers (*S), the value of each window at the place `inside`, n tensors (*S): (C, *S)."""
+
+    def projections(self, basis: Tensor, mean: Tensor) -> tuple[Tensor, Tensor]:
+        """Every window z below `count` seen under E, the metric's embedding.
+
+        basis (M, K), mean (M,). Returns (E z)^T basis (count, K) and |E z - mean|^2 (count,).
+        """
+
+    def describe(self, windows: Tensor) -> Description:
+        """Any windows (N, *width, C) in short, as the source's own are described."""
+
+    def estimate(self, described: Description, numbers: Tensor) -> Tensor:
+        """Estimated squared distances (N, k) between described windows and the source's of these numbers (N, k)."""
+
+    def nearest(self, described: Description, k: int, route: str) -> Tensor:
+        """Numbers (N, <= k) of the source's windows nearest to described ones, nearest first; route: one of ROUTES."""
+
+    def completed(self, windows: Tensor, present: Tensor) -> Tensor:
+        """Windows (N, *width, C) whose values where `present` (N, *width, 1) is 0 are expected from the others."""
+
+
+@runtime_checkable
+class Placed(Source, Protocol):
+    """A source whose windows lie on the canvas of an exemplar."""
+
+    exemplar: Exemplar
+
+    def corners(self, numbers: Tensor) -> Tensor:
+        """First pixels (..., n) on the canvas of windows of these numbers (...)."""
+
+    def snapped(self, corners: Tensor) -> Tensor:
+        """Numbers (...) of the windows that may be copied nearest to corners (..., n), which may lie anywhere."""

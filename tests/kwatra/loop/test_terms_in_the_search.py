@@ -1,0 +1,121 @@
+"""Terms reach the search: what they charge candidates, what they begin with, and that the index keeps being asked."""
+
+import pytest
+import torch
+
+from kwatra import Exemplar, InputError, Level, Quadratic, Settings, SoftPixels, Term, optimize
+from kwatra.source import SourceWindows
+from kwatra.steps.asked import Wants
+from kwatra.steps.matching import DRAWN, Matching
+from kwatra.terms import Wish
+from kwatra.windows import Grid
+
+
+def generator(seed=0):
+    return torch.Generator().manual_seed(seed)
+
+
+def noise(*shape, seed=0):
+    smooth = torch.nn.functional.avg_pool2d(torch.rand(1, 1, *(s + 4 for s in shape), generator=generator(seed)), 5, 1)
+    return ((smooth - smooth.amin()) / (smooth.amax() - smooth.amin()))[0]
+
+
+class Busy(Term):
+    """Windows should hold much variation: charged window by window, for no quadratic of pixels can say it."""
+
+    name = "busy"
+
+    def at(self, factor, shape):
+        return self
+
+    def energy(self, x):
+        return -float(x.var())
+
+    def quadratic(self, x):
+        return Quadratic(torch.zeros_like(x[:1]), torch.zeros_like(x))
+
+    def charge(self, x, step):
+        assert step.source.metric.weight.shape[:2] == step.width
+        return lambda corners, there: -10 * there.flatten(1).var(1)
+
+
+def test_a_charge_is_added_to_the_distance_and_decides():
+    source = SourceWindows(Exemplar.of(noise(40, 40)), (8, 8), generator())
+    grid = Grid((24, 24), (8, 8), (4, 4))
+    image = noise(24, 24, seed=3)
+    seen = []
+
+    def charge(corners, there):
+        seen.append(len(corners))
+        return 5.0 * (there.flatten(1).mean(1) - corners[:, 0] / 24).square()
+
+    matching = Matching(source, grid, 2000, None)
+    found = matching.best(image, None, Wants(charges=[charge]), "exact").matches
+    windows, every = grid.gather(image), source.windows(source.numbers)
+    for k, window in enumerate(windows):
+        cost = source.metric.squared(every - window)
+        cost = cost + 5.0 * (every.flatten(1).mean(1) - grid.corners[k, 0] / 24).square()
+        assert int(found[k]) == int(source.numbers[cost.argmin()])
+    assert seen[0] == len(grid)
+
+
+def test_a_term_that_charges_candidates_gets_its_way():
+    flat = torch.where(torch.arange(64) < 32, 0.5, noise(64, 64))
+    exemplar = Exemplar.of(flat)
+    settings = Settings(levels=(Level(1, 8, 4),), start="windows", candidates=8)
+    plain = optimize(exemplar, (48, 48), settings=settings).image
+    busy = optimize(exemplar, (48, 48), settings=settings, terms=Busy()).image
+    assert float(busy.var()) > 2 * float(plain.var())
+    scaled = optimize(exemplar, (48, 48), settings=settings, terms=1.0 * Busy()).image
+    assert torch.equal(scaled, busy)
+    off = optimize(exemplar, (48, 48), settings=settings, terms=0.0 * Busy()).image
+    assert float(off.var()) < 0.7 * float(busy.var())
+
+
+def test_where_terms_want_something_the_index_keeps_being_asked():
+    exemplar = Exemplar.of(noise(96, 96))
+    wanted = noise(80, 80, seed=9)
+    term = SoftPixels(wanted, torch.full((1, 80, 80), 0.3))
+    settings = Settings(levels=(Level(1, 8, 5),), exact_pairs=0, tolerance=0)
+    rows = optimize(exemplar, (80, 80), settings=settings, terms=term, seed=1).energies
+    assert {row["route"] for row in rows} == {"coherent"}
+    assert rows[-1]["soft pixels"] < 0.8 * rows[0]["soft pixels"]
+    deaf = Settings(levels=(Level(1, 8, 5, route="coherent"),), exact_pairs=0, tolerance=0)
+    alone = optimize(exemplar, (80, 80), settings=deaf, terms=term, seed=1).energies
+    assert rows[-1]["total"] < 0.95 * alone[-1]["total"]
+
+
+def test_random_windows_are_no_copies_to_go_by():
+    exemplar = Exemplar.of(noise(64, 64))
+    settings = Settings(levels=(Level(1, 8, 4),), start="windows", exact_pairs=0, tolerance=0)
+    rows = optimize(exemplar, (64, 64), settings=settings).energies
+    assert {row["route"] for row in rows} == {"approximate"}
+    blocks = Settings(levels=(Level(1, 8, 4),), exact_pairs=0)
+    assert {row["route"] for row in optimize(exemplar, (64, 64), settings=blocks).energies} == {"coherent"}
+
+
+def test_a_start_by_the_terms_alone_takes_the_cheapest_candidates_whatever_they_look_like():
+    source = SourceWindows(Exemplar.of(noise(40, 40)), (8, 8), generator())
+    grid = Grid((24, 24), (8, 8), (4, 4))
+    matching = Matching(source, grid, 3, None)
+    value = noise(24, 24, seed=4)
+    wants = Wants(Wish(torch.ones(1, 24, 24), value), [lambda corners, there: there.flatten(1).mean(1)])
+    found = matching.by_terms(wants, torch.zeros(1, 24, 24), generator(1))
+    pick = torch.randint(len(source.numbers), (len(grid), DRAWN), generator=generator(1))
+    wished, there = grid.gather(value), source.windows(found)
+    cost = source.metric.squared(there - wished) + there.flatten(1).mean(1)
+    for column in source.numbers[pick].T:
+        other = source.windows(column)
+        assert bool((cost <= source.metric.squared(other - wished) + other.flatten(1).mean(1) + 1e-6).all())
+
+
+def test_an_optimization_may_start_by_its_terms():
+    exemplar = Exemplar.of(noise(64, 64))
+    wanted = torch.linspace(0.2, 0.8, 48).expand(1, 48, 48)
+    term = SoftPixels(wanted, torch.full((1, 48, 48), 0.5))
+    settings = Settings(levels=(Level(1, 8, 1),), start="terms")
+    by_terms = optimize(exemplar, (48, 48), settings=settings, terms=term).energies[0]["soft pixels"]
+    settings = Settings(levels=(Level(1, 8, 1),), start="windows")
+    assert by_terms < 0.7 * optimize(exemplar, (48, 48), settings=settings, terms=term).energies[0]["soft pixels"]
+    with pytest.raises(InputError, match="the start is 'terms' but there is no term"):
+        optimize(exemplar, (48, 48), settings=Settings(start="terms"))

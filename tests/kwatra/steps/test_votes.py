@@ -1,0 +1,76 @@
+import pytest
+import torch
+
+from kwatra import Exemplar, InputError, Settings, optimize
+from kwatra.source import Bag, SourceWindows
+from kwatra.steps import Ballot, Mode, blend, mean, winner
+from kwatra.windows import FreeWindows, Grid
+
+
+def generator(seed=0):
+    return torch.Generator().manual_seed(seed)
+
+
+def stacked(values, weights):
+    """A ballot of windows of one color each, all lying on one another."""
+    width = (4, 4)
+    windows = torch.tensor(values).view(-1, 1, 1, 1).expand(-1, *width, 1).contiguous()
+    bag = Bag(windows, torch.ones(1), generator())
+    layout = FreeWindows(width, width, torch.zeros(len(values), 2, dtype=torch.long))
+    return Ballot(layout, bag, torch.arange(len(values)), torch.tensor(weights))
+
+
+def test_votes_of_windows_on_one_another_are_known():
+    ballot = stacked([0.2, 0.22, 0.21, 0.9], [1.0, 1.0, 1.0, 2.5])
+    assert torch.allclose(blend(ballot), torch.full((1, 4, 4), (0.63 + 2.25) / 5.5))
+    assert torch.allclose(blend(ballot, vote=winner), torch.full((1, 4, 4), 0.9))
+    # three alike outvote one that weighs most only where the kernel is wide enough to see them from there
+    assert torch.allclose(blend(ballot, vote=Mode(0.05)), torch.full((1, 4, 4), 0.9), atol=1e-3)
+    crowd = stacked([0.2, 0.22, 0.21, 0.9], [1.1, 1.0, 1.0, 1.05])
+    assert torch.allclose(blend(crowd, vote=Mode(0.05)), torch.full((1, 4, 4), 0.21), atol=2e-3)
+
+
+def test_the_mode_is_where_the_weighted_density_peaks():
+    values = torch.rand(12, generator=generator(2)).tolist()
+    weights = (torch.rand(12, generator=generator(3)) + 0.1).tolist()
+    vote = Mode(0.08, rounds=200)
+    found = float(blend(stacked(values, weights), vote=vote)[0, 0, 0])
+    line = torch.linspace(0, 1, 2001, dtype=torch.float64)
+    v, w = torch.tensor(values, dtype=torch.float64), torch.tensor(weights, dtype=torch.float64)
+    density = (w * torch.exp(-((line[:, None] - v) ** 2) / (2 * 0.08**2))).sum(1)
+    peaks = line[1:-1][(density[1:-1] > density[:-2]) & (density[1:-1] > density[2:])]
+    assert float((peaks - found).abs().min()) < 2e-3
+
+
+def test_all_votes_give_one_mass_and_agree_where_windows_do():
+    exemplar = Exemplar.of(torch.rand(2, 24, 24, generator=generator()))
+    source = SourceWindows(exemplar, (8, 8), generator())
+    grid = Grid((20, 20), (8, 8), (2, 2))
+    matches = source.snapped(grid.corners + 3)
+    ballot = Ballot(grid, source, matches, torch.rand(len(grid), generator=generator(1)) + 0.1)
+    expected = exemplar.canvas[:, 3:23, 3:23]
+    for vote in (mean, winner, Mode()):
+        total, mass = vote(ballot)
+        assert torch.allclose(total / mass, expected, atol=1e-5)
+        assert torch.allclose(mass, mean(ballot).mass)
+
+
+@pytest.mark.parametrize("vote", [winner, Mode()])
+def test_an_optimization_by_another_vote_lowers_its_energy(vote):
+    exemplar = Exemplar.of(torch.nn.functional.avg_pool2d(torch.rand(1, 44, 44, generator=generator()), 5, 1))
+    result = optimize(exemplar, (40, 40), settings=Settings(start="windows", vote=vote, tolerance=0))
+    last = [row["total"] for row in result.energies if row["level"] == result.energies[-1]["level"]]
+    assert last[-1] < last[0]
+    if vote is winner:  # every pixel is some pixel of the exemplar, which means are not
+        assert apart(result.image, exemplar) < 1e-6
+        assert apart(optimize(exemplar, (40, 40), settings=Settings(start="windows")).image, exemplar) > 1e-5
+
+
+def apart(image, exemplar):
+    """The largest distance of a pixel's value to the nearest value of the exemplar."""
+    return float((image.flatten()[:, None] - exemplar.canvas.flatten()).abs().amin(1).max())
+
+
+def test_a_mode_without_a_width_is_refused():
+    with pytest.raises(InputError, match="no bandwidth above 0"):
+        Mode(0.0)

@@ -1,0 +1,108 @@
+import pytest
+import torch
+
+from kwatra import Exemplar, FreeWindows, Grid, InputError, Settings, optimize
+from kwatra.steps import regular
+
+
+def generator(seed=0):
+    return torch.Generator().manual_seed(seed)
+
+
+def free(wrap=False, shape=(13, 17), width=(4, 6), count=40):
+    room = shape if wrap else [s - w + 1 for s, w in zip(shape, width, strict=True)]
+    corners = torch.stack([torch.randint(r, (count,), generator=generator(1)) for r in room], 1)
+    return FreeWindows(shape, width, corners, wrap)
+
+
+def layouts():
+    return [free(), free(True), Grid((13, 17), (4, 6), (2, 3)), Grid((12, 18), (4, 6), (2, 3), wrap=True)]
+
+
+@pytest.mark.parametrize("wrap", [False, True])
+def test_gather_reads_windows_where_they_lie(wrap):
+    windows = free(wrap)
+    image = torch.rand(2, 13, 17, generator=generator())
+    there = windows.gather(image)
+    for k in (0, 7, 39):
+        y, x = windows.corners[k].tolist()
+        rows, columns = torch.arange(y, y + 4) % 13, torch.arange(x, x + 6) % 17
+        assert torch.equal(there[k], image[:, rows[:, None], columns].movedim(0, -1))
+
+
+@pytest.mark.parametrize("wrap", [False, True])
+def test_scatter_is_the_transpose_of_gather(wrap):
+    windows = free(wrap)
+    x = torch.rand(2, 13, 17, generator=generator(), dtype=torch.float64)
+    y = torch.rand(40, 4, 6, 2, generator=generator(2), dtype=torch.float64)
+    assert float((windows.gather(x) * y).sum()) == pytest.approx(float((x * windows.scatter(y)).sum()))
+    parts = [(band, len(band)) for band in windows.bands(7)]
+    assert sum(count for _, count in parts) == 40
+    summed = sum(band.scatter(part) for (band, _), part in zip(parts, y.split(7), strict=True))
+    assert torch.allclose(summed, windows.scatter(y))
+
+
+@pytest.mark.parametrize("layout", layouts(), ids=["free", "free, wrapped", "grid", "grid, wrapped"])
+def test_coverings_name_every_window_of_every_pixel_once(layout):
+    named = set()
+    for window, inside, there in layout.coverings():
+        window, there, *inside = torch.broadcast_tensors(window, there, *inside)
+        for y in range(layout.shape[0]):
+            for x in range(layout.shape[1]):
+                place = torch.stack([i[y, x] for i in inside])
+                assert bool(((place >= 0) & (place < torch.tensor(layout.width))).all())
+                if bool(there[y, x]):
+                    key = (int(window[y, x]), y, x)
+                    assert key not in named
+                    named.add(key)
+                    lies = (layout.corners[window[y, x]] + place) % torch.tensor(layout.shape)
+                    assert lies.tolist() == [y, x]
+    assert len(named) == len(layout) * layout.width[0] * layout.width[1]
+
+
+def test_neighbors_are_the_nearest_windows():
+    windows = free(count=12)
+    neighbors = list(windows.neighbor_shifts())
+    assert len(neighbors) == 4
+    apart = (windows.corners[:, None] - windows.corners).double().norm(dim=-1)
+    apart.fill_diagonal_(torch.inf)
+    for k, (number, shift) in enumerate(neighbors):
+        assert torch.equal(shift, windows.corners - windows.corners[number])
+        assert torch.allclose(shift.double().norm(dim=1), apart.sort(1).values[:, k])
+
+
+def test_windows_may_move_from_iteration_to_iteration():
+    exemplar = Exemplar.of(torch.rand(1, 32, 32, generator=generator()))
+    asked = []
+
+    def wandering(step):
+        asked.append(step.iteration)
+        grid = regular(step)
+        room = torch.tensor(step.shape) - torch.tensor(step.width)
+        moved = grid.corners + torch.randint(-2, 3, grid.corners.shape, generator=step.generator)
+        return FreeWindows(step.shape, step.width, moved.clamp(min=0).minimum(room))
+
+    free = optimize(exemplar, (32, 32), settings=Settings(layout=wandering, tolerance=0))
+    assert asked[:4] == [0, 1, 2, 3]
+    totals = [row["total"] for row in free.energies if row["width"] == 8]
+    assert totals[-1] < totals[0]
+    # where the image is the exemplar, so it stays wherever windows lie
+    same = optimize(exemplar, (32, 32), settings=Settings(layout=wandering), start=exemplar.canvas)
+    assert torch.allclose(same.image, exemplar.canvas, atol=1e-3)
+
+
+def test_a_pixel_that_no_window_covers_keeps_what_it_has():
+    exemplar = Exemplar.of(torch.rand(1, 32, 32, generator=generator()))
+    corner = torch.zeros(1, 2, dtype=torch.long)
+    start = torch.rand(1, 32, 32, generator=generator(3))
+    settings = Settings(layout=lambda step: FreeWindows(step.shape, step.width, corner))
+    made = optimize(exemplar, (32, 32), settings=settings, start=start).image
+    assert torch.allclose(made[:, 20:, 20:], start[:, 20:, 20:], atol=1e-5)
+    assert not torch.allclose(made[:, :8, :8], start[:, :8, :8], atol=0.05)
+
+
+def test_windows_outside_of_the_image_are_refused():
+    with pytest.raises(InputError, match="starts outside of an image"):
+        FreeWindows((10, 10), (4, 4), torch.tensor([[7, 0]]))
+    with pytest.raises(InputError, match="there are 0 windows"):
+        FreeWindows((10, 10), (4, 4), torch.zeros(0, 2, dtype=torch.long))

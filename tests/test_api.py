@@ -1,0 +1,39 @@
+"""What others may rely on: the public lists, pinned. A name added or taken away is a decision, made here."""
+
+import importlib
+
+import pytest
+
+import flow
+import kwatra
+import synth
+
+PUBLIC = {
+    kwatra: """THESIS Bags Ballot Charge Exemplar Feature FreeWindows Grid HardPixels InputError Level Mode Prepared
+        Progress Pull Quadratic Result Scaled Settings SoftPixels Stage Step Sum Term TermLike gradient match_histogram
+        mean measure optimize planned_levels regular texture_element winner""",
+    flow: """NAMES PRESETS Field Frame Lookup Renewing State animate around at_speed disc disc_mask end_point_error
+        filled flow_term lookup loop named noise picture published resampled rotation saddle sampled seen shear sink source
+        stream uniform vortices warp waves wheel""",
+    synth: """Kind Picture Recording Synthesis field_of fill read_flow read_image synthesize write_flow write_image""",
+}
+
+
+@pytest.mark.parametrize("package", PUBLIC, ids=lambda package: package.__name__)
+def test_the_public_list_is_as_pinned(package):
+    assert sorted(package.__all__) == sorted(PUBLIC[package].split())
+
+
+@pytest.mark.parametrize("package", PUBLIC, ids=lambda package: package.__name__)
+def test_every_public_name_is_there_and_says_what_it_is(package):
+    for name in package.__all__:
+        thing = getattr(package, name)
+        if callable(thing) and getattr(thing, "__module__", "").split(".")[0] in ("kwatra", "flow", "synth"):
+            assert thing.__doc__, f"{package.__name__}.{name} says nothing"
+
+
+@pytest.mark.parametrize("folder", ["base", "windows", "source", "terms", "cut", "pieces", "steps", "loop", "measure"])
+def test_every_folder_of_the_engine_lists_what_its_neighbors_may_use(folder):
+    package = importlib.import_module(f"kwatra.{folder}")
+    assert package.__all__
+    assert all(hasattr(package, name) for name in package.__all__)
