@@ -21,7 +21,9 @@ class Settings:
     the aligned start avoids much-used parts of the exemplar. seams: of how many blocks it compares the seams.
     iterations: per planned level. candidates: how many matches are compared exactly. exact_pairs: up to so many pairs
     of output and exemplar windows the search is exact where a level leaves the route open; beyond, it is coherent or
-    approximate. tolerance: a level ends when fewer than this share of the matches change.
+    approximate. tolerance: a level ends when fewer than this share of the matches change. solver_tolerance and
+    solver_steps: where the blend has no closed form (features, terms that are not diagonal) it is solved until this
+    share of the right side is left over, or after so many steps; `Result.energies` tells the residual reached.
     """
 
     levels: tuple[Level, ...] | None = None
@@ -36,6 +38,8 @@ class Settings:
     candidates: int = 3
     exact_pairs: int = 1 << 26
     tolerance: float = 0.005
+    solver_tolerance: float = 1e-4
+    solver_steps: int = 500
 
     def __post_init__(self) -> None:
         if not 0 < self.r <= 2:
@@ -52,4 +56,9 @@ class Settings:
             raise InputError(
                 f"iterations is {self.iterations}, candidates {self.candidates} and seams {self.seams}; each is at "
                 "least 1"
+            )
+        if not (0 < self.solver_tolerance < 1) or self.solver_steps < 1:
+            raise InputError(
+                f"solver_tolerance is {self.solver_tolerance} and solver_steps {self.solver_steps}; the residual lies "
+                "in (0, 1) and there is at least 1 step"
             )

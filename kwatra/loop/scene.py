@@ -10,12 +10,12 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from kwatra.base import mean, total
+from kwatra.base import Solution, mean, total
 from kwatra.levels import Level
 from kwatra.settings import Settings
 from kwatra.source import Prepared, sourcemap
 from kwatra.steps import Matching, blend, rho, weight
-from kwatra.terms import Controls, TermLike, wish_of
+from kwatra.terms import Controls, Quadratic, TermLike, wish_of
 from kwatra.windows import Grid, step_of
 
 
@@ -83,26 +83,36 @@ class Scene:
             carried = where if same else sourcemap.carried(where, factors, self.factors, self.shape)
             matches = sourcemap.at_windows(self.grid, self.source, carried)
         if image is None or not same:
-            image = blend(self.grid, self.source, matches, ones, given=self.controls.given)
+            image = self._blended(matches, ones).x
         return State(image, matches, ones)
 
     def step(self, state: State) -> tuple[State, dict[str, float | str]]:
         """One EM iteration: the next state, and its energies by name."""
-        route, given = self.route(state.matches is not None), self.controls.given
+        route = self.route(state.matches is not None)
         quadratics = self.controls.quadratics(state.image)
         wish = wish_of(quadratics, state.image)
         found = self.matching.best(state.image, state.matches, wish, route)
         matches, weights = found.matches, weight(found.free, self.settings.r)
         if self.matching.active is not None:
             weights = weights * self.matching.active
-        image = blend(self.grid, self.source, matches, weights, quadratics, state.image, given)
+        solution = self._blended(matches, weights, quadratics, state.image)
+        image = solution.x
         energies = {"texture": self._mean(rho(found.squared, self.settings.r))}
         for name, value in self.controls.energies(image):
             energies[name] = energies.get(name, 0.0) + value
         sum_ = sum(energies.values())
         changed = 1.0 if state.matches is None else self._mean((matches != state.matches).float())
         row = {"route": route, "changed": changed, **energies, "total": sum_}
+        if solution.residual > 0:
+            row["residual"] = solution.residual
         return State(image, matches, weights, state.iteration + 1, sum_, changed), row
+
+    def _blended(
+        self, matches: Tensor, weights: Tensor, quadratics: Sequence[Quadratic] = (), start: Tensor | None = None
+    ) -> Solution:
+        """The blend on this level, solved as far as the settings ask."""
+        tolerance, steps, given = self.settings.solver_tolerance, self.settings.solver_steps, self.controls.given
+        return blend(self.grid, self.source, matches, weights, quadratics, start, given, tolerance, steps)
 
     def _mean(self, values: Tensor) -> float:
         """Mean of values (N,) over the windows with a free pixel, 0 where there are none."""

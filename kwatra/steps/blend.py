@@ -7,11 +7,12 @@ keep their values and masked ones are left out: what is solved for is what is fr
 """
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import torch
 from torch import Tensor
 
-from kwatra.base import mean
+from kwatra.base import Solution, conjugate_gradients, mean
 from kwatra.base import total as sum_of
 from kwatra.source import CHUNK, SourceWindows
 from kwatra.terms import Given, Quadratic
@@ -26,20 +27,17 @@ def blend(
     quadratics: Sequence[Quadratic] = (),
     start: Tensor | None = None,
     given: Given | None = None,
-) -> Tensor:
+    tolerance: float = 1e-4,
+    steps: int = 500,
+) -> Solution:
     """The image (C, *S) that minimizes the energy for given matches (N,) and window weights (N,) >= 0.
 
-    Weights are positive for windows with a free pixel. start: first guess for the iterative solution. given: values
-    that are fixed, and the mask. Memory: windows are summed in bands of bounded size.
+    Weights are positive for windows with a free pixel. start: first guess for the iterative solution, which ends as
+    `tolerance` and `steps` of `conjugate_gradients` say. given: values that are fixed, and the mask. Memory: windows
+    are summed in bands of bounded size.
     """
     metric = source.metric
-    channels = source.pixels.shape[-1]
-    total = torch.zeros(channels, *grid.shape, device=grid.device)
-    mass = torch.zeros(1, *grid.shape, device=grid.device)
-    for part, band in bands(grid, metric):
-        weight = weights[part].view(-1, *[1] * (len(grid.shape) + 1)) * metric.falloff
-        total += band.scatter(weight * source.windows(matches[part]))
-        mass += band.scatter(weight)
+    total, mass = _sums(grid, source, matches, weights)
     unit = mean(mass) if given is None else sum_of(mass * given.free) / given.free.sum().clamp(min=1)
     total, mass = total / unit, mass / unit
     for q in quadratics:
@@ -47,7 +45,7 @@ def blend(
             total, mass = total + q.diagonal * q.target, mass + q.diagonal
     operators = [q for q in quadratics if q.apply is not None]
     if metric.plain and not operators:
-        return total / mass if given is None else given.held(total / mass)
+        return Solution(total / mass if given is None else given.held(total / mass))
     right, diagonal = total, mass.expand_as(total).clone()
     for q in operators:
         right = right + q.times(q.target.expand_as(total))
@@ -63,17 +61,43 @@ def blend(
             y = y + q.times(x)
         return y if metric.plain else y + feature.times(x)
 
+    first = total / mass if start is None else start
     if given is None:
-        return conjugate_gradients(system, right, diagonal, total / mass if start is None else start)
-    blank, fixed = torch.zeros_like(right), given.held(torch.zeros_like(right))
-    right = torch.where(given.fixed, blank, right - system(fixed))
-    free = conjugate_gradients(
+        return conjugate_gradients(system, right, diagonal, first, tolerance, steps)
+    return _around(given, system, right, diagonal, first, tolerance, steps)
+
+
+def _sums(grid: Grid, source: SourceWindows, matches: Tensor, weights: Tensor) -> tuple[Tensor, Tensor]:
+    """Weighted sums of the matched windows, (C, *S), and of their weights, (1, *S)."""
+    total = torch.zeros(source.pixels.shape[-1], *grid.shape, device=grid.device)
+    mass = torch.zeros(1, *grid.shape, device=grid.device)
+    for part, band in bands(grid, source.metric):
+        weight = weights[part].view(-1, *[1] * (len(grid.shape) + 1)) * source.metric.falloff
+        total += band.scatter(weight * source.windows(matches[part]))
+        mass += band.scatter(weight)
+    return total, mass
+
+
+def _around(
+    given: Given,
+    system: Callable[[Tensor], Tensor],
+    right: Tensor,
+    diagonal: Tensor,
+    start: Tensor,
+    tolerance: float,
+    steps: int,
+) -> Solution:
+    """The system solved for what is free, around what is given."""
+    blank = torch.zeros_like(right)
+    found = conjugate_gradients(
         lambda x: torch.where(given.fixed, blank, system(x)),
-        right,
+        torch.where(given.fixed, blank, right - system(given.held(blank))),
         torch.where(given.fixed, 1.0, diagonal),
-        torch.where(given.fixed, blank, total / mass if start is None else start),
+        torch.where(given.fixed, blank, start),
+        tolerance,
+        steps,
     )
-    return given.held(free)
+    return replace(found, x=given.held(found.x))
 
 
 def bands(grid: Grid, metric: Metric) -> list[tuple[slice, Grid]]:
@@ -117,33 +141,3 @@ class _FeatureEnergy:
         shape = [1] * self.metric.weight.ndim
         windows = self.weights.view(-1, *shape) * self.metric.features_diagonal
         return self.grid.scatter(windows)
-
-
-def conjugate_gradients(
-    system: Callable[[Tensor], Tensor],
-    right: Tensor,
-    diagonal: Tensor,
-    start: Tensor,
-    tolerance: float = 1e-4,
-    most: int = 60,
-) -> Tensor:
-    """Solve system(x) = right for a symmetric positive definite linear map, preconditioned by its diagonal.
-
-    Stops when the residual's norm is `tolerance` of the right side's, or after `most` steps (Hestenes-Stiefel).
-    """
-    x = start.clone()
-    residual = right - system(x)
-    goal = tolerance * float(sum_of(right.square()).sqrt())
-    direction = step = residual / diagonal
-    energy = sum_of(residual * step)
-    for _ in range(most):
-        if float(sum_of(residual.square()).sqrt()) <= goal:
-            break
-        image = system(direction)
-        length = energy / sum_of(direction * image)
-        x = x + length * direction
-        residual = residual - length * image
-        step = residual / diagonal
-        previous, energy = energy, sum_of(residual * step)
-        direction = step + energy / previous * direction
-    return x
