@@ -24,7 +24,7 @@ from flow.fields import (
     waves,
     wheel,
 )
-from flow.warps import Lookup, end_point_error, filled, lookup, seen, warp
+from flow.warps import Lookup, Warp, end_point_error, filled, lookup, seen, warp
 
 __all__ = [
     "NAMES",
@@ -34,6 +34,7 @@ __all__ = [
     "Lookup",
     "Renewing",
     "State",
+    "Warp",
     "animate",
     "around",
     "at_speed",

@@ -36,7 +36,8 @@ class Result:
     image is -1 for pixels that were given or are masked and so come from none. where (n, *S) int64: the same pixel on
     the exemplar's canvas.
     energies: one row per iteration with level, factor, width, iteration, route, changed (share of matches), texture,
-    each term by name, and total. stages: the image after each level. stopped: why the last level ended.
+    each term by name, total, and residual (what the blend's solver left over, as a share of the right side; missing
+    where the blend is exact). stages: the image after each level. stopped: why the last level ended.
     """
 
     image: Tensor

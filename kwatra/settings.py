@@ -26,7 +26,9 @@ class Settings:
     compared exactly. exact_pairs: up to so many pairs of output and exemplar windows the search is exact where a level
     leaves the route open; beyond, it is coherent or approximate. tolerance: a level ends when fewer than this share of
     the matches change. vote: what the windows that cover a pixel make of it, see `kwatra.steps.votes`. layout: where
-    windows lie, told the `Step`; asked anew for every iteration.
+    windows lie, told the `Step`; asked anew for every iteration. solver_tolerance and solver_steps: where the blend has
+    no closed form (features, terms that are not diagonal) it is solved until this share of the right side is left over,
+    or after so many steps; `Result.energies` tells the residual reached.
     """
 
     levels: tuple[Level, ...] | None = None
@@ -43,6 +45,8 @@ class Settings:
     tolerance: float = 0.005
     vote: Vote = mean
     layout: Callable[[Step], Layout] = regular
+    solver_tolerance: float = 1e-4
+    solver_steps: int = 500
 
     def __post_init__(self) -> None:
         if not 0 < self.r <= 2:
@@ -59,4 +63,9 @@ class Settings:
             raise InputError(
                 f"iterations is {self.iterations}, candidates {self.candidates} and seams {self.seams}; each is at "
                 "least 1"
+            )
+        if not (0 < self.solver_tolerance < 1) or self.solver_steps < 1:
+            raise InputError(
+                f"solver_tolerance is {self.solver_tolerance} and solver_steps {self.solver_steps}; the residual lies "
+                "in (0, 1) and there is at least 1 step"
             )

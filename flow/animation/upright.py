@@ -20,8 +20,7 @@ from torch import Tensor
 from flow.animation.copies import changes, offsets
 from flow.warps import filled, warp
 from kwatra import Exemplar
-from kwatra.base import mean
-from kwatra.steps import conjugate_gradients
+from kwatra.base import conjugate_gradients, mean
 
 _AROUND = 1.5
 """Detail is blurred by so many px: what is beside an edge belongs to it."""
@@ -74,8 +73,8 @@ class Upright:
 
         still = torch.zeros_like(source)
         right_side = -_pull(still.clone(), tall * down, wide * right)
-        u = conjugate_gradients(system, right_side, diagonal.expand_as(source), still, _TOLERANCE, _STEPS)
-        return torch.where(free, source + u, source)
+        solution = conjugate_gradients(system, right_side, diagonal.expand_as(source), still, _TOLERANCE, _STEPS)
+        return torch.where(free, source + solution.x, source)
 
 
 def _pull(values: Tensor, down: Tensor, right: Tensor) -> Tensor:

@@ -1,62 +1,19 @@
-"""Moving pictures along a flow: the true inverse of a forward field, and interpolation at the places it gives.
+"""Reading an image between its pixels: a warp at given places, as a function and as a linear operator.
 
-A forward flow f carries what is at q to q + flow(q). The next frame therefore shows at p the color of the q with
-q + flow(q) = p (Kwatra 2005, section 6.2); flow is not read at p. `lookup` finds that q for every pixel center,
-`warp` reads colors there.
+Every value that is read is a weighted sum of pixels, so an image (as a vector of its pixels) is multiplied by a sparse
+matrix W with a row for each place: (W x)_p = sum_q k(p_1 - q_1) k(p_2 - q_2) x_q with the interpolation's kernel k.
+`warp` reads once; `Warp` keeps the rows, and has W's transpose as well.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import torch
 from torch import Tensor
 
-from flow.checks import check_flow
-from flow.warps.unknown import filled
-from kwatra.base import InputError, check_mask
+from kwatra.base import InputError
 
 _CHUNK = 1 << 14
-_ITERATIONS = 40
-_SETTLED = 1e-4
-_TOLERANCE = 1e-2
-_EDGE = 1e-3
-
-
-class Lookup(NamedTuple):
-    """Where the colors of a frame come from in the frame before it.
-
-    coordinates (2, H, W): x and y, in pixels, of the source of each pixel; (0, 0) is the center of the top left
-    pixel. known (H, W): False where nothing flows to: no pixel of the frame before, or a masked one. Coordinates are
-    finite everywhere, but mean nothing where `known` is False.
-    """
-
-    coordinates: Tensor
-    known: Tensor
-
-
-def lookup(forward: Tensor, mask: Tensor | None = None, wrap: bool = False) -> Lookup:
-    """Invert a forward flow (2, H, W), x first, in pixels per frame.
-
-    mask (H, W): True where the frame before holds texture; what flows in from elsewhere is not known. wrap: the frame
-    is periodic. Between pixels the flow is bilinear. Zero flow gives exactly the pixels' own coordinates, and a shift
-    by whole pixels exactly the shifted ones.
-
-    The fixed point of q = p - flow(q) is found by iteration, which converges wherever neighboring pixels move apart,
-    or together, by less than a pixel per frame. Where the flow tears its pixels farther apart nothing is known, and
-    where it folds, one of the pixels that land on p is taken. Memory: about 40 floats per pixel.
-
-    Raises InputError if the flow is no finite (2, H, W), is longer than the frame, or the mask is of another size.
-    """
-    check_flow(forward)
-    if mask is not None:
-        check_mask(mask, forward.shape[1:])
-        forward = filled(forward, mask)
-    pixels = pixel_coordinates(forward.shape[1:], forward.device).to(forward.dtype)
-    coordinates, settled = _fixed_point(forward, pixels, wrap)
-    known = settled if wrap else settled & _inside(coordinates)
-    if mask is not None:
-        known &= warp(mask[None].to(forward.dtype), coordinates, "nearest", wrap)[0] > 0
-    return Lookup(coordinates, known)
 
 
 def pixel_coordinates(shape: tuple[int, ...] | torch.Size, device: torch.device | str = "cpu") -> Tensor:
@@ -71,29 +28,124 @@ def warp(image: Tensor, coordinates: Tensor, mode: str = "bicubic", wrap: bool =
 
     mode: "nearest", "bilinear", "bicubic" (Catmull-Rom) or "lanczos" (three lobes), each sharper than the one before;
     the last two may overshoot the image's range. All are exact at whole pixels. Beyond the border the border's pixels
-    are read again; with `wrap` the image is periodic. Memory: three times the result, and 24 floats per place.
+    are read again; with `wrap` the image is periodic. Memory: three times the result.
 
     Raises InputError for another mode.
     """
+    flat = image.flatten(1).contiguous()
+    rows = _rows(coordinates, image.shape[1:], mode, wrap)
+    return torch.cat([part.read(flat) for part in rows], 1).view(len(image), *coordinates.shape[1:])
+
+
+class Warp:
+    """The matrix W of a warp at coordinates (2, *S) of images of `shape` (H, W), x first, in pixels.
+
+    mode and wrap as for `warp`. known (*S): rows where it is False are 0; what their coordinates hold does not matter.
+    Memory: 24 bytes per place and pixel that the mode reads along an axis (1, 2, 4 or 6). On the CPU all products are
+    the same bits for any number of threads.
+
+    Raises InputError for another mode, or if `known` is of another size.
+    """
+
+    def __init__(
+        self,
+        coordinates: Tensor,
+        shape: tuple[int, int],
+        mode: str = "bicubic",
+        wrap: bool = False,
+        known: Tensor | None = None,
+    ) -> None:
+        self.shape, self.places = tuple(shape), tuple(coordinates.shape[1:])
+        if known is not None:
+            if known.dtype != torch.bool or tuple(known.shape) != self.places:
+                raise InputError(
+                    f"what is known has shape {tuple(known.shape)} and type {known.dtype}; give booleans of shape "
+                    f"{self.places}, one for each place"
+                )
+            coordinates = torch.where(known, coordinates, 0.0)
+        self._rows = list(_rows(coordinates, self.shape, mode, wrap, known))
+
+    def __call__(self, image: Tensor) -> Tensor:
+        """W x: an image (C, H, W) read at the places, (C, *S)."""
+        flat = image.flatten(1).contiguous()
+        return torch.cat([part.read(flat) for part in self._rows], 1).view(len(image), *self.places)
+
+    def transposed(self, values: Tensor) -> Tensor:
+        """W^T v: values (C, *S) added to the pixels that they are read from, by the same weights: (C, H, W)."""
+        return self._spread(self._rows, values)
+
+    def diagonal(self, weights: Tensor) -> Tensor:
+        """The diagonal (C, H, W) of W^T D W, where D has the weights (C, *S) of the places on its diagonal."""
+        return self._spread([part.squared() for part in self._rows], weights)
+
+    def _spread(self, rows: "Sequence[_Rows]", values: Tensor) -> Tensor:
+        flat = values.new_zeros(len(values), self.shape[0] * self.shape[1])
+        for part, there in zip(rows, values.flatten(1).split(_CHUNK, 1), strict=True):
+            part.spread(there, flat)
+        return flat.view(len(values), *self.shape)
+
+
+Taps = list[tuple[Tensor, Tensor]]
+"""For each of the pixels that are read along an axis: which one (N,) for each place, and its weight (N,)."""
+
+
+class _Rows(NamedTuple):
+    """Rows of W for some places (N,): W_pq is the product of the weights of q's row and of q's column."""
+
+    down: Taps
+    across: Taps
+    width: int
+
+    def read(self, flat: Tensor) -> Tensor:
+        """Values (C, N) of an image given as (C, H * W)."""
+        read = flat.new_zeros(len(flat), len(self.down[0][0]))
+        for row, down in self.down:
+            line = torch.zeros_like(read)
+            for column, across in self.across:
+                line.addcmul_(flat.index_select(1, row * self.width + column), across)
+            read.addcmul_(line, down)
+        return read
+
+    def spread(self, values: Tensor, flat: Tensor) -> None:
+        """The transpose of `read`: values (C, N) added to (C, H * W)."""
+        for row, down in self.down:
+            line = values * down
+            for column, across in self.across:
+                pixel = row * self.width + column
+                for channel, part in zip(flat, line * across, strict=True):
+                    channel.index_add_(0, pixel, part)  # in one dimension it adds in the order of the places
+
+    def squared(self) -> "_Rows":
+        """The same with the squares of W's entries."""
+        down, across = ([(q, weight.square()) for q, weight in _merged(taps)] for taps in (self.down, self.across))
+        return _Rows(down, across, self.width)
+
+
+def _rows(
+    coordinates: Tensor, shape: tuple[int, ...], mode: str, wrap: bool, known: Tensor | None = None
+) -> Iterator[_Rows]:
+    """The rows of W in pieces of bounded size."""
     if mode not in KERNELS:
         raise InputError(f"the interpolation is {mode!r}; give one of {', '.join(KERNELS)}")
-    flat = image.flatten(1).contiguous()
     places = coordinates.flatten(1).split(_CHUNK, 1)
-    read = [_read(flat, image.shape[1:], place, mode, wrap) for place in places]
-    return torch.cat(read, 1).view(len(image), *coordinates.shape[1:])
+    counted = [None] * len(places) if known is None else known.flatten().split(_CHUNK)
+    for place, counts in zip(places, counted, strict=True):
+        down = _taps(place[1], shape[0], mode, wrap)
+        if counts is not None:
+            down = [(row, weight * counts) for row, weight in down]
+        yield _Rows(down, _taps(place[0], shape[1], mode, wrap), shape[1])
 
 
-def _read(flat: Tensor, shape: torch.Size, place: Tensor, mode: str, wrap: bool) -> Tensor:
-    """Values (C, N) at places (2, N) of an image of `shape` given as (C, H * W)."""
-    columns = _taps(place[0], shape[1], mode, wrap)
-    rows = _taps(place[1], shape[0], mode, wrap)
-    read = flat.new_zeros(len(flat), place.shape[1])
-    for row, down in rows:
-        line = torch.zeros_like(read)
-        for column, across in columns:
-            line.addcmul_(flat.index_select(1, row * shape[1] + column), across)
-        read.addcmul_(line, down)
-    return read
+def _merged(taps: Taps) -> Taps:
+    """The same with every pixel named once: at a border the same pixel is read several times."""
+    merged = []
+    for number, (pixel, _) in enumerate(taps):
+        first = torch.ones_like(pixel, dtype=torch.bool)
+        for other, _ in taps[:number]:
+            first &= other != pixel
+        weights = torch.stack([torch.where(first & (other == pixel), weight, 0.0) for other, weight in taps])
+        merged.append((pixel, weights.sum(0)))
+    return merged
 
 
 def _nearest(f: Tensor) -> list[Tensor]:
@@ -129,39 +181,11 @@ KERNELS: dict[str, tuple[int, Callable[[Tensor], list[Tensor]]]] = {
 one (or the left one of two), in [0, 1)."""
 
 
-def _taps(place: Tensor, size: int, mode: str, wrap: bool) -> list[tuple[Tensor, Tensor]]:
-    """The pixels (N,) read along an axis for each place (N,), each with its weights (N,), which sum to 1."""
+def _taps(place: Tensor, size: int, mode: str, wrap: bool) -> Taps:
+    """What is read along an axis for each place (N,); the weights of a place sum to 1."""
     count, kernel = KERNELS[mode]
     base = place.add(0.5).floor() if count == 1 else place.floor()
     first = base.long() - (count - 1) // 2
     pixels = [first + k for k in range(count)]
     indices = [pixel % size if wrap else pixel.clamp_(0, size - 1) for pixel in pixels]
     return list(zip(indices, kernel(place - base), strict=True))
-
-
-def _fixed_point(forward: Tensor, pixels: Tensor, wrap: bool) -> tuple[Tensor, Tensor]:
-    """Coordinates q (2, H, W) with q + flow(q) = pixels, and where (H, W) that was reached.
-
-    Only pixels that still move are iterated.
-    """
-    target = pixels.flatten(1)
-    place = target - forward.flatten(1)
-    active = torch.arange(target.shape[1], device=target.device)
-    for _ in range(_ITERATIONS):
-        moved = target[:, active] - warp(forward, place[:, active], "bilinear", wrap)
-        change = (moved - place[:, active]).abs().amax(0)
-        place[:, active] = moved
-        active = active[change > _SETTLED]
-        if not len(active):
-            break
-    settled = torch.ones(target.shape[1], dtype=torch.bool, device=target.device)
-    residual = place[:, active] + warp(forward, place[:, active], "bilinear", wrap) - target[:, active]
-    settled[active] = residual.abs().amax(0) <= _TOLERANCE
-    return place.view_as(pixels), settled.view(pixels.shape[1:])
-
-
-def _inside(coordinates: Tensor) -> Tensor:
-    """Where coordinates lie between the centers of the border's pixels, but for rounding."""
-    height, width = coordinates.shape[1:]
-    x, y = coordinates
-    return (x >= -_EDGE) & (x <= width - 1 + _EDGE) & (y >= -_EDGE) & (y <= height - 1 + _EDGE)

@@ -1,16 +1,19 @@
-"""What everything stands on: the one error, axes, sums."""
+"""What everything stands on: the one error, axes, sums, linear systems."""
 
 from kwatra.base.axes import AVERAGE, CONVOLUTION, LARGEST, coarse_shape, enlarged, factors_of, resized
 from kwatra.base.errors import InputError, check_mask
 from kwatra.base.reductions import mean, total
+from kwatra.base.solver import Solution, conjugate_gradients
 
 __all__ = [
     "AVERAGE",
     "CONVOLUTION",
     "LARGEST",
     "InputError",
+    "Solution",
     "check_mask",
     "coarse_shape",
+    "conjugate_gradients",
     "enlarged",
     "factors_of",
     "mean",

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from kwatra.base import enlarged, mean, total
+from kwatra.base import Solution, enlarged, mean, total
 from kwatra.loop.task import Task
 from kwatra.result import Row
 from kwatra.source import Placed, sourcemap
@@ -75,7 +75,7 @@ class Scene:
             return Estimate(self._fitted(image, factors), layout, None, ones)
         matches = self._begun(layout) if where is None else self._carried(layout, where, factors)
         if image is None or not same:
-            image = blend(Ballot(layout, self.source, matches, ones), given=self.controls.given)
+            image = self._blended(Ballot(layout, self.source, matches, ones)).x
         return Estimate(image, layout, matches, ones)
 
     def _fitted(self, image: Tensor, factors: Sequence[int]) -> Tensor:
@@ -124,7 +124,7 @@ class Scene:
 
     def step(self, estimate: Estimate) -> tuple[Estimate, Row]:
         """One EM iteration: the next estimate, and its energies by name."""
-        settings, given = self.task.settings, self.controls.given
+        settings = self.task.settings
         context = self.context(estimate.iteration + 1, estimate)
         estimate = self._laid_out(estimate, context)
         layout, inherited = estimate.layout, estimate.matches is not None
@@ -135,7 +135,8 @@ class Scene:
         matches, weights = found.matches, weight(found.free, settings.r)
         if matching.active is not None:
             weights = weights * matching.active
-        image = blend(Ballot(layout, self.source, matches, weights), quadratics, estimate.image, given, settings.vote)
+        solution = self._blended(Ballot(layout, self.source, matches, weights), quadratics, estimate.image)
+        image = solution.x
         energies = {"texture": self._mean(rho(found.squared, settings.r), matching.active)}
         for name, value in self.controls.energies(image):
             energies[name] = energies.get(name, 0.0) + value
@@ -143,7 +144,14 @@ class Scene:
         before = estimate.matches
         changed = 1.0 if before is None else self._mean((matches != before).float(), matching.active)
         row: Row = {"route": route, "changed": changed, **energies, "total": sum_}
+        if solution.residual > 0:
+            row["residual"] = solution.residual
         return Estimate(image, layout, matches, weights, estimate.iteration + 1, sum_, changed), row
+
+    def _blended(self, ballot: Ballot, quadratics: Sequence[Quadratic] = (), start: Tensor | None = None) -> Solution:
+        """The blend on this level, solved as far as the settings ask."""
+        s = self.task.settings
+        return blend(ballot, quadratics, start, self.controls.given, s.vote, s.solver_tolerance, s.solver_steps)
 
     def _laid_out(self, estimate: Estimate, step: Step) -> Estimate:
         """The estimate on the layout of this iteration; where windows move, their matches come from the source map."""

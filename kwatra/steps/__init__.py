@@ -1,7 +1,7 @@
 """The steps of an iteration: search, weights, votes and blend, and what may happen between."""
 
 from kwatra.steps.asked import Wants
-from kwatra.steps.blend import blend, conjugate_gradients
+from kwatra.steps.blend import blend
 from kwatra.steps.histogram import match_histogram
 from kwatra.steps.matching import Matching
 from kwatra.steps.robust import rho, weight
@@ -17,7 +17,6 @@ __all__ = [
     "Vote",
     "Wants",
     "blend",
-    "conjugate_gradients",
     "match_histogram",
     "mean",
     "regular",

@@ -7,11 +7,12 @@ keep their values and masked ones are left out: what is solved for is what is fr
 """
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import torch
 from torch import Tensor
 
-from kwatra.base import mean
+from kwatra.base import Solution, conjugate_gradients, mean
 from kwatra.base import total as sum_of
 from kwatra.steps.votes import Ballot, Pull, Vote, bands
 from kwatra.steps.votes import mean as mean_vote
@@ -28,11 +29,14 @@ def blend(
     start: Tensor | None = None,
     given: Given | None = None,
     vote: Vote = mean_vote,
-) -> Tensor:
+    tolerance: float = 1e-4,
+    steps: int = 500,
+) -> Solution:
     """The image (C, *S) that minimizes the energy for given matches and window weights.
 
     Weights are positive for windows with a free pixel; pixels that no window covers and no term wants are those of
-    `start`, or 0. start: also the first guess for the iterative solution. given: values that are fixed, and the mask.
+    `start`, or 0. start: also the first guess for the iterative solution, which ends as `tolerance` and `steps` of
+    `conjugate_gradients` say. given: values that are fixed, and the mask.
     """
     total, mass = vote(ballot)
     bare = mass == 0
@@ -43,8 +47,8 @@ def blend(
     equations = _Equations(ballot, Pull(total / unit, mass / unit), unit, quadratics, given)
     closed = equations.total / equations.mass
     if equations.diagonal_only:
-        return closed if given is None else given.held(closed)
-    return equations.solved(closed if start is None else start)
+        return Solution(closed if given is None else given.held(closed))
+    return equations.solved(closed if start is None else start, tolerance, steps)
 
 
 class _Equations:
@@ -74,7 +78,7 @@ class _Equations:
             y = y + q.times(x)
         return y if self.features is None else y + self.features.times(x)
 
-    def solved(self, start: Tensor) -> Tensor:
+    def solved(self, start: Tensor, tolerance: float, steps: int) -> Solution:
         """The image that solves them, begun at `start`; fixed values stay out of the unknowns."""
         right, diagonal = self.total, self.mass.expand_as(self.total).clone()
         for q in self.operators:
@@ -84,15 +88,17 @@ class _Equations:
             right = right + self.features.pull()
             diagonal += self.features.diagonal()
         if self.given is None:
-            return conjugate_gradients(self.times, right, diagonal, start)
+            return conjugate_gradients(self.times, right, diagonal, start, tolerance, steps)
         fixed, blank = self.given.fixed, torch.zeros_like(right)
-        free = conjugate_gradients(
+        found = conjugate_gradients(
             lambda x: torch.where(fixed, blank, self.times(x)),
             torch.where(fixed, blank, right - self.times(self.given.held(blank))),
             torch.where(fixed, 1.0, diagonal),
             torch.where(fixed, blank, start),
+            tolerance,
+            steps,
         )
-        return self.given.held(free)
+        return replace(found, x=self.given.held(found.x))
 
 
 class _FeatureEnergy:
@@ -127,33 +133,3 @@ class _FeatureEnergy:
         shape = [1] * self.metric.weight.ndim
         windows = self.weights.view(-1, *shape) * self.metric.features_diagonal
         return self.layout.scatter(windows)
-
-
-def conjugate_gradients(
-    system: Callable[[Tensor], Tensor],
-    right: Tensor,
-    diagonal: Tensor,
-    start: Tensor,
-    tolerance: float = 1e-4,
-    most: int = 60,
-) -> Tensor:
-    """Solve system(x) = right for a symmetric positive definite linear map, preconditioned by its diagonal.
-
-    Stops when the residual's norm is `tolerance` of the right side's, or after `most` steps (Hestenes-Stiefel).
-    """
-    x = start.clone()
-    residual = right - system(x)
-    goal = tolerance * float(sum_of(right.square()).sqrt())
-    direction = step = residual / diagonal
-    energy = sum_of(residual * step)
-    for _ in range(most):
-        if float(sum_of(residual.square()).sqrt()) <= goal:
-            break
-        image = system(direction)
-        length = energy / sum_of(direction * image)
-        x = x + length * direction
-        residual = residual - length * image
-        step = residual / diagonal
-        previous, energy = energy, sum_of(residual * step)
-        direction = step + energy / previous * direction
-    return x

@@ -74,9 +74,11 @@ def _plot(energies: Sequence[Row]) -> bytes:
 
 
 def _curves(energies: Sequence[Row]) -> dict[str, list[float]]:
-    """The columns that are energies: numbers that do not say where in the run a row is."""
+    """The columns that are energies: numbers that say neither where in the run a row is nor how it was solved."""
     names = dict.fromkeys(key for row in energies for key in row)
-    rest = [name for name in names if name not in ("level", "factor", "width", "iteration", "route", "changed")]
+    rest = [
+        name for name in names if name not in ("level", "factor", "width", "iteration", "route", "changed", "residual")
+    ]
     if len(rest) == 2:  # the texture alone is the total
         rest = rest[:1]
     return {name: [_number(row.get(name)) for row in energies] for name in rest}

@@ -9,7 +9,7 @@ from torch import Tensor
 import flow
 from flow.animation.carrying import carried
 from flow.animation.copies import JUMP
-from flow.warps.warp import lookup, pixel_coordinates
+from flow.warps import lookup, pixel_coordinates
 
 SHAPE = (24, 30)
 

@@ -22,19 +22,19 @@ def stacked(values, weights):
 
 def test_votes_of_windows_on_one_another_are_known():
     ballot = stacked([0.2, 0.22, 0.21, 0.9], [1.0, 1.0, 1.0, 2.5])
-    assert torch.allclose(blend(ballot), torch.full((1, 4, 4), (0.63 + 2.25) / 5.5))
-    assert torch.allclose(blend(ballot, vote=winner), torch.full((1, 4, 4), 0.9))
+    assert torch.allclose(blend(ballot).x, torch.full((1, 4, 4), (0.63 + 2.25) / 5.5))
+    assert torch.allclose(blend(ballot, vote=winner).x, torch.full((1, 4, 4), 0.9))
     # three alike outvote one that weighs most only where the kernel is wide enough to see them from there
-    assert torch.allclose(blend(ballot, vote=Mode(0.05)), torch.full((1, 4, 4), 0.9), atol=1e-3)
+    assert torch.allclose(blend(ballot, vote=Mode(0.05)).x, torch.full((1, 4, 4), 0.9), atol=1e-3)
     crowd = stacked([0.2, 0.22, 0.21, 0.9], [1.1, 1.0, 1.0, 1.05])
-    assert torch.allclose(blend(crowd, vote=Mode(0.05)), torch.full((1, 4, 4), 0.21), atol=2e-3)
+    assert torch.allclose(blend(crowd, vote=Mode(0.05)).x, torch.full((1, 4, 4), 0.21), atol=2e-3)
 
 
 def test_the_mode_is_where_the_weighted_density_peaks():
     values = torch.rand(12, generator=generator(2)).tolist()
     weights = (torch.rand(12, generator=generator(3)) + 0.1).tolist()
     vote = Mode(0.08, rounds=200)
-    found = float(blend(stacked(values, weights), vote=vote)[0, 0, 0])
+    found = float(blend(stacked(values, weights), vote=vote).x[0, 0, 0])
     line = torch.linspace(0, 1, 2001, dtype=torch.float64)
     v, w = torch.tensor(values, dtype=torch.float64), torch.tensor(weights, dtype=torch.float64)
     density = (w * torch.exp(-((line[:, None] - v) ** 2) / (2 * 0.08**2))).sum(1)

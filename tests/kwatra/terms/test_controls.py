@@ -184,6 +184,22 @@ def test_an_operator_from_outside_smooths_beside_hard_pixels_and_mask():
 
     assert roughness(smooth) < 0.7 * roughness(rough)
     assert "smooth" in smooth.energies[-1]
+    assert all("residual" not in row for row in rough.energies)  # closed form
+    assert all(0 < row["residual"] <= 1e-4 for row in smooth.energies)
+
+
+def test_what_the_solver_did_not_reach_stands_in_the_energies():
+    def residuals(**solver):
+        settings = Settings(levels=(Level(1, 8, 2),), tolerance=0, **solver)
+        found = optimize(Exemplar.of(texture(48, 48)), (40, 40), settings=settings, terms=Smooth(1000.0))
+        return [row["residual"] for row in found.energies]
+
+    assert min(residuals(solver_steps=3)) > 0.01
+    assert max(residuals(solver_tolerance=0.01)) <= 0.01
+    assert max(residuals()) <= 1e-4
+    for wrong in ({"solver_tolerance": 0.0}, {"solver_steps": 0}):
+        with pytest.raises(InputError, match=r"residual lies in \(0, 1\) and there is at least 1 step"):
+            Settings(**wrong)
 
 
 @pytest.mark.parametrize(("shape", "features"), [((24, 28), GRADIENT), (SHAPES[1], ())])
