@@ -25,4 +25,4 @@ def seam_cut(state: Tensor, rough: Tensor, taking: Tensor) -> np.ndarray:
     for axis in range(2):
         cost = rough_counts[along(axis, None, -1, 2)] + rough_counts[along(axis, 1, None, 2)]
         pairs.append((np.zeros_like(cost), cost, cost))
-    return best_cut(state.cpu().numpy(), pairs, use_maxflow=False, taking=taking_counts)
+    return best_cut(state.cpu().numpy(), pairs, taking=taking_counts)

@@ -14,13 +14,9 @@ keeping everything. Constraint arcs are nodes that are not free: their choice is
 
 from __future__ import annotations
 
-import importlib.util
 from collections.abc import Sequence
-from types import ModuleType
 
 import numpy as np
-from scipy import sparse
-from scipy.sparse import csgraph
 
 from kwatra.cut.bands import along, solve_in_bands
 
@@ -37,7 +33,6 @@ Costs = tuple[np.ndarray, np.ndarray, np.ndarray]
 def best_cut(
     state: np.ndarray,
     pairs: Sequence[Costs],
-    use_maxflow: bool | None = None,
     taking: np.ndarray | None = None,
 ) -> np.ndarray:
     """Which pixels take the new patch in the cheapest labeling; boolean, shaped as `state`.
@@ -45,7 +40,7 @@ def best_cut(
     `state`: KEEP, TAKE, FREE or VOID per pixel. `pairs`: per axis the integer costs (a, b, c) of the pairs
     (p, p + 1 along the axis), one shorter than `state` along that axis. `taking`: what a pixel costs more when it
     takes than when it keeps, integer, shaped as `state`. Of several cheapest labelings the one that takes fewest
-    pixels (with PyMaxflow, any). `use_maxflow`: whether PyMaxflow solves; None for yes if installed.
+    pixels.
     """
     free = state == FREE
     unary, arcs = _energy(state, pairs)
@@ -53,9 +48,8 @@ def best_cut(
         unary += taking
     take = state == TAKE
     if (unary[free] < 0).any():
-        solve = _solve_maxflow if (maxflow() is not None if use_maxflow is None else use_maxflow) else _solve_scipy
         most = MOST_AT_ONCE if state.ndim < 3 else MOST_AT_ONCE // 3
-        take[free] = solve_in_bands(unary, arcs, free, solve, most)
+        take[free] = solve_in_bands(unary, arcs, free, _solve, most)
     return take
 
 
@@ -96,78 +90,27 @@ def _slots(values: np.ndarray, axis: int, forward: bool, shape: tuple[int, ...])
     return whole
 
 
-def _neighbor_table(
-    arcs: Sequence[tuple[np.ndarray, np.ndarray]], free: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Per free pixel its arcs in ascending order of neighbor: (capacity, neighbor, whether the arc exists)."""
+def _neighbor_table(arcs: Sequence[tuple[np.ndarray, np.ndarray]], free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Per free pixel its arcs: capacities, and the free pixels they lead to, -1 for none; (pixels, 2 axes) each.
+
+    Directions are back along the axes in order, then ahead in reverse order: direction d leads back as 2 axes - 1 - d.
+    """
     node = np.full(free.shape, -1, np.int32)
     node[free] = np.arange(np.count_nonzero(free), dtype=np.int32)
-    capacity, column, present = [], [], []
+    capacity, neighbor = [], []
     order = [(axis, False) for axis in range(free.ndim)] + [(axis, True) for axis in reversed(range(free.ndim))]
     for axis, forward in order:
         ahead, back = arcs[axis]
         other = np.take(node, range(1, free.shape[axis]) if forward else range(free.shape[axis] - 1), axis)
+        other = np.where((ahead > 0) | (back > 0), other, -1)
         capacity.append(_slots(ahead if forward else back, axis, forward, free.shape)[free])
-        column.append(_slots(other, axis, forward, free.shape)[free])
-        present.append(_slots((ahead > 0) | (back > 0), axis, forward, free.shape)[free])
-    return np.stack(capacity, 1), np.stack(column, 1), np.stack(present, 1)
+        neighbor.append(_slots(other + 1, axis, forward, free.shape)[free] - 1)
+    return np.stack(capacity, 1), np.stack(neighbor, 1)
 
 
-def _network(unary: np.ndarray, arcs: Sequence[tuple[np.ndarray, np.ndarray]], free: np.ndarray) -> sparse.csr_array:
-    """The flow network: free pixels, then the terminal of the old patches, then that of the new one."""
-    weight = unary[free]
-    count = len(weight)
-    capacity, column, present = _neighbor_table(arcs, free)
-    terminal = np.where(weight > 0, count, count + 1).astype(np.int32)
-    capacity = np.column_stack([capacity, np.where(weight < 0, -weight, 0)])
-    column = np.column_stack([column, terminal])
-    present = np.column_stack([present, weight != 0])
-    old, new = np.flatnonzero(weight > 0), np.flatnonzero(weight < 0)
-    data = np.concatenate([capacity[present], weight[old], np.zeros(len(new), np.int64)])
-    if data.max(initial=0) > 2**29:
-        raise OverflowError("the capacities of a cut do not fit 32 bits: a seam cost is out of its range")
-    columns = np.concatenate([column[present], old, new]).astype(np.int32)
-    lengths = np.concatenate([[0], present.sum(1), [len(old), len(new)]])
-    return sparse.csr_array(
-        (data.astype(np.int32), columns, np.cumsum(lengths).astype(np.int32)), (count + 2, count + 2)
-    )
+def _solve(unary: np.ndarray, arcs: Sequence[tuple[np.ndarray, np.ndarray]], free: np.ndarray) -> np.ndarray:
+    """Which of the free pixels take the new patch: they lie on its terminal's side of the minimum cut."""
+    from kwatra.cut.flow import sink_side  # compiled: only where a cut is solved
 
-
-def _solve_scipy(unary: np.ndarray, arcs: Sequence[tuple[np.ndarray, np.ndarray]], free: np.ndarray) -> np.ndarray:
-    network = _network(unary, arcs, free)
-    count = network.shape[0] - 2
-    # A flow of scipy's names the same arcs as the network, so what is left of each arc is one subtraction.
-    flow = csgraph.maximum_flow(sparse.csr_matrix(network), count, count + 1).flow
-    left = sparse.csr_array(network - flow)
-    left.eliminate_zeros()
-    reached = csgraph.breadth_first_order(left.T.tocsr(), count + 1, return_predecessors=False)
-    take = np.zeros(count + 2, bool)
-    take[reached] = True
-    return take[:count]
-
-
-def _solve_maxflow(unary: np.ndarray, arcs: Sequence[tuple[np.ndarray, np.ndarray]], free: np.ndarray) -> np.ndarray:
-    library = maxflow()
-    assert library is not None
-    weight = unary[free]
-    capacity, column, present = _neighbor_table(arcs, free)
-    graph = library.Graph[int](len(weight), int(present.sum()))
-    nodes = graph.add_grid_nodes((len(weight),))
-    dims = free.ndim
-    back = {axis: 2 * dims - 1 - axis for axis in range(dims)}
-    for axis in range(dims):
-        ahead = present[:, back[axis]]
-        start, end = np.flatnonzero(ahead), column[ahead, back[axis]]
-        graph.add_edges(start, end, capacity[start, back[axis]], capacity[end, axis])
-    graph.add_grid_tedges(nodes, np.maximum(weight, 0), np.maximum(-weight, 0))
-    graph.maxflow()
-    return np.asarray(graph.get_grid_segments(nodes), bool)
-
-
-def maxflow() -> ModuleType | None:
-    """PyMaxflow if it is installed: three to nine times faster, but GPL, so never required."""
-    if importlib.util.find_spec("maxflow") is None:
-        return None
-    import maxflow
-
-    return maxflow
+    capacity, neighbor = _neighbor_table(arcs, free)
+    return sink_side(unary[free], capacity, neighbor, np.arange(2 * free.ndim)[::-1].copy())

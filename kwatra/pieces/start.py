@@ -247,7 +247,7 @@ class BlockStart:
             price = difference[p] + difference[q]
             pairs.append((np.zeros_like(price), price, price))
         states = state.cpu().numpy()
-        take = best_cut(states, pairs, use_maxflow=False)
+        take = best_cut(states, pairs)
         seam = sum(int(part.sum()) for part in seams_after(states, take, pairs))
         length = max(float(total(known.float())) / min(self.overlap), 1.0)
         visible = seam / (2 * COST_LEVELS * self.variance**0.5 * length)

@@ -22,11 +22,13 @@ from functools import partial
 import torch
 from torch import Tensor
 
-from kwatra.source import Description, Placed, Source
+from kwatra.source import CHUNK, Description, Placed, Source, SourceWindows
 from kwatra.steps.asked import Asked, Wants
+from kwatra.steps.inplace import fits, nearest_in_place
 from kwatra.steps.votes import bands
 from kwatra.terms import Given
-from kwatra.windows import Layout
+from kwatra.windows import Layout, channels_last, windows_at
+from kwatra.windows.flat import continued
 
 SETTLED = 1e-7
 """Squared distance (mean over a window, colors in [0, 1]) up to which a match counts as a verbatim copy."""
@@ -71,6 +73,8 @@ class Matching:
         asks: on the coherent route, whether windows of which terms want something ask the index as well.
         """
         coherent = None if matches is None else self._coherent(matches)
+        if self.active is None and wants.wish is None and not wants.charges and fits(self.source):
+            return self._plain(self.source, image, coherent, route)
         found, distances, free = [], [], []
         for part, band in bands(self.layout, self.source.metric):
             asked = Asked.of(band, image, wants, self.mask)
@@ -81,6 +85,21 @@ class Matching:
             distances.append(squared)
             free.append(squared if self.free is None else self._free(asked, number, band.gather(self.free)))
         return Found(torch.cat(found), torch.cat(distances), torch.cat(free))
+
+    def _plain(self, source: SourceWindows, image: Tensor, coherent: Tensor | None, route: str) -> Found:
+        """As `best`, where colors are all there is to compare: windows stay where they are."""
+        pixels, corners = continued(channels_last(image), self.layout), self.layout.corners
+        number = source.numbers[:1].expand(len(corners)).clone()
+        squared = torch.full((len(corners),), torch.inf)
+        if coherent is not None:
+            number, squared = nearest_in_place(pixels, corners, source, coherent, SETTLED)
+        if route != "coherent":
+            for pick in (squared > SETTLED).nonzero()[:, 0].split(max(CHUNK // source.metric.weight.numel(), 1)):
+                windows = windows_at(pixels, corners[pick], source.width)
+                found = source.nearest(source.describe(windows), self.candidates, route)
+                near = found if coherent is None else torch.cat([number[pick, None], found], 1)
+                number[pick], squared[pick] = nearest_in_place(pixels, corners[pick], source, near)
+        return Found(number, squared, squared)
 
     def by_terms(self, wants: Wants, blank: Tensor, generator: torch.Generator) -> Tensor:
         """Matches (N,) that please the terms alone, whatever they look like (thesis 7.1, initialization).

@@ -14,6 +14,7 @@ from torch import Tensor
 
 from kwatra.base import InputError
 from kwatra.source import CHUNK, Source, heaviest_covering
+from kwatra.steps.inplace import fits, sums_in_place
 from kwatra.windows import Layout, Metric
 
 
@@ -38,7 +39,9 @@ Vote = Callable[[Ballot], Pull]
 
 
 def mean(ballot: Ballot) -> Pull:
-    """Every window pulls by its weight and falloff. Memory: windows are summed in bands of bounded size."""
+    """Every window pulls by its weight and falloff. Memory: windows are summed in place or in bands of bounded size."""
+    if fits(ballot.source):
+        return Pull(*sums_in_place(ballot.layout, ballot.source, ballot.matches, ballot.weights))
     layout, metric = ballot.layout, ballot.source.metric
     total = torch.zeros(metric.weight.shape[-1], *layout.shape, device=layout.device)
     mass = torch.zeros(1, *layout.shape, device=layout.device)

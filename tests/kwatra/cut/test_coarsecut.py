@@ -51,7 +51,7 @@ def test_in_three_dimensions_cuts_are_banded_sooner(shape, calls, monkeypatch) -
     state, pairs = problem(shape, 0)
     sizes = []
     monkeypatch.setattr(cut, "MOST_AT_ONCE", 3000)
-    solve = cut._solve_scipy
-    monkeypatch.setattr(cut, "_solve_scipy", lambda *problem: (sizes.append(problem[2].sum()), solve(*problem))[1])
-    best_cut(state, pairs, use_maxflow=False)
+    solve = cut._solve
+    monkeypatch.setattr(cut, "_solve", lambda *problem: (sizes.append(problem[2].sum()), solve(*problem))[1])
+    best_cut(state, pairs)
     assert len(sizes) == calls

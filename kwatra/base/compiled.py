@@ -1,0 +1,42 @@
+"""Compiled loops, for what tensors would need large temporaries for; on the CPU only.
+
+A loop works on a range of its items, so that threads share it; each item is worked on by one thread, in an order of its
+own, so bits do not depend on their number. Numba compiles a loop when it is first called and keeps it on the disk.
+"""
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from functools import cached_property
+from itertools import pairwise
+from typing import Any
+
+import torch
+
+_FEW = 256
+"""Fewer items than this are not shared among threads."""
+
+
+class Compiled:
+    """A function of arrays and numbers that ends with (low, high), the items to work on; compiled at first use."""
+
+    def __init__(self, function: Callable[..., None]) -> None:
+        self._function = function
+
+    @cached_property
+    def _compiled(self) -> Callable[..., None]:
+        import numba  # heavy: only where something is computed
+
+        made: Callable[..., None] = numba.njit(cache=True, nogil=True, fastmath={"reassoc", "contract"})(self._function)
+        return made
+
+    def __call__(self, items: int, *arguments: Any) -> None:
+        """Work on all items, shared among torch's threads; tensors are given as they are, contiguous on the CPU."""
+        arrays = [a.numpy() if isinstance(a, torch.Tensor) else a for a in arguments]
+        threads = torch.get_num_threads()
+        if threads == 1 or items < _FEW:
+            self._compiled(*arrays, 0, items)
+            return
+        ends = [items * k // threads for k in range(threads + 1)]
+        with ThreadPoolExecutor(threads) as pool:
+            for done in [pool.submit(self._compiled, *arrays, low, high) for low, high in pairwise(ends)]:
+                done.result()

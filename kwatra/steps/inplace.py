@@ -1,0 +1,114 @@
+"""Windows compared and summed where they lie in their images: the same as elsewhere, without copying any of them out.
+
+For sources on a canvas, plain colors and the CPU: the case in which an optimization spends its time. A comparison ends
+as soon as it costs more than the best so far.
+"""
+
+from typing import Any, TypeGuard
+
+import torch
+from torch import Tensor
+
+from kwatra.base.compiled import Compiled
+from kwatra.source import Source, SourceWindows
+from kwatra.windows import Layout
+from kwatra.windows.flat import folded, row_starts, strides
+
+
+def fits(source: Source) -> TypeGuard[SourceWindows]:
+    """Whether windows of this source can be worked on in place."""
+    return isinstance(source, SourceWindows) and source.metric.plain and source.pixels.device.type == "cpu"
+
+
+def nearest_in_place(
+    pixels: Tensor, corners: Tensor, source: SourceWindows, candidates: Tensor, settled: float = 0.0
+) -> tuple[Tensor, Tensor]:
+    """Of candidates (N, k) the nearest to each window at corners (N, n), the first of equals: numbers (N,).
+
+    pixels: a channels-last image, `continued` where it wraps. Also gives their squared distances (N,). What is no
+    further than `settled` is taken without a look at the candidates after it.
+    """
+    channels, shape = pixels.shape[-1], tuple(pixels.shape[:-1])
+    canvas = tuple(source.pixels.shape[:-1])
+    choice = torch.empty(len(candidates), dtype=torch.long)
+    squared = torch.empty(len(candidates))
+    _nearest(
+        len(candidates),
+        pixels.view(-1),
+        (corners * strides(shape, channels)).sum(1),
+        row_starts(shape, source.width, channels),
+        source.pixels.view(-1),
+        (source.corners(candidates) * strides(canvas, channels)).sum(-1).contiguous(),
+        row_starts(canvas, source.width, channels),
+        source.metric.weight.flatten(0, -3).flatten(1).contiguous(),
+        settled,
+        choice,
+        squared,
+    )
+    return candidates.gather(1, choice[:, None])[:, 0], squared
+
+
+def sums_in_place(layout: Layout, source: SourceWindows, matches: Tensor, weights: Tensor) -> tuple[Tensor, Tensor]:
+    """Weighted sums (C, *S) of the matched windows under the falloff, and of their weights (1, *S)."""
+    channels = source.pixels.shape[-1]
+    past = [w - 1 if layout.wrap else 0 for w in layout.width]
+    shape = tuple(s + p for s, p in zip(layout.shape, past, strict=True))
+    canvas = tuple(source.pixels.shape[:-1])
+    total, mass = torch.zeros(*shape, channels), torch.zeros(*shape, 1)
+    _sums(
+        shape[0],
+        source.pixels.view(-1),
+        (source.corners(matches) * strides(canvas, channels)).sum(-1).contiguous(),
+        row_starts(canvas, layout.width, channels),
+        (layout.corners * strides(shape, 1)).sum(1),
+        row_starts(shape, layout.width, 1),
+        source.metric.falloff.flatten(0, -3).flatten(1).contiguous(),
+        weights.contiguous(),
+        channels,
+        int(strides(shape, 1)[0]),
+        total.view(-1),
+        mass.view(-1),
+    )
+    return folded(total, layout).movedim(-1, 0), folded(mass, layout).movedim(-1, 0)
+
+
+@Compiled
+def _nearest(
+    image: Any, first: Any, rows: Any, canvas: Any, there: Any, canvas_rows: Any, weight: Any, settled: float,
+    choice: Any, squared: Any, low: int, high: int,
+) -> None:  # fmt: skip
+    for window in range(low, high):
+        least, best = weight[0, 0] * 0 + 3e38, 0
+        for k in range(there.shape[1]):
+            if k > 0 and (least <= settled or there[window, k] == there[window, best]):
+                continue
+            distance = weight[0, 0] * 0
+            for r in range(len(rows)):
+                a, b = first[window] + rows[r], there[window, k] + canvas_rows[r]
+                for i in range(weight.shape[1]):
+                    apart = image[a + i] - canvas[b + i]
+                    distance += weight[r, i] * apart * apart
+                if distance >= least:
+                    break
+            if distance < least:
+                least, best = distance, k
+        choice[window], squared[window] = best, least
+
+
+@Compiled
+def _sums(
+    canvas: Any, there: Any, canvas_rows: Any, first: Any, rows: Any, falloff: Any, weights: Any, channels: int,
+    stride: int, total: Any, mass: Any, low: int, high: int,
+) -> None:  # fmt: skip
+    begin, end = low * stride, high * stride
+    for window in range(len(first)):
+        if first[window] >= end or first[window] + rows[-1] < begin:
+            continue
+        for r in range(len(rows)):
+            pixel, source = first[window] + rows[r], there[window] + canvas_rows[r]
+            if begin <= pixel < end:
+                for i in range(falloff.shape[1]):
+                    share = weights[window] * falloff[r, i]
+                    mass[pixel + i] += share
+                    for c in range(channels):
+                        total[(pixel + i) * channels + c] += share * canvas[source + i * channels + c]
