@@ -69,12 +69,14 @@ def blend(
 
 def _sums(grid: Grid, source: SourceWindows, matches: Tensor, weights: Tensor) -> tuple[Tensor, Tensor]:
     """Weighted sums of the matched windows, (C, *S), and of their weights, (1, *S)."""
-    total = torch.zeros(source.pixels.shape[-1], *grid.shape, device=grid.device)
+    falloff = source.metric.falloff
+    whole = falloff.expand_as(source.metric.weight).contiguous()  # in one stretch, products take a sixth of the time
+    total = torch.zeros(whole.shape[-1], *grid.shape, device=grid.device)
     mass = torch.zeros(1, *grid.shape, device=grid.device)
     for part, band in bands(grid, source.metric):
-        weight = weights[part].view(-1, *[1] * (len(grid.shape) + 1)) * source.metric.falloff
-        total += band.scatter(weight * source.windows(matches[part]))
-        mass += band.scatter(weight)
+        weight = weights[part].view(-1, *[1] * falloff.ndim)
+        total = band.scatter((weight * whole).mul_(source.windows(matches[part])), total)
+        mass = band.scatter(weight * falloff, mass)
     return total, mass
 
 
@@ -122,22 +124,24 @@ class _FeatureEnergy:
         self.mask = None if mask is None else mask.float()
 
     def _sum(self, windows_of: Callable[[slice, Grid], Tensor]) -> Tensor:
-        parts = []
+        """Windows (N, *width, C) of each band, summed into an image (C, *S)."""
+        image = torch.zeros(self.metric.weight.shape[-1], *self.grid.shape, device=self.grid.device)
         for part, band in bands(self.grid, self.metric):
-            windows = windows_of(part, band)
-            if self.mask is not None:
-                windows = windows * band.gather(self.mask)
-            values = self.weights[part] * self.metric.features(windows)
-            parts.append(band.scatter(self.metric.features_transposed(values)))
-        return torch.stack(parts).sum(0)
+            image = band.scatter(windows_of(part, band), image)
+        return image
+
+    def _product(self, windows: Tensor, part: slice, band: Grid) -> Tensor:
+        """w_p psi^T psi of windows (N, *width, C)."""
+        if self.mask is not None:
+            windows = windows * band.gather(self.mask)
+        return self.metric.features_transposed(self.weights[part] * self.metric.features(windows))
 
     def times(self, x: Tensor) -> Tensor:
-        return self._sum(lambda _, band: band.gather(x))
+        return self._sum(lambda part, band: self._product(band.gather(x), part, band))
 
     def pull(self, source: SourceWindows, matches: Tensor) -> Tensor:
-        return self._sum(lambda part, _: source.windows(matches[part]))
+        return self._sum(lambda part, band: self._product(source.windows(matches[part]), part, band))
 
     def diagonal(self) -> Tensor:
-        shape = [1] * self.metric.weight.ndim
-        windows = self.weights.view(-1, *shape) * self.metric.features_diagonal
-        return self.grid.scatter(windows)
+        weights = self.weights.view(-1, *[1] * self.metric.weight.ndim)
+        return self._sum(lambda part, _: weights[part] * self.metric.features_diagonal)
