@@ -10,10 +10,15 @@ from torch import Tensor
 from kwatra.exemplar import Exemplar
 
 
-def match_histogram(image: Tensor, exemplar: Exemplar) -> Tensor:
-    """The image (C, *S) with each channel's values replaced, by rank, with quantiles of the exemplar's."""
-    wanted = exemplar.canvas[:, exemplar.owner >= 0].sort(1).values
-    order = image.flatten(1).argsort(dim=1, stable=True)
+def match_histogram(image: Tensor, exemplar: Exemplar, mask: Tensor | None = None) -> Tensor:
+    """The image (C, *S) with each channel's values replaced, by rank, with quantiles of the exemplar's.
+
+    mask (*S): pixels where it is False have no rank and keep their values.
+    """
+    inside = torch.ones_like(image[0], dtype=torch.bool) if mask is None else mask
+    values, wanted = image[:, inside], exemplar.canvas[:, exemplar.owner >= 0].sort(1).values
+    order = values.argsort(dim=1, stable=True)
     quantile = torch.linspace(0, wanted.shape[1] - 1, order.shape[1], device=image.device).round().long()
-    matched = torch.empty_like(image.flatten(1)).scatter_(1, order, wanted[:, quantile])
-    return matched.view_as(image)
+    matched = image.clone()
+    matched[:, inside] = torch.empty_like(values).scatter_(1, order, wanted[:, quantile])
+    return matched

@@ -21,6 +21,17 @@ def test_masked_pixels_do_not_count():
     assert match_histogram(z, Exemplar.of([z], masks=[mask])).max() <= 1
 
 
+def test_pixels_behind_the_outputs_mask_take_no_rank():
+    generator = torch.Generator().manual_seed(0)
+    z, image = torch.rand(2, 20, 20, generator=generator), torch.rand(2, 20, 30, generator=generator) + 1
+    mask = torch.ones(20, 30, dtype=torch.bool)
+    mask[:, 10:] = False
+    for hidden in (0.0, 7.0):
+        matched = match_histogram(torch.where(mask, image, hidden), Exemplar.of(z), mask)
+        assert torch.equal(matched[:, mask], match_histogram(image[:, :, :10], Exemplar.of(z)).flatten(1))
+        assert bool((matched[:, ~mask] == hidden).all())
+
+
 def test_between_is_applied_after_every_blend():
     z = torch.rand(1, 32, 32, generator=torch.Generator().manual_seed(0))
     seen = []
