@@ -92,7 +92,11 @@ class Exemplar:
         return torch.stack([mean((c - mean(c)).square()) for c in inside])
 
     def pictures(self) -> list[Tensor]:
-        """The images on the canvas that are not copies, cut out to their bounding boxes."""
+        """The images on the canvas that are not copies, cut out to the bounding boxes of what may be copied."""
+        return [picture for picture, _ in self.masked_pictures()]
+
+    def masked_pictures(self) -> list[tuple[Tensor, Tensor]]:
+        """The same, each with its mask (*S): True where it may be copied."""
         pictures, seen = [], set()
         for image in range(int(self.owner.max()) + 1):
             place = (self.owner == image).nonzero()
@@ -101,8 +105,8 @@ class Exemplar:
                 continue
             seen.add(number)
             low, high = place.amin(0), place.amax(0) + 1
-            box = [slice(int(a), int(b)) for a, b in zip(low, high, strict=True)]
-            pictures.append(self.canvas[(slice(None), *box)])
+            box = tuple(slice(int(a), int(b)) for a, b in zip(low, high, strict=True))
+            pictures.append((self.canvas[(slice(None), *box)], self.owner[box] == image))
         return pictures
 
     def coarser(self, factor: Sequence[int]) -> "Exemplar":

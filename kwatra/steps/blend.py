@@ -114,22 +114,25 @@ class _FeatureEnergy:
         self.mask = None if mask is None else mask.float()
 
     def _sum(self, windows_of: Callable[[slice, Layout], Tensor]) -> Tensor:
-        parts = []
+        """Windows (N, *width, C) of each band, summed into an image (C, *S)."""
+        image = torch.zeros(self.metric.weight.shape[-1], *self.layout.shape, device=self.layout.device)
         for part, band in bands(self.layout, self.metric):
-            windows = windows_of(part, band)
-            if self.mask is not None:
-                windows = windows * band.gather(self.mask)
-            values = self.weights[part] * self.metric.features(windows)
-            parts.append(band.scatter(self.metric.features_transposed(values)))
-        return torch.stack(parts).sum(0)
+            image = band.scatter(windows_of(part, band), image)
+        return image
+
+    def _product(self, windows: Tensor, part: slice, band: Layout) -> Tensor:
+        """w_p psi^T psi of windows (N, *width, C)."""
+        if self.mask is not None:
+            windows = windows * band.gather(self.mask)
+        return self.metric.features_transposed(self.weights[part] * self.metric.features(windows))
 
     def times(self, x: Tensor) -> Tensor:
-        return self._sum(lambda _, band: band.gather(x))
+        return self._sum(lambda part, band: self._product(band.gather(x), part, band))
 
     def pull(self) -> Tensor:
-        return self._sum(lambda part, _: self.ballot.source.windows(self.ballot.matches[part]))
+        source, matches = self.ballot.source, self.ballot.matches
+        return self._sum(lambda part, band: self._product(source.windows(matches[part]), part, band))
 
     def diagonal(self) -> Tensor:
-        shape = [1] * self.metric.weight.ndim
-        windows = self.weights.view(-1, *shape) * self.metric.features_diagonal
-        return self.layout.scatter(windows)
+        weights = self.weights.view(-1, *[1] * self.metric.weight.ndim)
+        return self._sum(lambda part, _: weights[part] * self.metric.features_diagonal)

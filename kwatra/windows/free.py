@@ -63,12 +63,12 @@ class FreeWindows:
                 pixels = torch.cat([pixels, pixels.narrow(axis, 0, width - 1)], axis)
         return windows_at(pixels, self.corners, self.width)
 
-    def scatter(self, windows: Tensor) -> Tensor:
+    def scatter(self, windows: Tensor, into: Tensor | None = None) -> Tensor:
         """See `Layout.scatter`; pixels sum their windows in order, so that bits do not depend on threads."""
-        total = windows.new_zeros(*self.shape, windows.shape[-1])
+        image = windows.new_zeros(windows.shape[-1], *self.shape) if into is None else into
         for window, inside, there in self.coverings():
-            total += windows[(window, *inside)] * there[..., None]
-        return total.movedim(-1, 0)
+            image += (windows[(window, *inside)] * there[..., None]).movedim(-1, 0)
+        return image
 
     def neighbor_shifts(self) -> Iterator[tuple[Tensor, Tensor]]:
         """See `Layout.neighbor_shifts`: the 2n nearest others, or, where there are fewer, the window itself."""

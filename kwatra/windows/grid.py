@@ -39,7 +39,8 @@ def windows_at(image: Tensor, corners: Tensor, width: tuple[int, ...]) -> Tensor
     for size, stride in zip(width[:-1], strides[:-1], strict=True):
         row_starts = (row_starts[:, None] + torch.arange(size, device=image.device) * stride).flatten()
     rows = image.reshape(-1).unfold(0, width[-1] * channels, channels)
-    return rows[first[:, None] + row_starts].view(len(corners), *width, channels)
+    numbers = (first[:, None] + row_starts).flatten()
+    return rows.index_select(0, numbers).view(len(corners), *width, channels)
 
 
 def step_of(width: int) -> int:
@@ -104,38 +105,54 @@ class Grid:
             yield replace(self, rows=(first, min(first + height, self.counts[0])))
 
     def gather(self, image: Tensor) -> Tensor:
-        """All windows of an image (C, *shape), as (N, *width, C)."""
-        pixels = channels_last(image)
+        """All windows of an image (C, *shape), as (N, *width, C). Memory: that of the windows."""
+        first, covered = self._rows_covered
+        pixels = channels_last(image.narrow(1, first, min(covered, self.shape[0] - first)))
+        if first + covered > self.shape[0]:
+            pixels = torch.cat([pixels, channels_last(image.narrow(1, 0, first + covered - self.shape[0]))])
         if self.wrap:
-            for axis, width in enumerate(self.width):
+            for axis, width in enumerate(self.width[1:], 1):
                 pixels = torch.cat([pixels, pixels.narrow(axis, 0, width - 1)], axis)
-        return windows_at(pixels, self.corners, self.width)
+        start = torch.tensor([first] + [0] * (len(self.shape) - 1), device=self.device)
+        return windows_at(pixels, self.corners - start, self.width)
 
-    def scatter(self, windows: Tensor) -> Tensor:
-        """The transpose of `gather`: windows (N, *width, C) summed into an image (C, *shape)."""
+    def scatter(self, windows: Tensor, into: Tensor | None = None) -> Tensor:
+        """The transpose of `gather`: windows (N, *width, C) summed into an image (C, *shape).
+
+        into: an image to which they are added, in place, instead of a new one; only rows under windows are touched.
+        """
+        image = windows.new_zeros(windows.shape[-1], *self.shape) if into is None else into
         values = windows.reshape(*self.counts, *self.width, windows.shape[-1])
         for axis in reversed(range(len(self.shape))):
             # counts and widths of the axes still to be summed lead; those summed already trail as pixels
             values = self._overlap_add(values.movedim(axis, 2 * axis), axis)
-        return values.movedim(-1, 0)
+        first, rows = self._rows_covered[0], values.movedim(-1, 0)
+        before = min(rows.shape[1], self.shape[0] - first)
+        image.narrow(1, first, before).add_(rows.narrow(1, 0, before))
+        image.narrow(1, 0, rows.shape[1] - before).add_(rows.narrow(1, before, rows.shape[1] - before))
+        return image
+
+    @cached_property
+    def _rows_covered(self) -> tuple[int, int]:
+        """The first row of pixels under windows, and how many rows from there on; with `wrap` they go on at the top."""
+        first, last = int(self.positions[0][0]), int(self.positions[0][-1])
+        return first, last - first + self.width[0]
 
     def _overlap_add(self, values: Tensor, axis: int) -> Tensor:
-        """Sum the dimensions (count, width) of one axis, at (2 axis, 2 axis + 1), into its pixels."""
+        """Sum the dimensions (count, width) of one axis, at (2 axis, 2 axis + 1), into the pixels under windows."""
         size, width, step = self.shape[axis], self.width[axis], self.step[axis]
         position, dim = self.positions[axis], 2 * axis
-        count, first = len(position), int(position[0])
-        regular = count if (int(position[-1]) - first) % step == 0 else count - 1
-        length = max(first + (regular - 1) * step + width, size)
+        count, length = len(position), int(position[-1]) - int(position[0]) + width
+        regular = count if (length - width) % step == 0 else count - 1
         total = values.new_zeros(*values.shape[:dim], length, *values.shape[dim + 2 :])
         for k in range(0, width, step):
-            target = total.narrow(dim, first + k, regular * step).unflatten(dim, (regular, step))
+            target = total.narrow(dim, k, regular * step).unflatten(dim, (regular, step))
             target += values.narrow(dim, 0, regular).narrow(dim + 1, k, step)
         if regular < count:
-            total.narrow(dim, int(position[-1]), width).add_(values.select(dim, count - 1))
-        for past in range(size, length, size):  # windows that ran over the border of a periodic image
-            tail = total.narrow(dim, past, min(size, length - past))
-            total.narrow(dim, 0, tail.shape[dim]).add_(tail)
-        return total.narrow(dim, 0, size)
+            total.narrow(dim, length - width, width).add_(values.select(dim, count - 1))
+        if length > size:  # windows ran over the border of a periodic image, onto pixels summed here
+            total.narrow(dim, 0, length - size).add_(total.narrow(dim, size, length - size))
+        return total.narrow(dim, 0, min(length, size))
 
     def neighbor_shifts(self) -> Iterator[tuple[Tensor, Tensor]]:
         """For each of the 2n grid neighbors: (its index (N,), window corner minus the neighbor's corner (N, n)).

@@ -51,8 +51,11 @@ class Layout(Protocol):
     def gather(self, image: Tensor) -> Tensor:
         """All windows of an image (C, *S), as (N, *width, C)."""
 
-    def scatter(self, windows: Tensor) -> Tensor:
-        """The transpose of `gather`: windows (N, *width, C) summed into an image (C, *S)."""
+    def scatter(self, windows: Tensor, into: Tensor | None = None) -> Tensor:
+        """The transpose of `gather`: windows (N, *width, C) summed into an image (C, *S).
+
+        into: an image to which they are added, in place, instead of a new one.
+        """
 
     def neighbor_shifts(self) -> Iterator[tuple[Tensor, Tensor]]:
         """For each of 2n neighbors of every window: its number (N,), and the window's corner minus its (N, n)."""

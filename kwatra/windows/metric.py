@@ -99,5 +99,5 @@ class Metric:
 
     def squared(self, difference: Tensor) -> Tensor:
         """Squared length (N,) of window differences: a weighted mean over pixels and channels, plus features."""
-        color = (difference.square() * self.weight).flatten(1).sum(1)
+        color = difference.square().mul_(self.weight).flatten(1).sum(1)
         return color if self.plain else color + self.features(difference).square().sum(1)

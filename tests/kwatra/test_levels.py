@@ -28,6 +28,48 @@ def test_a_constant_texture_has_the_smallest_element():
     assert texture_element(torch.full((3, 32, 32), 0.4)) == 2.0
 
 
+def holed(size, share=0.3):
+    """True outside of holes of 6x6 pixels that cover about a share of the picture."""
+    seeds = torch.rand(1, 1, size, size, generator=torch.Generator().manual_seed(1)) < share / 36
+    return torch.nn.functional.max_pool2d(seeds.float(), 7, 1, 3)[0, 0] == 0
+
+
+@pytest.mark.parametrize("period", [8, 16, 24])
+def test_the_element_is_seen_between_holes_whatever_they_hold(period):
+    mask, picture = holed(128), checkerboard(128, period)
+    assert 0.6 < float(mask.float().mean()) < 0.85
+    noise = torch.rand(1, 128, 128, generator=torch.Generator().manual_seed(2))
+    ramp = torch.linspace(0, 50, 128).expand(1, 128, 128)
+    for hole in (noise, ramp, torch.zeros(1)):
+        assert texture_element(torch.where(mask, picture, hole), mask) == pytest.approx(period, abs=1)
+    assert texture_element(picture, torch.ones_like(mask)) == texture_element(picture)
+
+
+def blobs(size, width):
+    noise = torch.rand(1, 1, size + width - 1, size + width - 1, generator=torch.Generator().manual_seed(0))
+    return torch.nn.functional.avg_pool2d(noise, width, 1)[0]
+
+
+@pytest.mark.parametrize("width", [3, 9])
+def test_the_element_is_seen_in_small_pieces(width):
+    stripes = torch.arange(400) % 40 < 12  # no two pixels are 20 columns or rows apart
+    seen = texture_element(blobs(400, width), stripes & stripes[:, None])
+    assert seen == pytest.approx(texture_element(blobs(400, width)), abs=4)
+
+
+def test_what_stands_in_a_hole_or_a_gap_has_no_influence_on_the_levels():
+    mask, picture = torch.ones(160, 160, dtype=torch.bool), blobs(160, 3)
+    mask[40:110, 50:110] = False
+
+    def plan(*pictures, **copies):
+        return planned_levels(Exemplar.of(pictures, **copies), (256, 256), 3)
+
+    plans = [plan(torch.where(mask, picture, hole), masks=[mask]) for hole in (0.5, 90.0)]
+    assert plans[0] == plans[1]
+    assert plan(picture, picture[:, :40, :60]) == plan(picture[:, :40, :60], picture) == plan(picture)
+    assert plan(picture + 8, rotate=[33]) == plan(picture)
+
+
 def test_planned_levels_run_coarse_to_fine_and_large_to_small():
     levels = planned_levels(Exemplar.of(checkerboard(128, 16)), (256, 256), 3)
     factors = [level.factor for level in levels]

@@ -224,6 +224,20 @@ def test_videos_are_synthesized_by_the_same_loop():
     assert result.image.std() > 0.7 * video.std()
 
 
+def test_what_moves_in_a_video_moves_so_in_what_is_made_of_it():
+    picture = texture(60)
+    video = torch.stack([picture.roll(2 * t, 2)[:, :40, :40] for t in range(10)], 1)
+    settings = Settings(levels=(Level(2, 8, 2), Level(1, 8, 2)))
+    made = optimize(Exemplar.of(video), (12, 44, 40), settings=settings).image
+
+    def error(step):
+        """How far each frame is from the one before it, moved by so many pixels."""
+        return float((made[:, 1:] - made[:, :-1].roll(step, 3))[..., 4:-4].abs().mean())
+
+    assert error(2) < 0.03
+    assert min(error(step) for step in (-2, -1, 0, 1, 3, 4)) > 4 * error(2)
+
+
 def test_a_twirled_checkerboard_is_projected_back():
     from gallery_projection import ONE, THREE, checkerboard, repaired, twirled, wrong_pixels
 

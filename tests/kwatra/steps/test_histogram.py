@@ -34,9 +34,11 @@ def test_pixels_behind_the_outputs_mask_stay_and_have_no_rank():
     z = torch.rand(1, 20, 20, generator=torch.Generator().manual_seed(0)) * 0.5 + 0.5
     mask = torch.ones(20, 20, dtype=torch.bool)
     mask[:, :10] = False
-    image = torch.where(mask, torch.rand(1, 20, 20, generator=torch.Generator().manual_seed(1)), 0.0)
-    matched = match_histogram(image, step(Exemplar.of(z), mask))
-    assert not bool(matched[:, ~mask].any())
+    inside = torch.rand(1, 20, 20, generator=torch.Generator().manual_seed(1))
+    matched = match_histogram(torch.where(mask, inside, 0.0), step(Exemplar.of(z), mask))
+    other = match_histogram(torch.where(mask, inside, 7.0), step(Exemplar.of(z), mask))
+    assert torch.equal(matched[:, mask], other[:, mask])
+    assert bool((other[:, ~mask] == 7).all())
     wanted = z.flatten().sort().values[torch.linspace(0, 399, 200).round().long()]
     assert torch.equal(matched[:, mask].flatten().sort().values, wanted)
 

@@ -1,5 +1,6 @@
 import pytest
 import torch
+from torch.utils._python_dispatch import TorchDispatchMode
 
 from kwatra import InputError
 from kwatra.windows.grid import Grid, channels_last, step_of, windows_at
@@ -49,15 +50,43 @@ def test_windows_hold_the_pixels_they_stand_on(shape, width, wrap):
         assert torch.equal(last.long(), (corner + torch.tensor(width) - 1) % size)
 
 
-def test_bands_add_up_to_the_whole():
-    grid = grid_of((50, 31), (8, 8), False)
-    v = torch.rand(len(grid), 8, 8, 2, dtype=torch.float64, generator=torch.Generator().manual_seed(0))
-    total, first = torch.zeros(2, 50, 31, dtype=torch.float64), 0
-    for band in grid.bands(40):
-        total += band.scatter(v[first : first + len(band)])
+@pytest.mark.parametrize(("shape", "width", "wrap"), GRIDS)
+def test_bands_add_up_to_the_whole(shape, width, wrap):
+    grid, generator = grid_of(shape, width, wrap), torch.Generator().manual_seed(0)
+    v = torch.rand(len(grid), *width, 2, dtype=torch.float64, generator=generator)
+    x = torch.rand(2, *shape, dtype=torch.float64, generator=generator)
+    total, first, bands = x.clone(), 0, list(grid.bands(2 * len(grid) // grid.counts[0]))
+    for band in bands:
+        part = slice(first, first + len(band))
+        assert torch.equal(band.gather(x), grid.gather(x)[part])
+        assert band.scatter(v[part], total) is total
         first += len(band)
     assert first == len(grid)
-    assert torch.allclose(total, grid.scatter(v))
+    assert len(bands) > 1
+    assert torch.allclose(total, x + grid.scatter(v))
+
+
+class Largest(TorchDispatchMode):
+    """Notes the size of the largest tensor that any operation made or wrote to."""
+
+    size = 0
+
+    def __torch_dispatch__(self, func, types, args=(), kwargs=None):
+        out = func(*args, **(kwargs or {}))
+        if isinstance(out, torch.Tensor):
+            self.size = max(self.size, out.numel())
+        return out
+
+
+@pytest.mark.parametrize("wrap", [False, True])
+def test_the_work_of_a_band_does_not_grow_with_the_image(wrap):
+    image = torch.rand(3, 4000, 40)
+    bands = list(grid_of((4000, 40), (8, 8), wrap).bands(100))
+    for band in (bands[0], bands[70], bands[-1]):
+        with Largest() as largest:
+            windows = band.gather(image)
+            band.scatter(windows, image)
+        assert largest.size <= 2 * windows.numel()
 
 
 def test_shifting_a_periodic_image_by_a_step_permutes_its_windows():
