@@ -63,6 +63,7 @@ def sums_in_place(layout: Layout, source: SourceWindows, matches: Tensor, weight
         (layout.corners * strides(shape, 1)).sum(1),
         row_starts(shape, layout.width, 1),
         source.metric.falloff.flatten(0, -3).flatten(1).contiguous(),
+        source.metric.falloff.expand_as(source.metric.weight).flatten(0, -3).flatten(1).contiguous(),
         weights.contiguous(),
         channels,
         int(strides(shape, 1)[0]),
@@ -97,8 +98,8 @@ def _nearest(
 
 @Compiled
 def _sums(
-    canvas: Any, there: Any, canvas_rows: Any, first: Any, rows: Any, falloff: Any, weights: Any, channels: int,
-    stride: int, total: Any, mass: Any, low: int, high: int,
+    canvas: Any, there: Any, canvas_rows: Any, first: Any, rows: Any, falloff: Any, whole: Any, weights: Any,
+    channels: int, stride: int, total: Any, mass: Any, low: int, high: int,
 ) -> None:  # fmt: skip
     begin, end = low * stride, high * stride
     for window in range(len(first)):
@@ -108,7 +109,6 @@ def _sums(
             pixel, source = first[window] + rows[r], there[window] + canvas_rows[r]
             if begin <= pixel < end:
                 for i in range(falloff.shape[1]):
-                    share = weights[window] * falloff[r, i]
-                    mass[pixel + i] += share
-                    for c in range(channels):
-                        total[(pixel + i) * channels + c] += share * canvas[source + i * channels + c]
+                    mass[pixel + i] += weights[window] * falloff[r, i]
+                for i in range(whole.shape[1]):
+                    total[pixel * channels + i] += weights[window] * whole[r, i] * canvas[source + i]
