@@ -18,22 +18,23 @@ class Settings:
     """How to optimize; the defaults suit most textures.
 
     levels: coarse to fine; None plans them from the exemplar. r: exponent of the robust energy, in (0, 2].
-    wrap: windows run over the border, so that the output tiles. features: linear features psi compared beside color.
-    start: "aligned" (blocks that continue each other), "blocks" (blocks at random), "windows" (the average of random
-    windows, as in the thesis) or "terms" (of windows that please the terms alone, thesis 7.1). block: size of start
-    blocks as a share of the exemplar's. usage: how strongly the aligned start avoids much-used parts of the exemplar.
-    seams: of how many blocks it compares the seams. iterations: per planned level. candidates: how many matches are
-    compared exactly. exact_pairs: up to so many pairs of output and exemplar windows the search is exact where a level
-    leaves the route open; beyond, it is coherent or approximate. tolerance: a level ends when fewer than this share of
-    the matches change. vote: what the windows that cover a pixel make of it, see `kwatra.steps.votes`. layout: where
-    windows lie, told the `Step`; asked anew for every iteration. solver_tolerance and solver_steps: where the blend has
-    no closed form (features, terms that are not diagonal) it is solved until this share of the right side is left over,
-    or after so many steps; `Result.energies` tells the residual reached.
+    wrap: windows run over the border, so that the output tiles; one answer, or one per axis (a video that loops wraps
+    in time). features: linear features psi compared beside color. start: "aligned" (blocks that continue each other),
+    "blocks" (blocks at random), "windows" (the average of random windows, as in the thesis) or "terms" (of windows that
+    please the terms alone, thesis 7.1). block: size of start blocks as a share of the exemplar's. usage: how strongly
+    the aligned start avoids much-used parts of the exemplar. seams: of how many blocks it compares the seams.
+    iterations: per planned level. candidates: how many matches are compared exactly. exact_pairs: up to so many pairs
+    of output and exemplar windows the search is exact where a level leaves the route open; beyond, it is coherent or
+    approximate. tolerance: a level ends when fewer than this share of the matches change. vote: what the windows that
+    cover a pixel make of it, see `kwatra.steps.votes`. layout: where windows lie, told the `Step`; asked anew for every
+    iteration. solver_tolerance and solver_steps: where the blend has no closed form (features, terms that are not
+    diagonal) it is solved until this share of the right side is left over, or after so many steps; `Result.energies`
+    tells the residual reached.
     """
 
     levels: tuple[Level, ...] | None = None
     r: float = 0.8
-    wrap: bool = False
+    wrap: bool | tuple[bool, ...] = False
     features: tuple[Feature, ...] = ()
     start: str = "aligned"
     block: float = 0.5

@@ -135,7 +135,7 @@ def block_start(task: Task, exemplar: Exemplar) -> tuple[Tensor, tuple[int, ...]
         block_size(here, controls.shape, settings.block, grain),
         grain,
         task.generator,
-        wrap=settings.wrap,
+        wrap=all(task.wraps),
         usage=settings.usage,
         aligned=settings.start == "aligned",
         seams=settings.seams,

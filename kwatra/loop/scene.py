@@ -53,7 +53,7 @@ class Scene:
         """What votes, layouts, terms and `between` are told in an iteration."""
         mask = None if self.controls.mask is None else self.controls.mask[0]
         return Step(
-            self.level, self.number, iteration, self.factors, self.shape, self.task.settings.wrap, self.source,
+            self.level, self.number, iteration, self.factors, self.shape, self.task.wraps, self.source,
             self.exemplar, mask, self.task.generator, lambda: None if estimate is None else self.where(estimate),
         )  # fmt: skip
 

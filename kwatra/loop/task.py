@@ -12,6 +12,7 @@ from kwatra.levels import Level, planned_levels
 from kwatra.settings import Settings
 from kwatra.source import Bags, Prepared, Texture
 from kwatra.terms import Controls, Sum, TermLike, check_controls, parts_of
+from kwatra.windows import per_axis
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,10 +49,16 @@ class Task:
         levels = _levels(texture, shape, settings)
         generator = torch.Generator().manual_seed(seed)
         task = cls(texture, shape, settings, levels, parts_of(terms), mask, generator)
+        per_axis(settings.wrap, len(shape))
         if settings.start == "terms" and not task.terms:
             raise InputError("the start is 'terms' but there is no term; give one, or another start")
         check_controls(task.controls((1,) * len(shape)), torch.zeros(task.channels, *shape, device=texture.device))
         return task
+
+    @property
+    def wraps(self) -> tuple[bool, ...]:
+        """Along which axes the output is periodic."""
+        return per_axis(self.settings.wrap, len(self.shape))
 
     @property
     def channels(self) -> int:

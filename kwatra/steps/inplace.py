@@ -51,7 +51,7 @@ def nearest_in_place(
 def sums_in_place(layout: Layout, source: SourceWindows, matches: Tensor, weights: Tensor) -> tuple[Tensor, Tensor]:
     """Weighted sums (C, *S) of the matched windows under the falloff, and of their weights (1, *S)."""
     channels = source.pixels.shape[-1]
-    past = [w - 1 if layout.wrap else 0 for w in layout.width]
+    past = [width - 1 if wraps else 0 for width, wraps in zip(layout.width, layout.wraps, strict=True)]
     shape = tuple(s + p for s, p in zip(layout.shape, past, strict=True))
     canvas = tuple(source.pixels.shape[:-1])
     total, mass = torch.zeros(*shape, channels), torch.zeros(*shape, 1)

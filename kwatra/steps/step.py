@@ -18,10 +18,10 @@ class Step:
     """An iteration of a level.
 
     level: the level at work; number: which one, from 0; iteration: which of its iterations, from 1. factors: how many
-    times coarser its pixels are than the output's, per axis. shape: spatial shape S of the image here. wrap: whether
-    the image is periodic. source: the windows that may be copied. exemplar: at this resolution, None where windows
-    come from none. mask: boolean (*S), True where texture belongs, None where it does everywhere. generator: the
-    optimization's only randomness. map: see `where`.
+    times coarser its pixels are than the output's, per axis. shape: spatial shape S of the image here. wraps: along
+    which axes the image is periodic. source: the windows that may be copied. exemplar: at this resolution, None where
+    windows come from none. mask: boolean (*S), True where texture belongs, None where it does everywhere. generator:
+    the optimization's only randomness. map: see `where`.
     """
 
     level: Level
@@ -29,7 +29,7 @@ class Step:
     iteration: int
     factors: tuple[int, ...]
     shape: tuple[int, ...]
-    wrap: bool
+    wraps: tuple[bool, ...]
     source: Source
     exemplar: Exemplar | None
     mask: Tensor | None
@@ -49,4 +49,4 @@ class Step:
 
 def regular(step: Step) -> Layout:
     """Windows on a grid, a quarter of their width apart (thesis 5.1)."""
-    return Grid(step.shape, step.width, tuple(map(step_of, step.width)), step.wrap, device=step.source.numbers.device)
+    return Grid(step.shape, step.width, tuple(map(step_of, step.width)), step.wraps, device=step.source.numbers.device)

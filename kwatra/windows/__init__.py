@@ -2,7 +2,7 @@
 
 from kwatra.windows.free import FreeWindows
 from kwatra.windows.grid import Grid, channels_last, step_of, windows_at
-from kwatra.windows.layout import Covering, Layout
+from kwatra.windows.layout import Covering, Layout, per_axis
 from kwatra.windows.metric import Feature, Metric, gradient
 
 __all__ = [
@@ -14,6 +14,7 @@ __all__ = [
     "Metric",
     "channels_last",
     "gradient",
+    "per_axis",
     "step_of",
     "windows_at",
 ]

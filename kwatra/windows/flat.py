@@ -24,8 +24,8 @@ def row_starts(shape: tuple[int, ...], width: tuple[int, ...], channels: int) ->
 
 def continued(pixels: Tensor, layout: Layout) -> Tensor:
     """A channels-last image (*S, C), for layouts that wrap continued past its far borders as far as windows reach."""
-    if layout.wrap:
-        for axis, width in enumerate(layout.width):
+    for axis, (width, wraps) in enumerate(zip(layout.width, layout.wraps, strict=True)):
+        if wraps:
             pixels = torch.cat([pixels, pixels.narrow(axis, 0, width - 1)], axis)
     return pixels.contiguous()
 

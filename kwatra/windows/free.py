@@ -9,22 +9,24 @@ from scipy.spatial import cKDTree
 from torch import Tensor
 
 from kwatra.base import InputError
+from kwatra.windows.flat import continued
 from kwatra.windows.grid import channels_last, windows_at
-from kwatra.windows.layout import Covering
+from kwatra.windows.layout import Covering, per_axis
 
 
 @dataclass(frozen=True, eq=False)
 class FreeWindows:
     """Windows of `width` with given corners (N, n) int64 on an image of spatial `shape`, a `Layout`.
 
-    Each lies inside the image; with `wrap` the image is periodic and corners are taken modulo its shape. A pixel may
+    Each lies inside the image; along axes that `wrap` the image is periodic and
+    corners are taken modulo its shape. A pixel may
     be covered by no window: it then keeps what it has. Memory: one number per pixel and window that covers it.
     """
 
     shape: tuple[int, ...]
     width: tuple[int, ...]
     places: Tensor
-    wrap: bool = False
+    wrap: bool | tuple[bool, ...] = False
 
     def __post_init__(self) -> None:
         room = torch.tensor(self.shape) - torch.tensor(self.width)
@@ -34,7 +36,7 @@ class FreeWindows:
                 "that fits"
             )
         corners = self.places.cpu()
-        if not self.wrap and bool(((corners < 0) | (corners > room)).any()):
+        if bool((((corners < 0) | (corners > room)) & ~torch.tensor(self.wraps)).any()):
             raise InputError(f"a window of {self.width} starts outside of an image of {self.shape}; keep all within it")
 
     @property
@@ -45,7 +47,12 @@ class FreeWindows:
     @cached_property
     def corners(self) -> Tensor:
         """See `Layout.corners`."""
-        return self.places % torch.tensor(self.shape, device=self.device) if self.wrap else self.places
+        return self.places % torch.tensor(self.shape, device=self.device) if any(self.wraps) else self.places
+
+    @cached_property
+    def wraps(self) -> tuple[bool, ...]:
+        """See `Layout.wraps`."""
+        return per_axis(self.wrap, len(self.shape))
 
     def __len__(self) -> int:
         return len(self.places)
@@ -57,11 +64,7 @@ class FreeWindows:
 
     def gather(self, image: Tensor) -> Tensor:
         """See `Layout.gather`."""
-        pixels = channels_last(image)
-        if self.wrap:
-            for axis, width in enumerate(self.width):
-                pixels = torch.cat([pixels, pixels.narrow(axis, 0, width - 1)], axis)
-        return windows_at(pixels, self.corners, self.width)
+        return windows_at(continued(channels_last(image), self), self.corners, self.width)
 
     def scatter(self, windows: Tensor, into: Tensor | None = None) -> Tensor:
         """See `Layout.scatter`; pixels sum their windows in order, so that bits do not depend on threads."""
@@ -74,13 +77,13 @@ class FreeWindows:
         """See `Layout.neighbor_shifts`: the 2n nearest others, or, where there are fewer, the window itself."""
         corners = self.corners.cpu().numpy()
         near = min(2 * len(self.shape) + 1, len(corners))
-        period = self.shape if self.wrap else None
+        period = [size if wraps else 0 for size, wraps in zip(self.shape, self.wraps, strict=True)]
         found = torch.from_numpy(cKDTree(corners, boxsize=period).query(corners, near)[1]).view(len(corners), -1)
-        sides = torch.tensor(self.shape, device=self.device)
+        sides, wraps = torch.tensor(self.shape, device=self.device), torch.tensor(self.wraps, device=self.device)
         for column in found[:, 1:].T:
             there = column.to(self.device).long()
             shift = self.corners - self.corners[there]
-            yield there, (shift + sides // 2) % sides - sides // 2 if self.wrap else shift
+            yield there, torch.where(wraps, (shift + sides // 2) % sides - sides // 2, shift)
 
     @cached_property
     def _covers(self) -> tuple[Tensor, Tensor]:
@@ -111,5 +114,5 @@ class FreeWindows:
             inside = []
             for axis, (line, size, width) in enumerate(zip(pixel, self.shape, self.width, strict=True)):
                 place = line - self.corners[:, axis][window]
-                inside.append((place % size if self.wrap else place).clamp(0, width - 1))
+                inside.append((place % size).clamp(max=width - 1))
             yield Covering(window, tuple(inside), there)

@@ -18,7 +18,7 @@ import torch
 from torch import Tensor
 
 from kwatra.base import InputError
-from kwatra.windows.layout import Covering
+from kwatra.windows.layout import Covering, per_axis
 
 
 def channels_last(image: Tensor) -> Tensor:
@@ -52,14 +52,15 @@ def step_of(width: int) -> int:
 class Grid:
     """Windows of `width` pixels every `step` pixels on an image of spatial `shape` (n axes each).
 
-    `step` divides `width` on every axis. With `wrap` the image is periodic and windows run over its border.
+    `step` divides `width` on every axis. With `wrap`, for all axes or one answer for each, the image is periodic and
+    windows run over its border.
     `rows` is the range of window rows (positions on the first axis) this grid holds; None means all of them.
     """
 
     shape: tuple[int, ...]
     width: tuple[int, ...]
     step: tuple[int, ...]
-    wrap: bool = False
+    wrap: bool | tuple[bool, ...] = False
     rows: tuple[int, int] | None = None
     device: torch.device | str = "cpu"
 
@@ -71,13 +72,18 @@ class Grid:
                 raise InputError(f"a window is {width} pixels wide but the image only {size}; choose smaller windows")
 
     @cached_property
+    def wraps(self) -> tuple[bool, ...]:
+        """See `Layout.wraps`."""
+        return per_axis(self.wrap, len(self.shape))
+
+    @cached_property
     def positions(self) -> tuple[Tensor, ...]:
         """First pixel of the windows along each axis."""
         axes = []
-        for size, width, step in zip(self.shape, self.width, self.step, strict=True):
-            last = size - 1 if self.wrap else size - width
+        for size, width, step, wraps in zip(self.shape, self.width, self.step, self.wraps, strict=True):
+            last = size - 1 if wraps else size - width
             position = torch.arange(0, last + 1, step)
-            if not self.wrap and position[-1] != last:
+            if not wraps and position[-1] != last:
                 position = torch.cat([position, torch.tensor([last])])
             axes.append(position.to(self.device))
         if self.rows is not None:
@@ -110,8 +116,8 @@ class Grid:
         pixels = channels_last(image.narrow(1, first, min(covered, self.shape[0] - first)))
         if first + covered > self.shape[0]:
             pixels = torch.cat([pixels, channels_last(image.narrow(1, 0, first + covered - self.shape[0]))])
-        if self.wrap:
-            for axis, width in enumerate(self.width[1:], 1):
+        for axis, width in enumerate(self.width[1:], 1):
+            if self.wraps[axis]:
                 pixels = torch.cat([pixels, pixels.narrow(axis, 0, width - 1)], axis)
         start = torch.tensor([first] + [0] * (len(self.shape) - 1), device=self.device)
         return windows_at(pixels, self.corners - start, self.width)
@@ -161,15 +167,14 @@ class Grid:
         """
         index = torch.arange(len(self), device=self.device).view(self.counts)
         corners = self.corners.view(*self.counts, -1)
-        period = torch.tensor(self.shape, device=self.device)
+        period, wraps = torch.tensor(self.shape, device=self.device), torch.tensor(self.wraps, device=self.device)
         for axis, sign in product(range(len(self.shape)), (1, -1)):
             there = index.roll(sign, axis)
-            if not self.wrap:
+            if not self.wraps[axis]:
                 edge = 0 if sign == 1 else self.counts[axis] - 1
                 there.select(axis, edge).copy_(index.select(axis, edge))
             shift = corners - self.corners[there]
-            if self.wrap:
-                shift = (shift + period // 2) % period - period // 2
+            shift = torch.where(wraps, (shift + period // 2) % period - period // 2, shift)
             yield there.flatten(), shift.reshape(len(self), -1)
 
     def coverings(self) -> Iterator[Covering]:
@@ -192,7 +197,7 @@ class Grid:
         """
         size, width, position = self.shape[axis], self.width[axis], self.positions[axis]
         inside = torch.arange(size, device=self.device)[:, None] - position
-        inside = inside % size if self.wrap else inside
+        inside = inside % size if self.wraps[axis] else inside
         covered = (inside >= 0) & (inside < width)
         most = int(covered.sum(1).max())
         order = covered.to(torch.int8).argsort(dim=1, descending=True, stable=True)[:, :most]

@@ -1,10 +1,20 @@
 """Where the windows of an output lie: what the engine asks of them, be they on a grid or free."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple, Protocol
 
 import torch
 from torch import Tensor
+
+from kwatra.base import InputError
+
+
+def per_axis(wrap: bool | Sequence[bool], axes: int) -> tuple[bool, ...]:
+    """Along which axes an output is periodic, of one answer for all or one for each; InputError for another number."""
+    wraps = (wrap,) * axes if isinstance(wrap, bool) else tuple(wrap)
+    if len(wraps) != axes:
+        raise InputError(f"wrap is {wrap}; give one answer for all {axes} axes, or {axes}")
+    return wraps
 
 
 class Covering(NamedTuple):
@@ -20,7 +30,7 @@ class Covering(NamedTuple):
 
 
 class Layout(Protocol):
-    """Windows of `width` on an output of spatial `shape` (n axes each); with `wrap` the output is periodic."""
+    """Windows of `width` on an output of spatial `shape` (n axes each), which may be periodic along some axes."""
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -31,8 +41,8 @@ class Layout(Protocol):
         """Pixels of a window along each axis."""
 
     @property
-    def wrap(self) -> bool:
-        """Whether windows run over the border."""
+    def wraps(self) -> tuple[bool, ...]:
+        """Along which axes windows run over the border."""
 
     @property
     def device(self) -> torch.device | str:

@@ -9,7 +9,7 @@ from kwatra.steps import Step
 def step(exemplar, mask=None):
     generator = torch.Generator().manual_seed(0)
     source = SourceWindows(exemplar, (4, 4), generator)
-    return Step(Level(1, 4), 0, 1, (1, 1), (20, 20), False, source, exemplar, mask, generator)
+    return Step(Level(1, 4), 0, 1, (1, 1), (20, 20), (False, False), source, exemplar, mask, generator)
 
 
 def test_the_exemplars_values_are_taken_in_the_images_order():
@@ -60,7 +60,7 @@ def test_between_is_applied_after_every_blend():
 def test_without_an_exemplar_there_is_no_histogram():
     generator = torch.Generator().manual_seed(0)
     bag = Bag(torch.rand(9, 4, 4, 1, generator=generator), torch.ones(1), generator)
-    nowhere = Step(Level(1, 4), 0, 1, (1, 1), (20, 20), False, bag, None, None, generator)
+    nowhere = Step(Level(1, 4), 0, 1, (1, 1), (20, 20), (False, False), bag, None, None, generator)
     with pytest.raises(InputError, match="windows come from none"):
         match_histogram(torch.rand(1, 20, 20), nowhere)
 

@@ -10,16 +10,18 @@ def generator(seed=0):
 
 
 def free(wrap=False, shape=(13, 17), width=(4, 6), count=40):
-    room = shape if wrap else [s - w + 1 for s, w in zip(shape, width, strict=True)]
+    sides = zip(shape, width, wrap if isinstance(wrap, tuple) else (wrap, wrap), strict=True)
+    room = [size if wraps else size - w + 1 for size, w, wraps in sides]
     corners = torch.stack([torch.randint(r, (count,), generator=generator(1)) for r in room], 1)
     return FreeWindows(shape, width, corners, wrap)
 
 
 def layouts():
-    return [free(), free(True), Grid((13, 17), (4, 6), (2, 3)), Grid((12, 18), (4, 6), (2, 3), wrap=True)]
+    grids = [Grid((13, 17), (4, 6), (2, 3)), Grid((12, 18), (4, 6), (2, 3), wrap=True)]
+    return [free(), free(True), *grids, free((True, False)), Grid((13, 17), (4, 6), (2, 3), wrap=(False, True))]
 
 
-@pytest.mark.parametrize("wrap", [False, True])
+@pytest.mark.parametrize("wrap", [False, True, (True, False)])
 def test_gather_reads_windows_where_they_lie(wrap):
     windows = free(wrap)
     image = torch.rand(2, 13, 17, generator=generator())
@@ -30,7 +32,7 @@ def test_gather_reads_windows_where_they_lie(wrap):
         assert torch.equal(there[k], image[:, rows[:, None], columns].movedim(0, -1))
 
 
-@pytest.mark.parametrize("wrap", [False, True])
+@pytest.mark.parametrize("wrap", [False, True, (True, False), (False, True)])
 def test_scatter_is_the_transpose_of_gather(wrap):
     windows = free(wrap)
     x = torch.rand(2, 13, 17, generator=generator(), dtype=torch.float64)
@@ -42,7 +44,9 @@ def test_scatter_is_the_transpose_of_gather(wrap):
     assert torch.allclose(summed, windows.scatter(y))
 
 
-@pytest.mark.parametrize("layout", layouts(), ids=["free", "free, wrapped", "grid", "grid, wrapped"])
+@pytest.mark.parametrize(
+    "layout", layouts(), ids=["free", "free, wrapped", "grid", "grid, wrapped", "free, one way", "grid, one way"]
+)
 def test_coverings_name_every_window_of_every_pixel_once(layout):
     named = set()
     for window, inside, there in layout.coverings():
@@ -106,3 +110,29 @@ def test_windows_outside_of_the_image_are_refused():
         FreeWindows((10, 10), (4, 4), torch.tensor([[7, 0]]))
     with pytest.raises(InputError, match="there are 0 windows"):
         FreeWindows((10, 10), (4, 4), torch.zeros(0, 2, dtype=torch.long))
+
+
+@pytest.mark.parametrize("wrap", [(True, False, False), (False, True, True)])
+def test_a_grid_may_be_periodic_along_some_axes(wrap):
+    grid = Grid((6, 9, 8), (4, 4, 4), (1, 2, 2), wrap)
+    x = torch.rand(2, 6, 9, 8, generator=generator(), dtype=torch.float64)
+    y = torch.rand(len(grid), 4, 4, 4, 2, generator=generator(1), dtype=torch.float64)
+    assert float((grid.gather(x) * y).sum()) == pytest.approx(float((x * grid.scatter(y)).sum()))
+    banded = torch.zeros_like(x)
+    first = 0
+    for band in grid.bands(9):
+        banded = band.scatter(y[first : first + len(band)], banded)
+        first += len(band)
+    assert torch.allclose(banded, grid.scatter(y))
+    for axis, wraps in enumerate(wrap):
+        moved = grid.gather(x.roll(2, axis + 1))
+        before = grid.gather(x)
+        shifted = before.view(*grid.counts, -1).roll(2 // grid.step[axis], axis).view_as(before)
+        assert (torch.equal(moved, shifted)) is (wraps and grid.shape[axis] % grid.step[axis] == 0)
+    for _, shift in grid.neighbor_shifts():
+        assert bool((shift.abs() <= torch.tensor(grid.step)).all())
+
+
+def test_an_answer_for_each_axis_or_one_for_all():
+    with pytest.raises(InputError, match=r"wrap is \(True, False, True\); give one answer for all 2 axes, or 2"):
+        len(Grid((9, 9), (4, 4), (2, 2), (True, False, True)))
