@@ -24,6 +24,7 @@ from flow.fields import (
     waves,
     wheel,
 )
+from flow.volume import VolumeFlow
 from flow.warps import Lookup, Warp, end_point_error, filled, lookup, seen, warp
 
 __all__ = [
@@ -34,6 +35,7 @@ __all__ = [
     "Lookup",
     "Renewing",
     "State",
+    "VolumeFlow",
     "Warp",
     "animate",
     "around",

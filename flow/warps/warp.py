@@ -78,6 +78,14 @@ class Warp:
         """The diagonal (C, H, W) of W^T D W, where D has the weights (C, *S) of the places on its diagonal."""
         return self._spread([part.squared() for part in self._rows], weights)
 
+    def entries(self) -> tuple[Tensor, Tensor]:
+        """The pixels that each place reads, counted row by row, (K, *S), and their weights: all entries of W.
+
+        A place reads rows of pixels, one after the other; at the border it may read a pixel twice.
+        """
+        pixels, weights = zip(*(part.entries() for part in self._rows), strict=True)
+        return torch.cat(pixels, 1).view(-1, *self.places), torch.cat(weights, 1).view(-1, *self.places)
+
     def _spread(self, rows: "Sequence[_Rows]", values: Tensor) -> Tensor:
         flat = values.new_zeros(len(values), self.shape[0] * self.shape[1])
         for part, there in zip(rows, values.flatten(1).split(_CHUNK, 1), strict=True):
@@ -114,6 +122,12 @@ class _Rows(NamedTuple):
                 pixel = row * self.width + column
                 for channel, part in zip(flat, line * across, strict=True):
                     channel.index_add_(0, pixel, part)  # in one dimension it adds in the order of the places
+
+    def entries(self) -> tuple[Tensor, Tensor]:
+        """Pixels and weights (K, N)."""
+        pixels = [row * self.width + column for row, _ in self.down for column, _ in self.across]
+        weights = [down * across for _, down in self.down for _, across in self.across]
+        return torch.stack(pixels), torch.stack(weights)
 
     def squared(self) -> "_Rows":
         """The same with the squares of W's entries."""

@@ -44,6 +44,11 @@ def test_products_are_those_of_the_matrix(mode: str, wrap: bool, known: Tensor |
     weights = v.abs()
     assert torch.allclose(warp(x).flatten(1), x.flatten(1) @ matrix.T, atol=1e-12)
     assert torch.allclose(warp.transposed(v).flatten(1), v.flatten(1) @ matrix, atol=1e-12)
+    pixels, entries = (part.flatten(1) for part in warp.entries())
+    rows = torch.zeros_like(matrix)
+    for pixel, entry in zip(pixels, entries, strict=True):
+        rows[torch.arange(len(rows)), pixel] += entry
+    assert torch.allclose(rows, matrix, atol=1e-12)
     squares = torch.stack([(matrix.T @ torch.diag(w) @ matrix).diagonal() for w in weights.flatten(1)])
     assert torch.allclose(warp.diagonal(weights).flatten(1), squares, atol=1e-12)
 
