@@ -39,13 +39,15 @@ def best_cut(
     pairs: Sequence[Costs],
     use_maxflow: bool | None = None,
     taking: np.ndarray | None = None,
+    most: int | None = None,
 ) -> np.ndarray:
     """Which pixels take the new patch in the cheapest labeling; boolean, shaped as `state`.
 
     `state`: KEEP, TAKE, FREE or VOID per pixel. `pairs`: per axis the integer costs (a, b, c) of the pairs
     (p, p + 1 along the axis), one shorter than `state` along that axis. `taking`: what a pixel costs more when it
     takes than when it keeps, integer, shaped as `state`. Of several cheapest labelings the one that takes fewest
-    pixels (with PyMaxflow, any). `use_maxflow`: whether PyMaxflow solves; None for yes if installed.
+    pixels (with PyMaxflow, any). `use_maxflow`: whether PyMaxflow solves; None for yes if installed. `most`: cuts over
+    more free pixels than this are solved coarse to fine; by default MOST_AT_ONCE, in three dimensions a third of it.
     """
     free = state == FREE
     unary, arcs = _energy(state, pairs)
@@ -54,8 +56,8 @@ def best_cut(
     take = state == TAKE
     if (unary[free] < 0).any():
         solve = _solve_maxflow if (maxflow() is not None if use_maxflow is None else use_maxflow) else _solve_scipy
-        most = MOST_AT_ONCE if state.ndim < 3 else MOST_AT_ONCE // 3
-        take[free] = solve_in_bands(unary, arcs, free, solve, most)
+        default = MOST_AT_ONCE if state.ndim < 3 else MOST_AT_ONCE // 3
+        take[free] = solve_in_bands(unary, arcs, free, solve, default if most is None else most)
     return take
 
 

@@ -13,11 +13,11 @@ from dataclasses import replace
 import torch
 from torch import Tensor
 
-from kwatra.base import InputError, factors_of
+from kwatra.base import InputError
 from kwatra.exemplar import Exemplar
 from kwatra.levels import Level, planned_levels
 from kwatra.loop.scene import Scene, State
-from kwatra.pieces import BlockStart, block_size
+from kwatra.pieces import block_start
 from kwatra.result import Progress, Result, Row, Stage
 from kwatra.settings import Settings
 from kwatra.source import Prepared, sourcemap
@@ -99,46 +99,6 @@ def _iterate(
         if state.changed < tolerance:
             return state, f"the matches settled: fewer than {tolerance:.1%} changed in iteration {state.iteration}"
     return state, f"all {level.iterations} iterations were done"
-
-
-def block_start(
-    exemplar: Exemplar,
-    shape: tuple[int, ...],
-    levels: Sequence[Level],
-    settings: Settings,
-    generator: torch.Generator,
-    terms: Sequence[TermLike] = (),
-    mask: Tensor | None = None,
-) -> tuple[Tensor, tuple[int, ...]]:
-    """A source map of copied blocks and its resolution: the finest at which laying them costs little.
-
-    Blocks agree with what the terms want; a mask only hides that, blocks run on behind it.
-    """
-    axes = len(shape)
-    coarsest = max(level.factor for level in levels)
-    factor = 1
-    while factor < coarsest and min(exemplar.extent[-2:]) / factor > 160:
-        factor *= 2
-    factors, grain = factors_of(factor, axes), factors_of(coarsest // factor, axes)
-    here = exemplar.coarser(factors)
-    controls = Controls(terms, mask, factors, shape, len(here.weights), here.canvas.device)
-    there = controls.shape
-    wish = controls.wish(torch.zeros(len(here.weights), *there, device=here.canvas.device))
-    block = block_size(here, there, settings.block, grain)
-    aligned = settings.start == "aligned"
-    blocks = BlockStart(
-        here,
-        there,
-        block,
-        grain,
-        generator,
-        wrap=settings.wrap,
-        usage=settings.usage,
-        aligned=aligned,
-        seams=settings.seams,
-        wish=wish,
-    )
-    return blocks.run(), factors
 
 
 def _full_controls(

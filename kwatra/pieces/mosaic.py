@@ -107,12 +107,9 @@ class Mosaic:
         """Quantized colors (C, *places.shape) at places."""
         return self.planes[:, places]
 
-    def beyond(
-        self, places: np.ndarray, there: np.ndarray, shown: np.ndarray, axis: int, step: int
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """The places one step (1 or -1) along an axis, and their colors; see `Stock`."""
-        ahead = np.clip(places + self.place_type(step * self.strides[axis]), 0, self.planes.shape[1] - 1)
-        return ahead, self.colors(ahead)
+    def beyond(self, places: np.ndarray, axis: int, step: int) -> np.ndarray:
+        """The places one step (1 or -1) along an axis."""
+        return np.clip(places + self.place_type(step * self.strides[axis]), 0, self.planes.shape[1] - 1)
 
     def distance(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
         """The sum over channels of the absolute differences of quantized colors; int32."""

@@ -41,26 +41,24 @@ class SeamCost:
         old, new: what its pixels show, and what they would show of a new patch. remembered: per axis the cost of the
         seam that is between a pixel and the next now.
         """
-        show_old, show_new = self.sources.colors(old), self.sources.colors(new)
-        here = self.sources.distance(show_old, show_new)
+        show_new = self.sources.colors(new)
+        here = self.sources.distance(self.sources.colors(old), show_new)
         pairs = []
         for axis, a in enumerate(remembered):
             p, q = beside(axis, here.ndim)
-            ahead, shown = self.sources.beyond(old[p], old[q], show_old[q], axis, 1)
-            match = here[p] + self.sources.distance(shown, show_new[q])
+            ahead, back = self.sources.beyond(old[p], axis, 1), self.sources.beyond(old[q], axis, -1)
+            match = here[p] + self.sources.distance(self.sources.colors(ahead), show_new[q])
             b = self._priced(axis, match, (old[p], new[p], ahead, new[q]), len(remembered))
-            back, shown = self.sources.beyond(old[q], old[p], show_old[p], axis, -1)
-            match = here[q] + self.sources.distance(shown, show_new[p])
+            match = here[q] + self.sources.distance(self.sources.colors(back), show_new[p])
             c = self._priced(axis, match, (back, new[p], old[q], new[q]), len(remembered))
             pairs.append((a, b, c))
         return pairs
 
-    def seam(self, axis: int, s: Array, t: Array, axes: int) -> Array:
+    def seam(self, s: Array, t: Array, axis: int, axes: int) -> Array:
         """The cost of seams between places s and t, those of pixels one step apart along an axis of so many."""
-        shown_s, shown_t = self.sources.colors(s), self.sources.colors(t)
-        ahead, after = self.sources.beyond(s, t, shown_t, axis, 1)
-        back, before = self.sources.beyond(t, s, shown_s, axis, -1)
-        match = self.sources.distance(shown_s, before) + self.sources.distance(after, shown_t)
+        ahead, back = self.sources.beyond(s, axis, 1), self.sources.beyond(t, axis, -1)
+        show_s, show_t, after, before = (self.sources.colors(places) for places in (s, t, ahead, back))
+        match = self.sources.distance(show_s, before) + self.sources.distance(after, show_t)
         return self._priced(axis, match, (s, back, ahead, t), axes)
 
     def _priced(self, axis: int, match: Array, places: Sequence[Array], axes: int) -> Array:

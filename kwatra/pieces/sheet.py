@@ -8,7 +8,7 @@ regions, 3.1.2).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, Generic, NamedTuple, TypeVar
 
@@ -67,7 +67,7 @@ class Sheet(Generic[S]):
 
     `label`: the patch of each pixel, an index into `patches`, -1 where empty. `places`: what it shows of the sources
     (see `Stock`). `seams`: per axis the remembered cost between a pixel and the next one. `fixed`: pixels that keep
-    their patch. `total`: the sum of the seams. use_maxflow: as for `kwatra.cut.best_cut`.
+    their patch. `total`: the sum of the seams. use_maxflow, most: as for `kwatra.cut.best_cut`.
     """
 
     def __init__(
@@ -77,8 +77,9 @@ class Sheet(Generic[S]):
         periodic: Sequence[bool],
         cost: SeamCost,
         use_maxflow: bool | None = None,
+        most: int | None = None,
     ):
-        self.sources, self.cost, self.use_maxflow = sources, cost, use_maxflow
+        self.sources, self.cost, self.use_maxflow, self.most = sources, cost, use_maxflow, most
         self.shape, self.periodic = tuple(shape), tuple(periodic)
         self.label = np.full(self.shape, -1, np.int32)
         self.places = sources.nowhere(self.shape)
@@ -100,11 +101,6 @@ class Sheet(Generic[S]):
         """An open mesh of the output pixels of a box; the box may pass the border only on axes that wrap."""
         lines = zip(box.start, box.stop, self.shape, strict=True)
         return np.ix_(*[np.arange(start, stop) % n for start, stop, n in lines])
-
-    @staticmethod
-    def _whole(at: tuple[np.ndarray, ...]) -> Any:
-        """The index of pixels into places, which may have axes before those of the pixels."""
-        return (..., *at)
 
     def lay(
         self,
@@ -147,12 +143,12 @@ class Sheet(Generic[S]):
         state = self._state(at, inner, must, must_not)
         new = self._patch_places(patch, window)
         remembered = [seams[at][along(k, None, -1, len(at))] for k, seams in enumerate(self.seams)]
-        pairs = self.cost.pairs(self.places[self._whole(at)], new, remembered)
+        pairs = self.cost.pairs(self.places[each(at)], new, remembered)
         extra = None
         if taking is not None:
             extra = np.zeros(state.shape, np.int64)
             extra[inner] = taking
-        take = best_cut(state, pairs, self.use_maxflow, extra)
+        take = best_cut(state, pairs, self.use_maxflow, extra, self.most)
         seams = seams_after(state, take, pairs)
         change = sum(
             int(s.sum(dtype=np.int64)) - int(a.sum(dtype=np.int64)) for s, (a, _, _) in zip(seams, pairs, strict=True)
@@ -164,7 +160,7 @@ class Sheet(Generic[S]):
         """Lay a patch as it was cut; nothing may have been laid in between."""
         at = cut.at
         self.label[at] = np.where(cut.take, len(self.patches), self.label[at])
-        self.places[self._whole(at)] = np.where(cut.take, cut.places, self.places[self._whole(at)])
+        self.places[each(at)] = np.where(cut.take, cut.places, self.places[each(at)])
         for axis, cost in enumerate(cut.seams):
             low = tuple(
                 line if d != axis else line.take(range(line.shape[axis] - 1), axis) for d, line in enumerate(at)
@@ -205,5 +201,10 @@ class Sheet(Generic[S]):
             if not self.periodic[axis]:
                 seam[along(axis, -1, None, seam.ndim)] = False
             next_places = np.roll(self.places, -1, axis - len(self.shape))
-            seams[axis][seam] = self.cost.seam(axis, self.places[..., seam], next_places[..., seam], len(self.shape))
+            seams[axis][seam] = self.cost.seam(self.places[..., seam], next_places[..., seam], axis, len(self.shape))
         return seams
+
+
+def each(at: Iterable[Any]) -> Any:
+    """The index of pixels into arrays that have further axes before those of the pixels."""
+    return (..., *at)

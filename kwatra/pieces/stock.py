@@ -24,11 +24,8 @@ class Stock(Protocol):
     def colors(self, places: Array) -> Array:
         """What is shown at places."""
 
-    def beyond(self, places: Array, there: Array, shown: Array, axis: int, step: int) -> tuple[Array, Array]:
-        """Where the sources at `places` go on one step (1 or -1) along an axis, and the colors they show there.
-
-        there, shown: the place and color that each pixel one step away has itself: the same where it goes on too.
-        """
+    def beyond(self, places: Array, axis: int, step: int) -> Array:
+        """The places at which the sources go on one step (1 or -1) along an axis."""
 
     def distance(self, one: Array, other: Array) -> Array:
         """How unlike colors are: a metric, in whole numbers."""

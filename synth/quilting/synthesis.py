@@ -12,11 +12,12 @@ import torch
 from torch import Tensor
 
 from kwatra.base import InputError
+from kwatra.pieces.again import Budget
 from kwatra.pieces.mosaic import LEVELS, Mosaic
 from kwatra.pieces.seams import NORMALIZED_SCALE, SeamCost
 from kwatra.pieces.sheet import Sheet
 from synth.quilting.blendseams import FRAMES_PER_PIXEL, blending_reach, ending_reach, feather, spline
-from synth.quilting.growth import Budget, Report, fill, refine
+from synth.quilting.growth import Report, fill, refine
 from synth.quilting.loops import unrolled
 from synth.quilting.placement import Placer, Rule
 from synth.quilting.variants import Copy, bands, copies, scales_between

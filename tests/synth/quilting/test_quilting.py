@@ -174,7 +174,7 @@ def test_a_seam_between_frames_costs_more_than_one_within() -> None:
     flat = Mosaic([np.zeros((1, 4, 4, 4), np.float32), np.ones((1, 4, 4, 4), np.float32)])
     cost = SeamCost(flat, flat.steepness)
     s, t = flat.places(0, [np.array([1])] * 3), flat.places(1, [np.array([1])] * 3)
-    prices = [int(cost.seam(axis, s, t, 3).item()) for axis in range(3)]
+    prices = [int(cost.seam(s, t, axis, 3).item()) for axis in range(3)]
     assert prices == pytest.approx([ACROSS_TIME * prices[2], prices[2], prices[2]], abs=ACROSS_TIME)
 
 
