@@ -94,7 +94,7 @@ def test_of_a_bag_of_four_colors_the_seam_runs_where_the_colors_are_nearest() ->
         assert sheet.lay(Patch(number, (0, 0), Box((0, column), (6, 3))))
     assert sheet.total == 2 * LEVELS * 6
     # 0 | 1 becomes 0 | 0.4 | 1: between two colors nothing is saved, and nothing is lost
-    assert not sheet.lay(Patch(1, (0, 0), Box((0, 0), (6, 6))), cheaper=True)
+    assert not sheet.lay(Patch(1, (0, 0), Box((0, 1), (6, 4))), cheaper=True)
     # but the color of one side takes all, and then there is no seam
     assert sheet.lay(Patch(0, (0, 0), Box((0, 1), (6, 5))), cheaper=True)
     assert sheet.total == 0
