@@ -5,9 +5,15 @@ loses is texture: copies of the exemplar are bent, what they show goes out of pr
 cease to agree. So the texture energy (thesis equation 18) is measured, window by window; where it is highest, blocks
 of the exemplar are found that come closest to what is there; and of each block those pixels are taken that lower
 
-    U(x) = sum_p wear(p) + sum_p tone(p) + lambda sum_p K(p) |x(p) - x+(p)|^2 + seams,
+    U = sum_p max(wear(p) + tone(p) - tolerance, 0) + lambda sum_p K(p) |x(p) - x+(p)|^2 + seams,
 
-by a minimum cut (a fusion of two labelings: Lempitsky, Rother, Roth and Blake 2010). Windows are copied, never
+by a minimum cut (a fusion of two labelings: Lempitsky, Rother, Roth and Blake 2010) in which old seams are remembered,
+so that a block may mend them. A seam costs what its copies differ by on both of its sides (thesis equation 1); wear
+and tone count where something has moved, and everything in variances of the exemplar.
+
+The cut has to guess the wear that a new copy will have: none in the block's middle, and toward its rim, where windows
+reach across, more and more what was there. So U is measured before and after, and a block that does not lower it is
+not laid. Only what is lost, beyond the exemplar's border, is replaced whatever that costs. Windows are copied, never
 averaged, so nothing blurs; and a pixel changes only where that buys more texture than it costs in motion.
 """
 
@@ -19,41 +25,61 @@ from torch import Tensor
 
 from flow.animation.blocks import Blocks
 from flow.animation.copies import JUMP, softened
-from flow.animation.fusion import seam_cut
 from flow.animation.reading import Reading
 from flow.animation.settings import Renewing
+from flow.animation.stock import COUNTS, Coordinates, counted
 from flow.animation.term import gradient_weight
 from flow.animation.tones import Tones
-from flow.animation.wear import Wear
+from flow.animation.wear import Wear, Worn
 from flow.warps import pixel_coordinates
 from kwatra import Exemplar
 from kwatra.base import mean, total
-from kwatra.cut import FREE, KEEP, TAKE, VOID
+from kwatra.cut import along
+from kwatra.pieces import Box, Cut, Patch, SeamCost, Sheet, box_sums
 
 _LEAST = 0.005
 """Blocks with less wear than this, on average, are left as they are."""
 
 _RIM = 1 / 6
-"""The part of a block's side, at either end, over which what it saves in wear counts less, down to nothing."""
+"""The part of a block's side, at either end, over which the wear that it saves is guessed less, down to nothing."""
 
 _AGAIN = 1 / 8
 """A block is a copy found again when at least so much of it is there already."""
 
 _BETWEEN = 4
-"""Blocks start at multiples of this many px, and flush with the frame's borders."""
+"""Blocks start at multiples of this many px, or closer where they are small, and flush with the frame's borders."""
+
+Spot = tuple[slice, slice]
+_ALL = (slice(None), slice(None))
 
 
 @dataclass
 class Carried:
-    """A frame at work: source coordinates (2, H, W), the image (C, H, W) they show, wear (H, W), where coordinates are
-    usable (H, W), and what each tone costs.
+    """A frame at work.
+
+    image (C, H, W): what it shows; carried: what it showed at first, x+; weight (H, W): lambda K. sheet: its source
+    coordinates and seams; what is not usable of it, or not inside (H, W), is empty there. counts (H, W): where wear
+    counts. worn: its wear; prices: what each tone costs.
     """
 
-    source: Tensor
     image: Tensor
-    wear: Tensor
-    usable: Tensor
+    carried: Tensor
+    weight: Tensor
+    sheet: Sheet[Coordinates]
+    inside: Tensor
+    counts: Tensor
+    worn: Worn
     prices: Tensor
+
+    @property
+    def source(self) -> Tensor:
+        """The source coordinates (2, H, W), x first; they share the sheet's memory."""
+        return torch.from_numpy(self.sheet.places).to(self.image.device)
+
+    @property
+    def usable(self) -> Tensor:
+        """Where (H, W) there is texture."""
+        return torch.from_numpy(self.sheet.filled).to(self.image.device)
 
 
 class Renewal:
@@ -65,8 +91,9 @@ class Renewal:
         self.tones = Tones(exemplar, settings.tones)
         self.read = Reading(exemplar, settings.interpolation)
         self.blocks = Blocks(exemplar, min(settings.block, *shape))
-        self._pixels = pixel_coordinates(shape, exemplar.canvas.device)
         self._share = exemplar.share
+        self.stock = Coordinates(exemplar, self.wear.variance, settings.seam)
+        self._pixels = pixel_coordinates(shape, exemplar.canvas.device)
         t = (torch.arange(self.blocks.size) - (self.blocks.size - 1) / 2) / (0.4 * self.blocks.size)
         bell = torch.exp(-t.square()).to(exemplar.canvas.device)
         self._bell = bell[:, None] * bell
@@ -81,37 +108,62 @@ class Renewal:
 
         inside (H, W): True where texture belongs; elsewhere coordinates are left alone. generator: chooses what enters
         where there is nothing to agree with. moved (H, W): where texture can have worn at all (default: everywhere).
-        The report holds "texture", mean wear before; "flow", mean change; and "renewed", the share of pixels.
+        The report holds what `Frame` says.
         """
-        usable = self.read.usable(source)
-        image = self.read(source)
-        prices = self.tones.prices(source, inside & usable)
-        wear = self._worn(image, source, inside & usable if moved is None else inside & usable & moved, prices)
-        frame = Carried(source.clone(), image.clone(), wear.clone(), usable.clone(), prices)
-        cost = self.settings.flow_weight * gradient_weight(image, self._share) / self.wear.variance
+        frame = self.begin(source, inside, moved)
+        usable = frame.usable
+        texture = total(self._worn(frame, frame.worn.wear, frame.source))
         lost = inside & self.read.lost(source)
-        self._renew(frame, cost, inside, self._places(wear, lost), generator)
+        self._renew(frame, self._places(self._worn(frame, frame.worn.wear, frame.source), lost), generator)
         while bool((lost := lost & ~frame.usable).any()):
-            self._renew(frame, cost, inside, self._places(torch.zeros_like(wear), lost), generator)
-        changed = inside & usable & (frame.source != source).any(0)
+            self._renew(frame, self._places(torch.zeros(self.shape, device=lost.device), lost), generator)
+        after = frame.source
+        changed = usable & (after != source).any(0)
         area = total(inside.float()).clamp(min=1)
-        flow = total(((frame.image - image).square() * self._share).sum(0) * changed) / self.wear.variance
-        return frame.source, softened(frame.image, frame.source, inside, self.read), {
-            "texture": float(total(wear) / area),
-            "flow": float(flow / area),
+        return after.clone(), softened(frame.image, after, inside, self.read), {
+            "texture": float(texture / area),
+            "flow": float(total(self._flow(frame, frame.image) * usable) / area),
             "renewed": float(total(changed.float()) / area),
         }  # fmt: skip
 
-    def _worn(self, image: Tensor, source: Tensor, inside: Tensor, prices: Tensor) -> Tensor:
-        wear = self.wear(image, source, inside) + prices[self.tones.of(source)]
-        return (wear - self.settings.tolerance).clamp(min=0) * inside
+    def begin(self, source: Tensor, inside: Tensor, moved: Tensor | None = None) -> Carried:
+        """A carried frame ready for renewal; arguments as of a call."""
+        usable = inside & self.read.usable(source)
+        image = self.read(source)
+        sheet = Sheet(self.stock, self.shape, (False, False), SeamCost(self.stock))
+        sheet.places[:] = source.cpu().numpy()
+        sheet.label[usable.cpu().numpy()] = 0
+        for axis in range(2):
+            p, q = along(axis, None, -1, 2), along(axis, 1, None, 2)
+            ahead = self.stock.beyond(sheet.places[(slice(None), *p)], axis, 1)
+            jump = np.square(sheet.places[(slice(None), *q)] - ahead).sum(0) >= JUMP**2
+            jump &= sheet.filled[p] & sheet.filled[q]
+            one, other = (sheet.places[(slice(None), *side)][:, jump] for side in (p, q))
+            sheet.seams[axis][p][jump] = sheet.cost.seam(one, other, axis, 2)
+        sheet.total = int(sheet.seams.sum(dtype=np.int64))
+        weight = self.settings.flow_weight * gradient_weight(image, self._share)
+        counts = usable if moved is None else usable & moved
+        prices = self.tones.prices(source, usable)
+        return Carried(image.clone(), image, weight, sheet, inside, counts, self.wear.of(image, source), prices)
+
+    def _worn(self, frame: Carried, wear: Tensor, source: Tensor, spot: Spot = _ALL) -> Tensor:
+        """U's first sum, pixel by pixel, where wear (h, w) is that at a spot that shows source (2, h, w)."""
+        costs = wear + frame.prices[self.tones.of(source)]
+        return (costs - self.settings.tolerance).clamp(min=0) * frame.counts[spot]
+
+    def _flow(self, frame: Carried, image: Tensor, spot: Spot = _ALL) -> Tensor:
+        """U's second sum, pixel by pixel: what an image (C, h, w) costs at a spot of the frame."""
+        change = (image - frame.carried[(slice(None), *spot)]).square() * self._share
+        return frame.weight[spot] * change.sum(0) / self.wear.variance
 
     def _places(self, wear: Tensor, lost: Tensor) -> list[tuple[int, int]]:
         """Corners (row, column) of the blocks to renew: those most worn, and all that have lost their texture."""
         size = self.blocks.size
         rows, columns = (_starts(side, size) for side in self.shape)
-        worn = _block_sums(wear, rows, columns, size) / size**2
-        holes = _block_sums(lost.float(), rows, columns, size)
+        worn, holes = (
+            box_sums(v.double().cpu().numpy(), (size, size))[np.ix_(rows, columns)] for v in (wear, lost.float())
+        )
+        worn = worn / size**2
         need = np.where(holes > 0.5, 10 + holes, np.where(worn > _LEAST, worn, 0))
         places: list[tuple[int, int]] = []
         while need.max() > 0:
@@ -125,82 +177,79 @@ class Renewal:
             need[near] = 0
         return places
 
-    def _renew(
-        self, frame: Carried, cost: Tensor, inside: Tensor, places: list[tuple[int, int]], generator: torch.Generator
-    ) -> None:
+    def _renew(self, frame: Carried, places: list[tuple[int, int]], generator: torch.Generator) -> None:
         """Find a block for each place and take of it what lowers the energy."""
         if not places:
             return
         size = self.blocks.size
         spots = [(slice(row, row + size), slice(column, column + size)) for row, column in places]
+        usable = frame.usable
         content = torch.stack([frame.image[(slice(None), *spot)] for spot in spots])
-        known = torch.stack([(inside & frame.usable)[spot] * self._bell for spot in spots])[:, None]
-        corners = self.blocks.nearest(content, known, self._costs(frame, inside), generator)
+        known = torch.stack([usable[spot] * self._bell for spot in spots])[:, None]
+        corners = self.blocks.nearest(content, known, self._costs(frame), generator)
         for spot, corner in zip(spots, corners, strict=True):
-            source = self._pixels[(slice(None), *spot)]
-            source = source - source[:, :1, :1] + corner.view(2, 1, 1)
-            self._fuse(frame, spot, self._in_place(frame, spot, source), cost[spot], inside[spot])
+            corner = self._in_place(frame, spot, corner.float())
+            shift = (spot[0].start - float(corner[1]), spot[1].start - float(corner[0]))
+            box = Box((spot[0].start, spot[1].start), (size, size))
+            self._fuse(frame, Patch(0, shift, box), spot)
 
-    def _in_place(self, frame: Carried, spot: tuple[slice, slice], source: Tensor) -> Tensor:
-        """A block's source coordinates, moved by the fraction of a pixel that it is off the copy already there.
+    def _in_place(self, frame: Carried, spot: Spot, corner: Tensor) -> Tensor:
+        """A block's corner (2,), x first, moved by the fraction of a pixel that it is off the copy already there.
 
         So a copy found again is straightened where it lies and does not jump; other blocks stay whole pixels.
         """
-        off = frame.source[(slice(None), *spot)] - source
+        here = (slice(None), *spot)
+        source = self._pixels[here] - self._pixels[here][:, :1, :1] + corner.view(2, 1, 1)
+        off = frame.source[here] - source
         again = frame.usable[spot] & (off.square().sum(0) < JUMP**2)
         if float(again.float().mean()) < _AGAIN:
-            return source
-        moved = source + off[:, again].median(1).values.view(2, 1, 1)
-        return moved if bool(self.read.usable(moved).all()) else source
+            return corner
+        step = off[:, again].median(1).values
+        return corner + step if bool(self.read.usable(source + step.view(2, 1, 1)).all()) else corner
 
-    def _costs(self, frame: Carried, inside: Tensor) -> Tensor:
+    def _costs(self, frame: Carried) -> Tensor:
         """What using each exemplar pixel (canvas) once more costs: by how much it is used already, and its tone."""
         height, width = self.exemplar.shape
-        x, y = frame.source[:, inside].round().long()
+        x, y = frame.source[:, frame.inside].round().long()
         place = y.clamp(0, height - 1) * width + x.clamp(0, width - 1)
         used = torch.bincount(place, minlength=height * width).view(height, width).float()
         usage = self.settings.usage * used / mean(used).clamp(min=1e-6)
         return self.wear.variance * (usage + self.tones.costs(frame.prices))
 
-    def _fuse(self, frame: Carried, spot: tuple[slice, slice], source: Tensor, cost: Tensor, inside: Tensor) -> None:
-        """Take of a block, given by its source coordinates, the pixels that lower the energy.
-
-        Wear counts less toward the block's rim, so that seams run where copies agree and not along the rim.
-        """
+    def _fuse(self, frame: Carried, patch: Patch, spot: Spot) -> None:
+        """Take of a block the pixels that lower the energy, as the cut guesses; and only if, measured, they do."""
         here = (slice(None), *spot)
-        usable, new, old = frame.usable[spot], self.read(source), frame.image[here]
-        change = ((new - old).square() * self._share).sum(0) * usable
-        tones = frame.prices[self.tones.of(source)]
-        taking = torch.where(usable, cost * change + tones - frame.wear[spot] * self._inner, 0.0)
-        rough = (change / self.wear.variance).sqrt() * self.settings.seam
-        state = torch.where(inside, FREE, VOID)
-        state[self._rim(spot) & inside & usable] = KEEP
-        state[inside & ~usable] = TAKE
-        take = torch.from_numpy(seam_cut(state, rough, taking)).to(new.device)
-        frame.source[here] = torch.where(take, source, frame.source[here])
-        frame.image[here] = torch.where(take, new, old)
-        frame.wear[spot] = torch.where(take, 0.0, frame.wear[spot])
-        frame.usable[spot] = usable | take
+        source = self._pixels[here] - torch.tensor(patch.shift[::-1]).view(2, 1, 1).to(self._pixels)
+        new, old = self.read(source), frame.image[here]
+        worn = self._worn(frame, frame.worn.wear[spot], frame.source[here], spot)
+        fresh = self._worn(frame, torch.zeros_like(worn), source, spot)
+        change = self._flow(frame, new, spot) - self._flow(frame, old, spot)
+        taking = counted((change + (fresh - worn) * self._inner).cpu().numpy())
+        cut = frame.sheet.cut(patch, must_not=~frame.inside[spot].cpu().numpy(), taking=taking)
+        if not cut.take.any():
+            return
+        take = torch.from_numpy(self._inside(cut, patch.box)).to(new.device)
+        image, places = frame.image.clone(), frame.source.clone()
+        image[here], places[here] = torch.where(take, new, old), torch.where(take, source, places[here])
+        after = self.wear.after(frame.worn, image, places, spot)
+        wide = self.wear.reach(spot)
+        before = total(self._worn(frame, frame.worn.wear[wide], frame.source[(slice(None), *wide)], wide))
+        gained = total(self._worn(frame, after.wear[wide], places[(slice(None), *wide)], wide)) - before
+        gained = gained + total(change * take * frame.usable[spot])
+        lost = bool((take & ~frame.usable[spot]).any())
+        if lost or float(gained) + cut.change / COUNTS < 0:
+            frame.sheet.commit(cut)
+            frame.image, frame.worn = image, after
 
-    def _rim(self, spot: tuple[slice, slice]) -> Tensor:
-        """The block's outermost pixels, but for those on the frame's border."""
-        size = self.blocks.size
-        rim = torch.zeros(size, size, dtype=torch.bool, device=self._pixels.device)
-        for axis, (part, side) in enumerate(zip(spot, self.shape, strict=True)):
-            if part.start > 0:
-                rim.select(axis, 0).fill_(True)
-            if part.stop < side:
-                rim.select(axis, size - 1).fill_(True)
-        return rim
+    @staticmethod
+    def _inside(cut: Cut, box: Box) -> np.ndarray:
+        """What a cut takes, of its box alone."""
+        first = (int(line.flat[0]) for line in cut.at)
+        part = tuple(slice(s - f, s - f + e) for s, f, e in zip(box.start, first, box.extent, strict=True))
+        inside: np.ndarray = cut.take[part]
+        return inside
 
 
 def _starts(side: int, size: int) -> np.ndarray:
-    starts = np.arange(0, side - size + 1, _BETWEEN)
+    starts = np.arange(0, side - size + 1, min(_BETWEEN, max(size // 2, 1)))
     return starts if starts[-1] == side - size else np.append(starts, side - size)
-
-
-def _block_sums(values: Tensor, rows: np.ndarray, columns: np.ndarray, size: int) -> np.ndarray:
-    """Sums of values (H, W) over the blocks that start at rows and columns, by a summed-area table."""
-    table = np.pad(values.double().cpu().numpy().cumsum(0).cumsum(1), ((1, 0), (1, 0)))
-    strips = table[rows + size] - table[rows]
-    return strips[:, columns + size] - strips[:, columns]

@@ -19,6 +19,7 @@ from flow.animation.copies import tidied
 from flow.animation.entering import SIDES, entered, enters, known_of
 from flow.animation.renewal import Renewal
 from flow.animation.settings import Renewing
+from flow.animation.stock import NOWHERE
 from flow.animation.term import blended, flow_term
 from flow.animation.upright import Upright
 from flow.fields import Field
@@ -30,9 +31,6 @@ from kwatra.source import look_up
 
 _PROJECTION = (Level(1, 16), Level(1, 8))
 """How a given first picture is brought to the exemplar: at full resolution, keeping what is texture already."""
-
-_NOWHERE = -1e3
-"""The source coordinates of what is not yet there: far outside any exemplar."""
 
 Mask = Tensor | Callable[[int], Tensor] | None
 
@@ -60,8 +58,9 @@ class Frame(Result):
     """A frame of an animation: a result, and the state that the next one follows from.
 
     Its image is 0 where there is no texture; source and where tell of its copies, not of what fades. Its one row of
-    energies has frame, texture (mean wear before renewal), flow (mean squared change by renewal; both in variances of
-    the exemplar) and renewed (the share of its pixels).
+    energies has frame, texture (mean wear and price of tones before renewal, beyond what is tolerated), flow (the mean
+    of the flow term, lambda K |x - x+|^2, after it; both in variances of the exemplar, as in `flow.animation.renewal`)
+    and renewed (the share of its pixels).
     """
 
     state: State
@@ -171,7 +170,7 @@ class Motion:
         inside = self.allowed(0)
         if self.enter is not None:
             inside = torch.zeros_like(inside)
-            nowhere = torch.full((2, *self.shape), _NOWHERE, device=self.device)
+            nowhere = torch.full((2, *self.shape), NOWHERE, device=self.device)
             empty = torch.zeros(len(self.exemplar.canvas), *self.shape, device=self.device)
             return self._frame(State(0, nowhere, inside, empty), {})
         if first is not None:

@@ -27,7 +27,7 @@ class Renewing:
     tones: float = 1.0
     usage: float = 0.3
     inertia: float = 0.4
-    blocks: int = 20
+    blocks: int = 14
     block: int = 48
     window: int = 24
     step: int = 6

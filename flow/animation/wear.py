@@ -1,6 +1,7 @@
 """How worn a carried frame is: its texture energy (thesis equation 18), pixel by pixel."""
 
-from dataclasses import replace
+import math
+from dataclasses import dataclass, replace
 
 import torch
 from scipy import ndimage
@@ -9,6 +10,7 @@ from torch import Tensor
 from flow.animation.copies import distortion
 from kwatra import Exemplar, Grid
 from kwatra.source import SourceWindows, at_windows
+from kwatra.windows import channels_last, windows_at
 
 _BLUR = 1.0
 """Windows are compared after a blur of this many px, so that a fraction of a pixel between copies is no wear."""
@@ -18,6 +20,24 @@ _SETTLED = 1e-3
 
 _EXACT = 1 << 24
 """Up to so many pairs of windows the search is exact."""
+
+
+_REACH = math.ceil(4 * _BLUR)
+"""How far, in px, the blur carries a change."""
+
+Spot = tuple[slice, slice]
+
+
+@dataclass(frozen=True)
+class Worn:
+    """The wear (H, W) of a frame, and what it is made of: the blurred image (C, H, W), what each of its windows (N,)
+    differs from the exemplar by, and how copies are bent (H, W).
+    """
+
+    wear: Tensor
+    smooth: Tensor
+    energy: Tensor
+    bent: Tensor
 
 
 class Wear:
@@ -42,15 +62,51 @@ class Wear:
 
     def __call__(self, image: Tensor, source: Tensor, inside: Tensor) -> Tensor:
         """Wear (H, W) of an image (C, H, W) with its source coordinates (2, H, W); 0 where not inside (H, W)."""
-        energy = self._energy(blurred(image, torch.ones_like(inside), _BLUR), source) / self.variance
-        windows = energy.view(-1, 1, 1, 1) * self.source.metric.falloff
-        wear = self.grid.scatter(windows)[0] / self._mass + self.area * distortion(source)
-        return torch.where(inside, wear, 0.0)
+        return torch.where(inside, self.of(image, source).wear, 0.0)
 
-    def _energy(self, image: Tensor, source: Tensor) -> Tensor:
-        """Squared distance (N,) of each window to the nearest of what it copies and what the search finds."""
-        windows = self.grid.gather(image)
-        copied = at_windows(self.grid, self.source, source.flip(0).round().long())
+    def of(self, image: Tensor, source: Tensor) -> Worn:
+        """The wear of a frame: its image (C, H, W) and source coordinates (2, H, W)."""
+        smooth = blurred(image, torch.ones_like(source[0], dtype=torch.bool), _BLUR)
+        energy = self._energy(smooth, source, torch.arange(len(self.grid), device=image.device))
+        bent = distortion(source)
+        return Worn(self._spread(self.grid, energy) + self.area * bent, smooth, energy, bent)
+
+    def after(self, worn: Worn, image: Tensor, source: Tensor, spot: Spot) -> Worn:
+        """The wear of a frame that has changed within a spot since it was `worn`; as `of`, at less cost."""
+        around, _ = _around(spot, _REACH, source[0].shape)
+        wide, there = _around(around, _REACH, source[0].shape)
+        smooth, bent = worn.smooth.clone(), worn.bent.clone()
+        known = torch.ones_like(source[0][wide], dtype=torch.bool)
+        smooth[(slice(None), *around)] = blurred(image[(slice(None), *wide)], known, _BLUR)[(slice(None), *there)]
+        bent[around] = distortion(source[(slice(None), *wide)])[there]
+        energy, touched = worn.energy.clone(), self._touched(around)
+        energy[touched] = self._energy(smooth, source, touched)
+        columns = self.grid.counts[1]
+        rows = int(touched[0]) // columns, int(touched[-1]) // columns + 1
+        change = (energy - worn.energy)[rows[0] * columns : rows[1] * columns]
+        wear = worn.wear + self._spread(replace(self.grid, rows=rows), change) + self.area * (bent - worn.bent)
+        return Worn(wear, smooth, energy, bent)
+
+    def reach(self, spot: Spot) -> Spot:
+        """Where the wear may differ of a frame that has changed within a spot."""
+        return _around(spot, _REACH + max(self.grid.width), self._mass.shape)[0]
+
+    def _spread(self, grid: Grid, energy: Tensor) -> Tensor:
+        """What windows (n,) of a grid differ by, spread over their pixels (H, W), in variances."""
+        windows = energy.view(-1, 1, 1, 1) / self.variance * self.source.metric.falloff
+        return grid.scatter(windows)[0] / self._mass
+
+    def _touched(self, spot: Spot) -> Tensor:
+        """The windows (n,) that have a pixel in a spot."""
+        corners, width = self.grid.corners, torch.tensor(self.grid.width, device=self.grid.corners.device)
+        low = torch.tensor([part.start for part in spot], device=corners.device)
+        high = torch.tensor([part.stop for part in spot], device=corners.device)
+        return ((corners < high) & (corners + width > low)).all(1).nonzero()[:, 0]
+
+    def _energy(self, image: Tensor, source: Tensor, which: Tensor) -> Tensor:
+        """Squared distance (n,) of these windows to the nearest of what each copies and what the search finds."""
+        windows = windows_at(channels_last(image), self.grid.corners[which], self.grid.width)
+        copied = at_windows(self.grid, self.source, source.flip(0).round().long())[which]
         energy = self.source.metric.squared(windows - self.source.windows(copied))
         worn = (energy > _SETTLED * self.variance).nonzero()[:, 0]
         if len(worn):
@@ -58,6 +114,15 @@ class Wear:
             found = self.source.nearest(self.source.describe(windows), 1, self._route)[:, 0]
             energy[worn] = energy[worn].minimum(self.source.metric.squared(windows - self.source.windows(found)))
         return energy
+
+
+def _around(spot: Spot, reach: int, shape: tuple[int, ...]) -> tuple[Spot, Spot]:
+    """A spot grown by `reach` px within a frame, and where the spot lies in that."""
+    grown = [
+        slice(max(part.start - reach, 0), min(part.stop + reach, side)) for part, side in zip(spot, shape, strict=True)
+    ]
+    inner = [slice(part.start - g.start, part.stop - g.start) for part, g in zip(spot, grown, strict=True)]
+    return (grown[0], grown[1]), (inner[0], inner[1])
 
 
 def blurred(image: Tensor, known: Tensor, width: float) -> Tensor:

@@ -13,12 +13,12 @@ from dataclasses import replace
 import torch
 from torch import Tensor
 
-from kwatra.base import enlarged, factors_of
+from kwatra.base import enlarged
 from kwatra.exemplar import Exemplar
 from kwatra.levels import Level
 from kwatra.loop.scene import Estimate, Scene
 from kwatra.loop.task import Task
-from kwatra.pieces import BlockStart, block_size
+from kwatra.pieces import block_start
 from kwatra.result import Progress, Result, Row, Stage
 from kwatra.settings import Settings
 from kwatra.source import Prepared, Texture, sourcemap
@@ -114,34 +114,6 @@ def _result(
     if task.mask is not None and start is not None:
         image = torch.where(task.mask, image, start)
     return Result(image, source, where, report.rows, report.stages, stopped)
-
-
-def block_start(task: Task, exemplar: Exemplar) -> tuple[Tensor, tuple[int, ...]]:
-    """A source map of copied blocks and its resolution: the finest at which laying them costs little.
-
-    Blocks agree with what the terms want; a mask only hides that, blocks run on behind it.
-    """
-    settings = task.settings
-    coarsest = max(level.factor for level in task.levels)
-    factor = 1
-    while factor < coarsest and min(exemplar.extent[-2:]) / factor > 160:
-        factor *= 2
-    axes = len(task.shape)
-    factors, grain = factors_of(factor, axes), factors_of(coarsest // factor, axes)
-    here, controls = exemplar.coarser(factors), task.controls(factors)
-    blocks = BlockStart(
-        here,
-        controls.shape,
-        block_size(here, controls.shape, settings.block, grain),
-        grain,
-        task.generator,
-        wrap=all(task.wraps),
-        usage=settings.usage,
-        aligned=settings.start == "aligned",
-        seams=settings.seams,
-        wish=controls.wish(torch.zeros(task.channels, *controls.shape, device=here.canvas.device)),
-    )
-    return blocks.run(), factors
 
 
 class _Report:

@@ -1,5 +1,30 @@
-"""Pieces of texture, laid along seams."""
+"""Pieces of texture, laid along seams: where one fits, along which seam, and again where seams cost most."""
 
-from kwatra.pieces.start import BlockStart, block_size
+from kwatra.pieces.again import Budget, lay_again
+from kwatra.pieces.blocks import BlockStart
+from kwatra.pieces.boxes import Box, box_sums
+from kwatra.pieces.fitting import Fit, totals
+from kwatra.pieces.mosaic import Mosaic
+from kwatra.pieces.regions import Regions
+from kwatra.pieces.seams import SeamCost
+from kwatra.pieces.sheet import Cut, Patch, Sheet
+from kwatra.pieces.start import block_start
+from kwatra.pieces.stock import Stock
 
-__all__ = ["BlockStart", "block_size"]
+__all__ = [
+    "BlockStart",
+    "Box",
+    "Budget",
+    "Cut",
+    "Fit",
+    "Mosaic",
+    "Patch",
+    "Regions",
+    "SeamCost",
+    "Sheet",
+    "Stock",
+    "block_start",
+    "box_sums",
+    "lay_again",
+    "totals",
+]

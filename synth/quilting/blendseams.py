@@ -16,9 +16,9 @@ from itertools import pairwise
 import numpy as np
 from scipy import ndimage
 
-from synth.quilting.boxes import Box
-from synth.quilting.canvas import Canvas
-from synth.quilting.sources import LEVELS
+from kwatra.pieces.boxes import Box
+from kwatra.pieces.mosaic import LEVELS, Mosaic
+from kwatra.pieces.sheet import Sheet
 
 SPLINE_SIGMAS = (1.0, 2.0, 4.0, 8.0)
 ALIKE = 0.3
@@ -32,16 +32,16 @@ FRAMES_PER_PIXEL = 2.0
 """How much wider feathering is along time, in frames, than across the picture, in pixels."""
 
 
-def feather(canvas: Canvas, sigma: float) -> np.ndarray:
-    """The canvas as an image (C, *shape), seams blended by a Gaussian of `sigma` pixels, twice as many frames."""
-    time = [FRAMES_PER_PIXEL * sigma] * (len(canvas.shape) - 2)
-    return _blend(canvas, [(*time, sigma, sigma)], bands=False)
+def feather(sheet: Sheet[Mosaic], sigma: float) -> np.ndarray:
+    """The sheet as an image (C, *shape), seams blended by a Gaussian of `sigma` pixels, twice as many frames."""
+    time = [FRAMES_PER_PIXEL * sigma] * (len(sheet.shape) - 2)
+    return _blend(sheet, [(*time, sigma, sigma)], bands=False)
 
 
-def spline(canvas: Canvas) -> np.ndarray:
-    """The canvas as an image (C, *shape), blended across seams by multi-resolution splining."""
-    time = [FRAMES_PER_PIXEL] * (len(canvas.shape) - 2)
-    return _blend(canvas, [(*time, sigma, sigma) for sigma in SPLINE_SIGMAS], bands=True)
+def spline(sheet: Sheet[Mosaic]) -> np.ndarray:
+    """The sheet as an image (C, *shape), blended across seams by multi-resolution splining."""
+    time = [FRAMES_PER_PIXEL] * (len(sheet.shape) - 2)
+    return _blend(sheet, [(*time, sigma, sigma) for sigma in SPLINE_SIGMAS], bands=True)
 
 
 def blending_reach(sigma: float) -> int:
@@ -55,23 +55,23 @@ def ending_reach(dims: int, sigma: float, splined: bool) -> tuple[int, ...]:
     return (int(np.ceil(FADING * time)),) * (dims - 2) + (int(np.ceil(FADING * across)),) * 2
 
 
-def _blend(canvas: Canvas, widths: list[tuple[float, ...]], bands: bool) -> np.ndarray:
+def _blend(sheet: Sheet[Mosaic], widths: list[tuple[float, ...]], bands: bool) -> np.ndarray:
     """Blended by Gaussians of `widths`, one for each band but the last, or one in all; each per axis."""
-    channels = len(canvas.sources.planes)
+    channels = len(sheet.sources.planes)
     levels = len(widths) + (1 if bands else 0)
-    total = np.zeros((levels, channels, *canvas.shape), np.float32)
-    weights = np.zeros((levels, *canvas.shape), np.float32)
+    total = np.zeros((levels, channels, *sheet.shape), np.float32)
+    weights = np.zeros((levels, *sheet.shape), np.float32)
     margin = tuple(blending_reach(width) for width in widths[-1])
-    plain = canvas.sources.colors(canvas.places)
-    for label in np.unique(canvas.label[canvas.filled]):
-        box = _around(canvas, int(label), margin)
-        at = canvas.indices(box)
-        image, depth = _patch_image(canvas, int(label), box)
-        own = (canvas.label[at] == label).astype(np.float32)
+    plain = sheet.sources.originals(sheet.places)
+    for label in np.unique(sheet.label[sheet.filled]):
+        box = _around(sheet, int(label), margin)
+        at = sheet.indices(box)
+        image, depth = _patch_image(sheet, int(label), box)
+        own = (sheet.label[at] == label).astype(np.float32)
         masks = [_blurred(own, width) for width in widths]
         if not bands and len(at) > 2:
             there = np.stack([plane[at] for plane in plain])
-            misfit = np.abs(image - there).mean(0) / (canvas.sources.step * LEVELS)
+            misfit = np.abs(image - there).mean(0) / (sheet.sources.step * LEVELS)
             masks = [_where_alike(masks[0], misfit, own, widths[0])]
         masks = [mask * _ending(depth, width) for mask, width in zip(masks, widths, strict=True)]
         layers = _bands(image, widths) if bands else [image]
@@ -81,8 +81,8 @@ def _blend(canvas: Canvas, widths: list[tuple[float, ...]], bands: bool) -> np.n
             for channel in range(channels):
                 total[level, channel][at] += layer[channel] * mask
     # Far from seams a pixel is a copy, and rounding must not say otherwise.
-    least = 1e-6 * canvas.sources.step * LEVELS
-    for line in range(canvas.shape[0]):  # one at a time, for a video has many
+    least = 1e-6 * sheet.sources.step * LEVELS
+    for line in range(sheet.shape[0]):  # one at a time, for a video has many
         blended = (total[:, :, line] / np.maximum(weights[:, None, line], 1e-12)).sum(0)
         np.copyto(plain[:, line], blended, where=np.abs(blended - plain[:, line]) >= least)
     return plain
@@ -95,25 +95,25 @@ def _where_alike(mask: np.ndarray, misfit: np.ndarray, own: np.ndarray, width: t
     return blended
 
 
-def _around(canvas: Canvas, label: int, margin: tuple[int, ...]) -> Box:
+def _around(sheet: Sheet[Mosaic], label: int, margin: tuple[int, ...]) -> Box:
     """The pixels within `margin` per axis of a patch's; on an axis that wraps, at most once around."""
-    box = canvas.patches[label].box
+    box = sheet.patches[label].box
     start, extent = [], []
-    for s, e, n, wraps, most in zip(box.start, box.extent, canvas.shape, canvas.periodic, margin, strict=True):
+    for s, e, n, wraps, most in zip(box.start, box.extent, sheet.shape, sheet.periodic, margin, strict=True):
         reach = min(most, (n - e) // 2) if wraps else most
         start.append(s - reach)
         extent.append(e + 2 * reach)
-    return Box(tuple(start), tuple(extent)).clipped(canvas.shape, canvas.periodic)
+    return Box(tuple(start), tuple(extent)).clipped(sheet.shape, sheet.periodic)
 
 
-def _patch_image(canvas: Canvas, label: int, box: Box) -> tuple[np.ndarray, list[np.ndarray]]:
+def _patch_image(sheet: Sheet[Mosaic], label: int, box: Box) -> tuple[np.ndarray, list[np.ndarray]]:
     """Patch `label` over `box`, its border repeated outside the source, and how many pixels deep inside, per axis."""
-    patch = canvas.patches[label]
-    image = canvas.sources.images[patch.number]
+    patch = sheet.patches[label]
+    image = sheet.sources.images[patch.number]
     depth = []
     for axis, (start, stop, shift) in enumerate(zip(box.start, box.stop, patch.shift, strict=True)):
         at = np.arange(start, stop) - shift
-        count = canvas.sources.shapes[patch.number][axis]
+        count = sheet.sources.shapes[patch.number][axis]
         image = np.take(image, np.clip(at, 0, count - 1), axis + 1)
         depth.append(np.clip(np.minimum(at + 1, count - at), 0, None).astype(np.float32))
     return image, depth

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from synth.quilting.boxes import Box, everywhere
+from kwatra.pieces.boxes import Box, everywhere
 
 
 def margins(source: tuple[int, ...], region: tuple[int, ...], wanted: tuple[int, ...]) -> tuple[int, ...]:

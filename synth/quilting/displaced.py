@@ -11,8 +11,9 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from torch import Tensor
 
-from synth.quilting.boxes import Box
-from synth.quilting.canvas import Canvas, Patch
+from kwatra.pieces.boxes import Box
+from kwatra.pieces.mosaic import Mosaic
+from kwatra.pieces.sheet import Patch, Sheet
 from synth.quilting.growth import Report
 from synth.quilting.starts import cheapest_start, lay_all
 from synth.quilting.synthesis import QuiltSettings, error_region, new_placer, run
@@ -34,15 +35,15 @@ def lasting_region(shape: Sequence[int], part: float) -> tuple[int, ...]:
     return (max(extent[0], min(LASTING, shape[0])), *extent[1:])
 
 
-def flash(canvas: Canvas) -> int:
+def flash(sheet: Sheet[Mosaic]) -> int:
     """What the seams between a frame and the next cost, where it is most."""
-    return int(canvas.seams[0].sum((1, 2), dtype=np.int64).max())
+    return int(sheet.seams[0].sum((1, 2), dtype=np.int64).max())
 
 
 def displaced(
-    clip: Tensor, begun: Callable[[Tensor], Canvas], settings: QuiltSettings, report: Report
-) -> tuple[Canvas, list[int], str]:
-    """The canvas that `begun` makes for a clip (C, T, H, W), filled; its total after each refinement, why that ended.
+    clip: Tensor, begun: Callable[[Tensor], Sheet[Mosaic]], settings: QuiltSettings, report: Report
+) -> tuple[Sheet[Mosaic], list[int], str]:
+    """The sheet that `begun` makes for a clip (C, T, H, W), filled; its total after each refinement, why that ended.
 
     No patch has many more than MOST_PIXELS pixels, which bounds the memory of a cut.
     """
@@ -51,9 +52,9 @@ def displaced(
     longest = max(MOST_PIXELS // (clip.shape[2] * clip.shape[3]), 4)
     region = (min(lasting_region(clip.shape[1:], settings.region)[0], longest // 2), *small.shape[2:])
 
-    def sew(canvas: Canvas, own: QuiltSettings) -> str:
-        placer = new_placer(canvas, own, region, most=longest * area, reach=2.0)
-        return run(canvas, placer, own, report)[1]
+    def sew(sheet: Sheet[Mosaic], own: QuiltSettings) -> str:
+        placer = new_placer(sheet, own, region, most=longest * area, reach=2.0)
+        return run(sheet, placer, own, report)[1]
 
     patches, stopped = cheapest_start(lambda: begun(small), sew, settings, flash)
     height, width = clip.shape[2:]
@@ -61,5 +62,5 @@ def displaced(
         Patch(p.number, (p.shift[0], 0, 0), Box((p.box.start[0], 0, 0), (p.box.extent[0], height, width)))
         for p in patches
     ]
-    canvas = begun(clip)
-    return canvas, lay_all(canvas, whole, report), stopped
+    sheet = begun(clip)
+    return sheet, lay_all(sheet, whole, report), stopped

@@ -21,16 +21,17 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
+from kwatra.pieces.boxes import Box
+from kwatra.pieces.mosaic import Mosaic
+from kwatra.pieces.sheet import Sheet
 from synth.quilting.blendseams import ending_reach
-from synth.quilting.boxes import Box
-from synth.quilting.canvas import Canvas
 from synth.quilting.growth import Report, fill
 from synth.quilting.starts import cheapest_start, lay_all
 from synth.quilting.synthesis import (
     Quilt,
     QuiltSettings,
-    new_canvas,
     new_placer,
+    new_sheet,
     result_of,
     sources_of,
 )
@@ -67,22 +68,22 @@ def enlarged(clip: Tensor, size: Sequence[int], settings: QuiltSettings, report:
         "apart": (max(spare // 3, 1), *small.shape[2:]),
     }
 
-    def sew(canvas: Canvas, own: QuiltSettings) -> str:
-        placer = new_placer(canvas, own, regions[0].extent, **limits)
+    def sew(sheet: Sheet[Mosaic], own: QuiltSettings) -> str:
+        placer = new_placer(sheet, own, regions[0].extent, **limits)
         for region in regions:
             patch = placer.choose(region, filling=True)
             if patch is None:
                 placer.used.clear()
                 patch = placer.choose(region, filling=True)
             assert patch is not None, "every region is one that a source inside covers"
-            canvas.lay(patch)
-        fill(canvas, placer, None, report)
-        return f"{len(canvas.patches)} copies that last as long as the clip are laid side by side"
+            sheet.lay(patch)
+        fill(sheet, placer, None, report)
+        return f"{len(sheet.patches)} copies that last as long as the clip are laid side by side"
 
-    patches, stopped = cheapest_start(lambda: new_canvas(sources_of(small, settings), shape, settings), sew, settings)
-    canvas = new_canvas(sources_of(clip, settings), (count - spare * scale[0], *size), settings)
-    history = lay_all(canvas, [p.scaled(scale, canvas.shape) for p in patches], report)
-    return result_of(canvas, settings, history, stopped)
+    patches, stopped = cheapest_start(lambda: new_sheet(sources_of(small, settings), shape, settings), sew, settings)
+    sheet = new_sheet(sources_of(clip, settings), (count - spare * scale[0], *size), settings)
+    history = lay_all(sheet, [p.scaled(scale, sheet.shape) for p in patches], report)
+    return result_of(sheet, settings, history, stopped)
 
 
 def stations(source: Sequence[int], shape: Sequence[int]) -> list[Box]:

@@ -2,7 +2,7 @@
 
 Near the line both show the same pixels of the exemplar, so they match, and a seam along it costs next to nothing; what
 is seen is a kaleidoscope. Where such lines lie is told by coordinates alone. If source n shows at V(u) what the
-exemplar shows at u, then a canvas pixel p that shows u is met by its own image in one placement, t = p - V(u). A fold
+exemplar shows at u, then a sheet pixel p that shows u is met by its own image in one placement, t = p - V(u). A fold
 is a placement that many pixels name, or nearly.
 """
 
@@ -10,28 +10,29 @@ from __future__ import annotations
 
 import numpy as np
 
-from synth.quilting.boxes import Box, box_sums
-from synth.quilting.canvas import Canvas
+from kwatra.pieces.boxes import Box, box_sums
+from kwatra.pieces.mosaic import Mosaic
+from kwatra.pieces.sheet import Sheet
 
 RADIUS = 8
 """How far apart, in pixels, the same may be shown again: half of it on either side of a fold."""
 _CHUNK = 1 << 18
 
 
-def folded(canvas: Canvas, number: int, span: Box, reach: Box) -> np.ndarray:
+def folded(sheet: Sheet[Mosaic], number: int, span: Box, reach: Box) -> np.ndarray:
     """How long a fold, in pixels, each translation in `span` of source `number` would make with what is in `reach`.
 
     In video a fold is a surface, and its length the sum over frames. Memory grows with `span`; `reach` goes by slabs.
     """
-    sources = canvas.sources
+    sources = sheet.sources
     rim = np.array([0] * (len(span.extent) - 2) + [RADIUS] * 2)
     low, size = np.array(span.start) - rim, tuple(np.array(span.extent) + 2 * rim)
     votes = np.zeros(int(np.prod(size)), np.int64)
-    for slab in _slabs(reach.clipped(canvas.shape, canvas.periodic)):
-        at = canvas.indices(slab)
-        home, shown = sources.coordinates(canvas.places[at])
+    for slab in _slabs(reach.clipped(sheet.shape, sheet.periodic)):
+        at = sheet.indices(slab)
+        home, shown = sources.coordinates(sheet.places[at])
         for other in sources.mirrored(number):
-            here = canvas.filled[at] & (home == other)
+            here = sheet.filled[at] & (home == other)
             pixel = np.stack(np.nonzero(here)) + np.array(slab.start)[:, None]
             vote = pixel - sources.moved(shown[:, here], other, number) - low[:, None]
             vote = vote[:, ((vote >= 0) & (vote < np.array(size)[:, None])).all(0)]

@@ -1,63 +1,47 @@
-"""The two loops of a synthesis: fill the canvas patch by patch, then refine its seams until that no longer helps."""
+"""The two loops of a synthesis: fill the sheet patch by patch, then refine its seams until that no longer helps."""
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
-from dataclasses import dataclass
 
-from synth.quilting.canvas import Canvas
+from kwatra.pieces.again import Budget, lay_again
+from kwatra.pieces.boxes import Box
+from kwatra.pieces.mosaic import Mosaic
+from kwatra.pieces.sheet import Sheet
 from synth.quilting.placement import Placer
 
 Report = Callable[[str, float], None]
 """Called with what is being done and the part of it that is done, 0..1."""
 
 
-@dataclass(frozen=True)
-class Budget:
-    """When refining ends: after `steps` patches, `seconds`, or `patience` patches in a row that lowered nothing."""
-
-    steps: int
-    patience: int
-    seconds: float | None = None
-
-
-def fill(canvas: Canvas, placer: Placer, grid: tuple[int, ...] | None, report: Report) -> None:
+def fill(sheet: Sheet[Mosaic], placer: Placer, grid: tuple[int, ...] | None, report: Report) -> None:
     """Lay patches until no pixel is empty."""
-    size = canvas.label.size
-    while not canvas.filled.all():
-        started = bool(canvas.filled.any())
+    size = sheet.label.size
+    while not sheet.filled.all():
+        started = bool(sheet.filled.any())
         region = placer.regions.frontier() if started else placer.regions.first()
         patch = placer.choose(region, grid=grid, filling=True)
         if patch is None:
             # Every offset that fits here is spent; a used one is better than a hole.
             placer.used.clear()
             continue
-        canvas.lay(patch)
-        report("filling", int(canvas.filled.sum()) / size)
+        sheet.lay(patch)
+        report("filling", int(sheet.filled.sum()) / size)
 
 
 def refine(
-    canvas: Canvas, placer: Placer, budget: Budget, grid: tuple[int, ...] | None, report: Report
+    sheet: Sheet[Mosaic], placer: Placer, budget: Budget, grid: tuple[int, ...] | None, report: Report
 ) -> tuple[list[int], str]:
     """Lay patches over the costliest seams, accepting those that lower the total (thesis section 3.2).
 
-    Returns the total seam cost after each step, the start first, and why it stopped.
+    Returns what `lay_again` does.
     """
-    regions = placer.regions
-    history, idle, begun = [canvas.total], 0, time.monotonic()
-    while True:
-        if len(history) > budget.steps:
-            return history, f"the budget of {budget.steps} refinement steps was used up"
-        if idle >= budget.patience:
-            return history, f"the last {idle} patches no longer lowered the total seam cost"
-        if budget.seconds is not None and time.monotonic() - begun > budget.seconds:
-            return history, f"the budget of {budget.seconds:g} seconds was used up"
-        region = regions.anywhere() if placer.rule.kind == "random" else regions.costliest()
-        if region is None:
-            return history, "no seam costs anything"
+
+    def improve(region: Box) -> bool:
         patch = placer.choose(region, grid=grid)
-        idle = 0 if patch is not None and canvas.lay(patch, cheaper=True) else idle + 1
-        regions.rest(region)
-        history.append(canvas.total)
-        report("refining", min(len(history) / (budget.steps + 1), 1.0))
+        return patch is not None and sheet.lay(patch, cheaper=True)
+
+    anywhere = placer.rule.kind == "random"
+    return lay_again(
+        sheet, placer.regions, improve, budget, anywhere=anywhere, report=lambda part: report("refining", part)
+    )

@@ -15,10 +15,10 @@ import torch
 from torch import Tensor
 
 from kwatra.base import InputError
-from synth.quilting.boxes import Box
-from synth.quilting.canvas import Canvas, Patch
-from synth.quilting.costs import SeamCost
-from synth.quilting.sources import Sources
+from kwatra.pieces.boxes import Box
+from kwatra.pieces.mosaic import Mosaic
+from kwatra.pieces.seams import SeamCost
+from kwatra.pieces.sheet import Patch, Sheet
 from synth.quilting.synthesis import Quilt, QuiltSettings, result_of
 
 
@@ -46,13 +46,13 @@ def merge(background: Tensor, overlays: Sequence[Overlay], settings: QuiltSettin
     settings = settings or QuiltSettings(normalized=True)
     for number, overlay in enumerate(overlays, 1):
         _check(background, overlay, f"overlay {number}")
-    sources = Sources([background.numpy(), *(o.image.numpy() for o in overlays)])
+    sources = Mosaic([background.numpy(), *(o.image.numpy() for o in overlays)])
     shape = tuple(background.shape[1:])
-    canvas = Canvas(sources, shape, (False, False), SeamCost(sources, settings.normalized))
-    canvas.lay(Patch(0, (0, 0), Box((0, 0), shape)))
+    sheet = Sheet(sources, shape, (False, False), SeamCost(sources, sources.steepness if settings.normalized else None))
+    sheet.lay(Patch(0, (0, 0), Box((0, 0), shape)))
     for number, overlay in enumerate(overlays, 1):
-        _lay(canvas, number, overlay)
-    return result_of(canvas, settings, [canvas.total], f"{len(overlays)} overlays were merged")
+        _lay(sheet, number, overlay)
+    return result_of(sheet, settings, [sheet.total], f"{len(overlays)} overlays were merged")
 
 
 def _check(background: Tensor, overlay: Overlay, name: str) -> None:
@@ -77,29 +77,29 @@ def _check(background: Tensor, overlay: Overlay, name: str) -> None:
         raise InputError(f"{both} pixels of {name} are both to be kept and to be spared; a pixel can be only one")
 
 
-def _lay(canvas: Canvas, number: int, overlay: Overlay) -> None:
+def _lay(sheet: Sheet[Mosaic], number: int, overlay: Overlay) -> None:
     shift = (overlay.at[1], overlay.at[0])
-    box = Box(shift, tuple(overlay.image.shape[1:])).clipped(canvas.shape, (False, False))
+    box = Box(shift, tuple(overlay.image.shape[1:])).clipped(sheet.shape, (False, False))
     if min(box.extent) == 0:
         raise InputError(
             f"overlay {number} at {overlay.at[0]},{overlay.at[1]} does not overlap the background of "
-            f"{canvas.shape[1]}x{canvas.shape[0]}; move it"
+            f"{sheet.shape[1]}x{sheet.shape[0]}; move it"
         )
     inner = tuple(slice(s - t, s - t + e) for s, e, t in zip(box.start, box.extent, shift, strict=True))
     keep = overlay.keep.numpy()[inner]
     if not keep.any():
         raise InputError(f"no kept pixel of overlay {number} lies on the background; move it or its mask")
-    at = canvas.indices(box)
-    taken = int((canvas.fixed[at] & keep).sum())
+    at = sheet.indices(box)
+    taken = int((sheet.fixed[at] & keep).sum())
     if taken:
         raise InputError(
             f"{taken} pixels that overlay {number} must keep are kept by an earlier one; separate the masks"
         )
-    stay = _rim(canvas.shape, box)
+    stay = _rim(sheet.shape, box)
     if overlay.spare is not None:
         stay |= overlay.spare.numpy()[inner]
-    canvas.lay(Patch(number, shift, box), must=keep, must_not=stay & ~keep)
-    canvas.fixed[at] |= keep
+    sheet.lay(Patch(number, shift, box), must=keep, must_not=stay & ~keep)
+    sheet.fixed[at] |= keep
 
 
 def _rim(shape: tuple[int, ...], box: Box) -> np.ndarray:

@@ -13,12 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 
+from kwatra.pieces.boxes import Box, everywhere
+from kwatra.pieces.mosaic import Mosaic
+from kwatra.pieces.regions import Regions
+from kwatra.pieces.sheet import Patch, Sheet
 from synth.quilting.borders import admitted, homely, margins, trimmed
-from synth.quilting.boxes import Box, everywhere
-from synth.quilting.canvas import Canvas, Patch
 from synth.quilting.folds import folded
 from synth.quilting.matching import Matcher
-from synth.quilting.regions import Regions
 
 FOLD = 100.0
 """Added to C, in units of sigma^2, where a mirrored copy would fold the picture: any other offset is better."""
@@ -51,13 +52,13 @@ class Rule:
 
 
 class Placer:
-    """Chooses patches for the regions of a canvas; remembers the offsets it has used."""
+    """Chooses patches for the regions of a sheet; remembers the offsets it has used."""
 
-    def __init__(self, canvas: Canvas, rule: Rule, generator: torch.Generator):
-        self.canvas, self.rule, self.generator = canvas, rule, generator
-        self.matcher = Matcher(canvas)
+    def __init__(self, sheet: Sheet[Mosaic], rule: Rule, generator: torch.Generator):
+        self.sheet, self.rule, self.generator = sheet, rule, generator
+        self.matcher = Matcher(sheet)
         self.used: set[tuple[int, tuple[int, ...]]] = set()
-        self.regions = Regions(canvas, rule.region, generator)
+        self.regions = Regions(sheet, rule.region, generator)
 
     def choose(self, region: Box, *, grid: tuple[int, ...] | None = None, filling: bool = False) -> Patch | None:
         """A patch that covers `region`, drawn by equation 3 among the unused offsets; None if there is none.
@@ -66,7 +67,7 @@ class Placer:
         """
         spans, costs = [], []
         usage = self._usage()
-        for number in range(len(self.canvas.sources.shapes)):
+        for number in range(len(self.sheet.sources.shapes)):
             span = self._allowed(number, region)
             if span is None:
                 continue
@@ -92,7 +93,7 @@ class Placer:
         raise AssertionError("a draw lies within the costs it was drawn from")
 
     def _allowed(self, number: int, region: Box) -> Box | None:
-        bands = self.canvas.sources.bands
+        bands = self.sheet.sources.bands
         if bands is not None:
             low, high = self._band(number)
             if region.start[-2] < low or region.stop[-2] > high:
@@ -100,48 +101,48 @@ class Placer:
         return self.matcher.translations(number, region)
 
     def _band(self, number: int) -> tuple[int, int]:
-        assert self.canvas.sources.bands is not None
-        low, high = self.canvas.sources.bands[number]
-        return round(low * self.canvas.shape[-2]), round(high * self.canvas.shape[-2])
+        assert self.sheet.sources.bands is not None
+        low, high = self.sheet.sources.bands[number]
+        return round(low * self.sheet.shape[-2]), round(high * self.sheet.shape[-2])
 
     def _cost(self, number: int, region: Box, filling: bool, usage: list[np.ndarray] | None) -> np.ndarray:
         """C of equation 3, in units of sigma^2."""
-        if self.rule.kind == "random" or not self.canvas.patches:
+        if self.rule.kind == "random" or not self.sheet.patches:
             span = self.matcher.translations(number, region)
             assert span is not None
             cost = np.zeros(span.extent)
         else:
             match = self.matcher.whole if self.rule.kind == "whole" else self.matcher.sub
-            cost = match(number, region) / max(self.canvas.sources.variance, 1e-12)
+            cost = match(number, region) / max(self.sheet.sources.variance, 1e-12)
         if usage is not None:
             cost = cost + self.rule.evenness * self.matcher.mean_usage(number, region, usage[number], filling)
         return cost
 
     def _usage(self) -> list[np.ndarray] | None:
-        if self.rule.evenness <= 0 or self.rule.kind == "random" or not self.canvas.patches:
+        if self.rule.evenness <= 0 or self.rule.kind == "random" or not self.sheet.patches:
             return None
-        return self.canvas.sources.usage(self.canvas.places[self.canvas.filled])
+        return self.sheet.sources.usage(self.sheet.places[self.sheet.filled])
 
     def _folds(self, number: int, region: Box, span: Box) -> np.ndarray:
         """Translations that would fold the picture along half the error-region's shorter side, or more."""
-        if not self.canvas.patches or not self.canvas.sources.mirrored(number):
+        if not self.sheet.patches or not self.sheet.sources.mirrored(number):
             return np.zeros(span.extent, bool)
         long = np.prod(region.extent) / max(region.extent[-2:]) / 2
-        return folded(self.canvas, number, span, self.matcher.reach(number, region)) >= long
+        return folded(self.sheet, number, span, self.matcher.reach(number, region)) >= long
 
     def _margin(self, number: int, region: Box) -> tuple[int, ...]:
         wanted = self.rule.margin or (0,) * len(region.extent)
-        return margins(self.canvas.sources.shapes[number], region.extent, wanted)
+        return margins(self.sheet.sources.shapes[number], region.extent, wanted)
 
     def _admitted(self, number: int, region: Box, span: Box) -> np.ndarray:
-        canvas, margin = self.canvas, self._margin(number, region)
-        source = canvas.sources.shapes[number]
-        fits = admitted(span, source, region, canvas.shape, canvas.periodic, margin, self.rule.inside)
+        sheet, margin = self.sheet, self._margin(number, region)
+        source = sheet.sources.shapes[number]
+        fits = admitted(span, source, region, sheet.shape, sheet.periodic, margin, self.rule.inside)
         return fits if self.rule.drift is None else fits & homely(span, self.rule.drift)
 
     def _taken(self, number: int, span: Box) -> np.ndarray:
         mask = np.zeros(span.extent, bool)
-        periods = [n if wraps else 0 for n, wraps in zip(self.canvas.shape, self.canvas.periodic, strict=True)]
+        periods = [n if wraps else 0 for n, wraps in zip(self.sheet.shape, self.sheet.periodic, strict=True)]
         apart = self.rule.apart or (1,) * len(periods)
         for home, shift in self.used:
             if home == number:
@@ -162,24 +163,24 @@ class Placer:
 
     def _patch(self, number: int, shift: tuple[int, ...], region: Box) -> Patch:
         self.used.add((number, shift))
-        shape = self.canvas.sources.shapes[number]
-        canvas = self.canvas
-        box = trimmed(Box(shift, shape), canvas.shape, canvas.periodic, self._margin(number, region))
-        box = box.clipped(canvas.shape, canvas.periodic)
-        if self.canvas.sources.bands is not None:
+        shape = self.sheet.sources.shapes[number]
+        sheet = self.sheet
+        box = trimmed(Box(shift, shape), sheet.shape, sheet.periodic, self._margin(number, region))
+        box = box.clipped(sheet.shape, sheet.periodic)
+        if self.sheet.sources.bands is not None:
             low, high = self._band(number)
             start, stop = max(box.start[-2], low), min(box.stop[-2], high)
             box = Box((*box.start[:-2], start, box.start[-1]), (*box.extent[:-2], stop - start, box.extent[-1]))
         return Patch(number, shift, self._bounded(box, region))
 
     def _bounded(self, box: Box, region: Box) -> Box:
-        """`box` cut, around `region`, to what the canvas, the budget of a cut and the rule's reach allow."""
+        """`box` cut, around `region`, to what the sheet, the budget of a cut and the rule's reach allow."""
         wide = [math.ceil(e * (1 + 2 * self.rule.reach)) for e in region.extent]
         excess = max(np.prod(box.extent, dtype=float) / self.rule.most, 1.0)
         shrink = excess ** (-1 / len(box.extent))
         start, extent = [], []
         for d, (s, e, rs, re) in enumerate(zip(box.start, box.extent, region.start, region.extent, strict=True)):
-            length = min(max(int(e * shrink), re), e, wide[d], self.canvas.longest(d))
+            length = min(max(int(e * shrink), re), e, wide[d], self.sheet.longest(d))
             start.append(int(np.clip(rs + (re - length) // 2, s, s + e - length)))
             extent.append(length)
         return Box(tuple(start), tuple(extent))

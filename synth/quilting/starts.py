@@ -11,7 +11,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from synth.quilting.canvas import Canvas, Patch
+from kwatra.pieces.mosaic import Mosaic
+from kwatra.pieces.sheet import Patch, Sheet
 from synth.quilting.growth import Report
 from synth.quilting.synthesis import QuiltSettings
 
@@ -19,10 +20,10 @@ STARTS = 4
 
 
 def cheapest_start(
-    begun: Callable[[], Canvas],
-    sew: Callable[[Canvas, QuiltSettings], str],
+    begun: Callable[[], Sheet[Mosaic]],
+    sew: Callable[[Sheet[Mosaic], QuiltSettings], str],
     settings: QuiltSettings,
-    price: Callable[[Canvas], int] = lambda canvas: canvas.total,
+    price: Callable[[Sheet[Mosaic]], int] = lambda sheet: sheet.total,
 ) -> tuple[list[Patch], str]:
     """The patches that are seen in the best of the starts on `begun()`, in order, and why it stopped, as `sew` says.
 
@@ -32,24 +33,24 @@ def cheapest_start(
     trials = []
     for start in range(STARTS):
         own = dataclasses.replace(settings, seed=(settings.seed * STARTS + start) % 2**63, seconds=seconds)
-        canvas = begun()
-        known = len(canvas.patches)
-        stopped = sew(canvas, own)
-        seen = np.unique(canvas.label)
-        trials.append((price(canvas), start, [canvas.patches[k] for k in seen[seen >= known]], stopped))
+        sheet = begun()
+        known = len(sheet.patches)
+        stopped = sew(sheet, own)
+        seen = np.unique(sheet.label)
+        trials.append((price(sheet), start, [sheet.patches[k] for k in seen[seen >= known]], stopped))
     _, _, patches, stopped = min(trials)
     return patches, stopped
 
 
-def lay_all(canvas: Canvas, patches: Sequence[Patch], report: Report) -> list[int]:
-    """Lay patches in order, once the canvas is full only where they lower the total; that total after each of those."""
+def lay_all(sheet: Sheet[Mosaic], patches: Sequence[Patch], report: Report) -> list[int]:
+    """Lay patches in order, once the sheet is full only where they lower the total; that total after each of those."""
     history: list[int] = []
     for number, patch in enumerate(patches):
-        full = bool(canvas.filled.all())
+        full = bool(sheet.filled.all())
         if full and not history:
-            history = [canvas.total]
-        canvas.lay(patch, cheaper=full)
+            history = [sheet.total]
+        sheet.lay(patch, cheaper=full)
         if full:
-            history.append(canvas.total)
+            history.append(sheet.total)
         report("cutting at full size", number / len(patches))
-    return history or [canvas.total]
+    return history or [sheet.total]

@@ -12,12 +12,14 @@ import torch
 from torch import Tensor
 
 from kwatra.base import InputError
+from kwatra.pieces.again import Budget
+from kwatra.pieces.mosaic import LEVELS, Mosaic
+from kwatra.pieces.seams import NORMALIZED_SCALE, SeamCost
+from kwatra.pieces.sheet import Sheet
 from synth.quilting.blendseams import FRAMES_PER_PIXEL, blending_reach, ending_reach, feather, spline
-from synth.quilting.canvas import Canvas
-from synth.quilting.costs import SeamCost
-from synth.quilting.growth import Budget, Report, fill, refine
+from synth.quilting.growth import Report, fill, refine
+from synth.quilting.loops import unrolled
 from synth.quilting.placement import Placer, Rule
-from synth.quilting.sources import Sources
 from synth.quilting.variants import Copy, bands, copies, scales_between
 
 PLACEMENTS = ("random", "whole", "sub")
@@ -114,10 +116,10 @@ def quilt(
     check_exemplar(exemplar)
     if len(size) != exemplar.ndim - 1 or min(size) < 1:
         raise InputError(f"size is {tuple(size)} but must be {exemplar.ndim - 1} positive numbers for this exemplar")
-    canvas = new_canvas(sources_of(exemplar, settings), size, settings)
-    placer = new_placer(canvas, settings, error_region(exemplar.shape[1:], settings.region))
-    history, stopped = run(canvas, placer, settings, report)
-    return result_of(canvas, settings, history, stopped)
+    sheet = new_sheet(sources_of(exemplar, settings), size, settings)
+    placer = new_placer(sheet, settings, error_region(exemplar.shape[1:], settings.region))
+    history, stopped = run(sheet, placer, settings, report)
+    return result_of(sheet, settings, history, stopped)
 
 
 def check_exemplar(exemplar: Tensor) -> None:
@@ -137,7 +139,7 @@ def check_exemplar(exemplar: Tensor) -> None:
         raise InputError("the exemplar has NaN or infinite values; replace them by finite ones")
 
 
-def sources_of(exemplar: Tensor, settings: QuiltSettings) -> Sources:
+def sources_of(exemplar: Tensor, settings: QuiltSettings) -> Mosaic:
     """The exemplar and the copies of it that the settings ask for."""
     scales = [1.0] if settings.scale is None else scales_between(*settings.scale, SCALES)
     made: list[Copy] = []
@@ -149,15 +151,15 @@ def sources_of(exemplar: Tensor, settings: QuiltSettings) -> Sources:
     for copy in made:
         check_exemplar(copy.image)
     images, matrices = [copy.image.numpy() for copy in made], [copy.matrix for copy in made]
-    return Sources(images, parts if settings.perspective else None, matrices)
+    return Mosaic(images, parts if settings.perspective else None, matrices)
 
 
-def new_canvas(sources: Sources, size: Sequence[int], settings: QuiltSettings) -> Canvas:
-    """An empty canvas; tiling closes the two axes of the picture, never time."""
+def new_sheet(sources: Mosaic, size: Sequence[int], settings: QuiltSettings) -> Sheet[Mosaic]:
+    """An empty sheet; tiling closes the two axes of the picture, never time."""
     if settings.tile and min(size[-2:]) < 8:
         raise InputError(f"a tile of {size[-1]}x{size[-2]} pixels cannot meet itself; ask for at least 8x8")
     periodic = [settings.tile and axis >= len(size) - 2 for axis in range(len(size))]
-    return Canvas(sources, size, periodic, SeamCost(sources, settings.normalized))
+    return Sheet(sources, size, periodic, SeamCost(sources, sources.steepness if settings.normalized else None))
 
 
 def error_region(shape: Sequence[int], part: float) -> tuple[int, ...]:
@@ -165,56 +167,63 @@ def error_region(shape: Sequence[int], part: float) -> tuple[int, ...]:
     return tuple(max(math.floor(n * part), min(n, 4), 1) for n in shape)
 
 
-def new_placer(canvas: Canvas, settings: QuiltSettings, region: tuple[int, ...], **limits: Any) -> Placer:
-    """A placer for a canvas; `limits` as of Rule.
+def new_placer(sheet: Sheet[Mosaic], settings: QuiltSettings, region: tuple[int, ...], **limits: Any) -> Placer:
+    """A placer for a sheet; `limits` as of Rule.
 
     Along axes that it does not span, the error-region has at most half the extent of the smallest source.
     """
-    smallest = [min(shape[d] for shape in canvas.sources.shapes) for d in range(len(region))]
-    spans = zip(region, smallest, canvas.shape, strict=True)
+    smallest = [min(shape[d] for shape in sheet.sources.shapes) for d in range(len(region))]
+    spans = zip(region, smallest, sheet.shape, strict=True)
     fitting = tuple(min(r, s if r >= min(s, n) else max(s // 2, 1)) for r, s, n in spans)
-    if canvas.sources.bands is not None:
-        lowest = int(min(high - low for low, high in canvas.sources.bands) * canvas.shape[-2]) // 2
+    if sheet.sources.bands is not None:
+        lowest = int(min(high - low for low, high in sheet.sources.bands) * sheet.shape[-2]) // 2
         fitting = (*fitting[:-2], max(min(fitting[-2], lowest), 1), fitting[-1])
     limits.setdefault("margin", ending_reach(len(region), settings.feather, settings.spline))
     rule = Rule(settings.placement, settings.k, fitting, settings.evenness, **limits)
-    return Placer(canvas, rule, torch.Generator().manual_seed(settings.seed))
+    return Placer(sheet, rule, torch.Generator().manual_seed(settings.seed))
 
 
-def run(canvas: Canvas, placer: Placer, settings: QuiltSettings, report: Report) -> tuple[list[int], str]:
+def run(sheet: Sheet[Mosaic], placer: Placer, settings: QuiltSettings, report: Report) -> tuple[list[int], str]:
     """Fill and refine; the total seam cost before and after each refinement step, and why it stopped."""
-    dims = len(canvas.shape)
+    dims = len(sheet.shape)
     grid = tuple(settings.grid if axis >= dims - 2 else 1 for axis in range(dims))
-    fill(canvas, placer, grid, report)
-    return refine(canvas, placer, Budget(settings.refine, settings.patience, settings.seconds), grid, report)
+    fill(sheet, placer, grid, report)
+    return refine(sheet, placer, Budget(settings.refine, settings.patience, settings.seconds), grid, report)
 
 
-def result_of(canvas: Canvas, settings: QuiltSettings, history: Sequence[int], stopped: str, first: int = 0) -> Quilt:
-    """The canvas as a Quilt; with `first`, its frames from there on, a loop: the last one is also the one before."""
-    image = _image(canvas, settings, first)
-    number, offset = canvas.sources.coordinates(canvas.places[first:])
+def result_of(
+    sheet: Sheet[Mosaic], settings: QuiltSettings, history: Sequence[int], stopped: str, first: int = 0
+) -> Quilt:
+    """The sheet as a Quilt; with `first`, its frames from there on, a loop: the last one is also the one before."""
+    image = _image(sheet, settings, first)
+    number, offset = sheet.sources.coordinates(sheet.places[first:])
     for axis, n in enumerate(offset.shape[1:]):
-        offset[axis] -= np.arange(n, dtype=np.int32).reshape([-1 if d == axis else 1 for d in range(len(canvas.shape))])
-    seams = canvas.seams[:, first:].copy()
+        offset[axis] -= np.arange(n, dtype=np.int32).reshape([-1 if d == axis else 1 for d in range(len(sheet.shape))])
+    seams = sheet.seams[:, first:].copy()
     if first:
-        seams[0, -1] = canvas.seams[0, first - 1]
+        seams[0, -1] = sheet.seams[0, first - 1]
     return Quilt(
         torch.from_numpy(image),
         torch.from_numpy(number),
         torch.from_numpy(offset),
-        torch.from_numpy(canvas.label[first:].copy()),
-        torch.from_numpy(seams.astype(np.float32) * np.float32(canvas.cost.unit)),
-        int(seams.sum(dtype=np.int64)) * canvas.cost.unit,
-        tuple(total * canvas.cost.unit for total in history),
+        torch.from_numpy(sheet.label[first:].copy()),
+        torch.from_numpy(seams.astype(np.float32) * np.float32(unit_of(sheet))),
+        int(seams.sum(dtype=np.int64)) * unit_of(sheet),
+        tuple(total * unit_of(sheet) for total in history),
         stopped,
     )
 
 
-def _image(canvas: Canvas, settings: QuiltSettings, first: int) -> np.ndarray:
+def unit_of(sheet: Sheet[Mosaic]) -> float:
+    """What a seam cost of 1 is, in units of colour range (M), or of that over its slope (M')."""
+    return 1.0 / NORMALIZED_SCALE if sheet.cost.steepness is not None else 1.0 / LEVELS
+
+
+def _image(sheet: Sheet[Mosaic], settings: QuiltSettings, first: int) -> np.ndarray:
     if not (settings.feather or settings.spline):
-        return canvas.sources.colors(canvas.places[first:])
+        return sheet.sources.originals(sheet.places[first:])
     margin = blending_reach(FRAMES_PER_PIXEL * (settings.feather or 1.0)) if first else 0
     if margin:
-        canvas = canvas.unrolled(first, margin)
-    image = feather(canvas, settings.feather) if settings.feather else spline(canvas)
+        sheet = unrolled(sheet, first, margin)
+    image = feather(sheet, settings.feather) if settings.feather else spline(sheet)
     return np.ascontiguousarray(image[:, margin : image.shape[1] - margin])

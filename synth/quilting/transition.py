@@ -18,11 +18,11 @@ import torch.nn.functional as F
 from torch import Tensor
 
 from kwatra.base import InputError
-from synth.quilting.boxes import Box
-from synth.quilting.canvas import Canvas, Patch
-from synth.quilting.costs import SeamCost
+from kwatra.pieces.boxes import Box
+from kwatra.pieces.mosaic import Mosaic
+from kwatra.pieces.seams import SeamCost
+from kwatra.pieces.sheet import Patch, Sheet
 from synth.quilting.growth import Report
-from synth.quilting.sources import Sources
 from synth.quilting.synthesis import Quilt, QuiltSettings, result_of
 
 LONGEST_WINDOW = 60
@@ -51,18 +51,18 @@ def seam_transition(clip: Tensor, frames: int | None, loop: bool, settings: Quil
     """The clip's best loop, repeated to `frames` frames (once by default); with `loop`, whole periods only."""
     report("comparing frames", 0.0)
     choices = find_loops(clip, frames if loop else None)
-    small = Sources([shrunk(clip, SMALL).numpy()])
-    cost = SeamCost(small, settings.normalized)
+    small = Mosaic([shrunk(clip, SMALL).numpy()])
+    cost = SeamCost(small, small.steepness if settings.normalized else None)
     totals = []
     for number, choice in enumerate(choices):
         report("comparing transitions", number / len(choices))
         totals.append(_joined(small, cost, choice).total)
     best = choices[int(np.argmin(totals))]
     report("cutting the transition", 0.0)
-    sources = Sources([clip.numpy()])
-    canvas = _joined(sources, SeamCost(sources, settings.normalized), best)
+    sources = Mosaic([clip.numpy()])
+    sheet = _joined(sources, SeamCost(sources, sources.steepness if settings.normalized else None), best)
     stopped = f"frames {best.first} to {best.last} of the clip repeat, joined within a window of {best.window} frames"
-    quilt = result_of(canvas, settings, [canvas.total], stopped, first=1)
+    quilt = result_of(sheet, settings, [sheet.total], stopped, first=1)
     return quilt if frames is None else repeated(quilt, frames)
 
 
@@ -122,17 +122,17 @@ def _lowest(score: Tensor, apart: int) -> list[tuple[int, int]]:
     return found
 
 
-def _joined(sources: Sources, cost: SeamCost, loop: Loop) -> Canvas:
+def _joined(sources: Mosaic, cost: SeamCost, loop: Loop) -> Sheet[Mosaic]:
     """The loop, before it the frame that is also its last; its window begins as the clip around `last`."""
     half = loop.window // 2
-    canvas = Canvas(sources, (loop.length + 1, *sources.shapes[0][1:]), (False,) * 3, cost)
+    sheet = Sheet(sources, (loop.length + 1, *sources.shapes[0][1:]), (False,) * 3, cost)
     late = 1 - loop.first - half
-    canvas.lay(Patch(0, (late, 0, 0), Box((0, 0, 0), canvas.shape)))
-    window = Box((loop.length + 1 - loop.window, 0, 0), (loop.window, *canvas.shape[1:]))
+    sheet.lay(Patch(0, (late, 0, 0), Box((0, 0, 0), sheet.shape)))
+    window = Box((loop.length + 1 - loop.window, 0, 0), (loop.window, *sheet.shape[1:]))
     end = np.zeros(window.extent, bool)
     end[-1] = True
-    canvas.lay(Patch(0, (late + loop.length, 0, 0), window), must=end)
-    return canvas
+    sheet.lay(Patch(0, (late + loop.length, 0, 0), window), must=end)
+    return sheet
 
 
 def repeated(quilt: Quilt, frames: int) -> Quilt:

@@ -18,17 +18,19 @@ from collections.abc import Callable, Sequence
 from torch import Tensor
 
 from kwatra.base import InputError
-from synth.quilting.boxes import Box
-from synth.quilting.canvas import Canvas, Patch
+from kwatra.pieces.boxes import Box
+from kwatra.pieces.mosaic import Mosaic
+from kwatra.pieces.sheet import Patch, Sheet
 from synth.quilting.displaced import displaced, lasting_region
 from synth.quilting.enlarge import composed, enlarged
 from synth.quilting.growth import Report
+from synth.quilting.loops import adopt
 from synth.quilting.synthesis import (
     Quilt,
     QuiltSettings,
     check_exemplar,
-    new_canvas,
     new_placer,
+    new_sheet,
     result_of,
     run,
     sources_of,
@@ -80,22 +82,22 @@ def quilt_video(
     length = 2 * clip.shape[1] if frames is None else frames
     held = hold if loop and hold is not None else 0
 
-    def begun(source: Tensor) -> Canvas:
-        canvas = new_canvas(sources_of(source, settings), (length + held, *source.shape[2:]), settings)
+    def begun(source: Tensor) -> Sheet[Mosaic]:
+        sheet = new_sheet(sources_of(source, settings), (length + held, *source.shape[2:]), settings)
         if held:
-            _hold_ends(canvas, held)
-        return canvas
+            _hold_ends(sheet, held)
+        return sheet
 
     if mode == "time":
-        canvas, history, stopped = displaced(clip, begun, settings, report)
+        sheet, history, stopped = displaced(clip, begun, settings, report)
     else:
-        canvas, history, stopped = _moved(clip, begun, bool(held), settings, report)
-    return result_of(canvas, settings, history, stopped, first=held)
+        sheet, history, stopped = _moved(clip, begun, bool(held), settings, report)
+    return result_of(sheet, settings, history, stopped, first=held)
 
 
 def _moved(
-    clip: Tensor, begun: Callable[[Tensor], Canvas], held: bool, settings: QuiltSettings, report: Report
-) -> tuple[Canvas, list[int], str]:
+    clip: Tensor, begun: Callable[[Tensor], Sheet[Mosaic]], held: bool, settings: QuiltSettings, report: Report
+) -> tuple[Sheet[Mosaic], list[int], str]:
     """Sewn of patches displaced in space and time; returns as `displaced` does.
 
     Whether a clip is a scene, whose patches fit only near their place, is seen when it is sewn: it is done with patches
@@ -105,13 +107,13 @@ def _moved(
     if settings.seconds is not None:
         settings = dataclasses.replace(settings, seconds=settings.seconds / 2)
 
-    def sewn(near: bool) -> tuple[Canvas, list[int], str]:
-        canvas = begun(clip)
+    def sewn(near: bool) -> tuple[Sheet[Mosaic], list[int], str]:
+        sheet = begun(clip)
         if not held:
-            _lay_in_place(canvas, clip.shape[1])
-        drift = (canvas.shape[0], *(side // DRIFT for side in clip.shape[2:])) if near else None
-        placer = new_placer(canvas, settings, region, reach=2.0, drift=drift)
-        return canvas, *run(canvas, placer, settings, report)
+            _lay_in_place(sheet, clip.shape[1])
+        drift = (sheet.shape[0], *(side // DRIFT for side in clip.shape[2:])) if near else None
+        placer = new_placer(sheet, settings, region, reach=2.0, drift=drift)
+        return sheet, *run(sheet, placer, settings, report)
 
     return min((sewn(near) for near in (True, False)), key=lambda trial: trial[0].total)
 
@@ -152,20 +154,20 @@ def _check(clip: Tensor, frames: int | None, size: tuple[int, ...], mode: str, l
         )
 
 
-def _lay_in_place(canvas: Canvas, count: int) -> None:
+def _lay_in_place(sheet: Sheet[Mosaic], count: int) -> None:
     """Begin in the middle with the clip of `count` frames as it is, so that what grows from it fits the scene."""
-    length, *frame = canvas.shape
+    length, *frame = sheet.shape
     first, some = (length - min(count, length)) // 2, max(MOST_PIXELS // math.prod(frame), 1)
     for start in range(first, first + min(count, length), some):
         extent = min(some, first + min(count, length) - start)
-        canvas.lay(Patch(0, (first, 0, 0), Box((start, 0, 0), (extent, *frame))))
+        sheet.lay(Patch(0, (first, 0, 0), Box((start, 0, 0), (extent, *frame))))
 
 
-def _hold_ends(canvas: Canvas, hold: int) -> None:
-    """Lay the same `hold` frames at both ends of the canvas and fix them."""
-    slab = Canvas(canvas.sources, (hold, *canvas.shape[1:]), (False, *canvas.periodic[1:]), canvas.cost)
+def _hold_ends(sheet: Sheet[Mosaic], hold: int) -> None:
+    """Lay the same `hold` frames at both ends of the sheet and fix them."""
+    slab = Sheet(sheet.sources, (hold, *sheet.shape[1:]), (False, *sheet.periodic[1:]), sheet.cost)
     # From the middle of the clip, so that there is something to go on with on either side.
-    middle = (canvas.sources.shapes[0][0] - hold) // 2
+    middle = (sheet.sources.shapes[0][0] - hold) // 2
     slab.lay(Patch(0, (-middle, 0, 0), Box((0, 0, 0), slab.shape)))
-    canvas.adopt(slab, 0)
-    canvas.adopt(slab, canvas.shape[0] - hold)
+    adopt(sheet, slab, 0)
+    adopt(sheet, slab, sheet.shape[0] - hold)

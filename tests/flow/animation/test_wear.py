@@ -131,3 +131,21 @@ def test_an_exemplar_of_one_color_wears_only_where_another_shows() -> None:
     wear = Wear(Exemplar.of(plain), SHAPE, 16, 4, 0.0)
     assert float(wear(torch.full((1, *SHAPE), 0.4), turned(0), WHOLE).max()) < 1e-3
     assert float(wear(torch.full((1, *SHAPE), 0.5), turned(0), WHOLE).min()) > 1
+
+
+def test_wear_after_a_change_is_what_it_is_anew() -> None:
+    wear = Wear(Exemplar.of(stones()), SHAPE, 16, 4, 0.5)
+    source = turned(6)
+    image = flow.warp(stones(), source, "lanczos")
+    worn = wear.of(image, source)
+    for spot in ((slice(0, 9), slice(0, 12)), (slice(14, 22), slice(30, 40)), (slice(20, 21), slice(20, 21))):
+        source, image = source.clone(), image.clone()
+        here = (slice(None), *spot)
+        source[here] = turned(0)[here] + 3
+        image[here] = flow.warp(stones(), source[here], "lanczos")
+        before, worn = worn.wear, wear.after(worn, image, source, spot)
+        assert torch.allclose(worn.wear, wear.of(image, source).wear, atol=1e-5)
+        changed = ((worn.wear - before).abs() > 1e-7).nonzero()
+        for axis, part in enumerate(wear.reach(spot)):
+            assert int(changed[:, axis].min()) >= part.start
+            assert int(changed[:, axis].max()) < part.stop

@@ -1,9 +1,16 @@
+import math
+from typing import NamedTuple
+
+import numpy as np
 import pytest
 import torch
 from skimage import data
+from torch import Tensor
 
-from kwatra import Exemplar, InputError
-from kwatra.pieces.start import BlockStart, block_size
+from kwatra import Exemplar, InputError, Settings
+from kwatra.loop.task import Task
+from kwatra.pieces import BlockStart, block_start, blocks
+from kwatra.pieces.start import block_size
 from kwatra.terms.controls import Wish
 
 
@@ -11,22 +18,29 @@ def stripes(height, width, period):
     return ((torch.arange(width) % period) < period // 2).float().expand(1, height, width).contiguous()
 
 
+class Laid(NamedTuple):
+    x: Tensor
+    where: Tensor
+    start: BlockStart
+
+
 def run(exemplar, shape, block, grain=(1, 1), seed=0, **options):
     start = BlockStart(exemplar, shape, block, grain, torch.Generator().manual_seed(seed), **options)
-    return start, start.run()
+    where = start.run()
+    return Laid(exemplar.canvas[(slice(None), *where)], where, start)
 
 
 @pytest.mark.parametrize("wrap", [False, True])
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_blocks_of_a_periodic_exemplar_continue_its_period(wrap, seed):
-    start, where = run(Exemplar.of(stripes(48, 48, 12)), (72, 96), (24, 24), seed=seed, wrap=wrap)
-    assert torch.equal(start.x, stripes(72, 96, 12).roll(-int(where[1, 0, 0]) % 12, 2))
+    x, where, _ = run(Exemplar.of(stripes(48, 48, 12)), (72, 96), (24, 24), seed=seed, wraps=(wrap, wrap))
+    assert torch.equal(x, stripes(72, 96, 12).roll(-int(where[1, 0, 0]) % 12, 2))
 
 
 def test_the_map_says_where_the_pixels_come_from_and_offsets_lie_on_the_grain():
     image = torch.rand(2, 64, 60, generator=torch.Generator().manual_seed(0))
-    start, where = run(Exemplar.of(image), (70, 90), (24, 20), (4, 4))
-    assert torch.equal(start.x, image[(slice(None), *where)])
+    x, where, _ = run(Exemplar.of(image), (70, 90), (24, 20), (4, 4))
+    assert torch.equal(x, image[(slice(None), *where)])
     place = torch.stack(torch.meshgrid(torch.arange(70), torch.arange(90), indexing="ij"))
     assert int(((where - place) % 4).abs().max()) == 0
 
@@ -39,7 +53,7 @@ def test_aligned_blocks_fit_better_than_random_ones():
     )
 
     def breaks(aligned):
-        x = run(Exemplar.of(image), (96, 96), (24, 24), aligned=aligned)[0].x
+        x = run(Exemplar.of(image), (96, 96), (24, 24), aligned=aligned).x
         return int((x.diff(dim=2) != 0).sum() + (x.diff(dim=1) != 0).sum())
 
     assert breaks(True) < breaks(False)
@@ -54,7 +68,7 @@ def test_blocks_with_cheaper_seams_are_laid(seed):
         return image[0, y, x]
 
     def seams(count):
-        _, where = run(Exemplar.of(image), (128, 128), (24, 24), seed=seed, seams=count, usage=0.0)
+        where = run(Exemplar.of(image), (128, 128), (24, 24), seed=seed, seams=count, usage=0.0).where
         place = torch.stack(torch.meshgrid(torch.arange(128), torch.arange(128), indexing="ij"))
         offset, cost = where - place, 0.0
         for axis in (1, 2):
@@ -70,16 +84,15 @@ def test_usage_spreads_the_blocks_over_the_exemplar():
     image = torch.full((1, 64, 64), 0.5)  # every block fits: only usage decides
 
     def unevenness(usage):
-        start, _ = run(Exemplar.of(image), (128, 128), (16, 16), usage=usage)
-        return float(start.used.std())
+        return float(run(Exemplar.of(image), (128, 128), (16, 16), usage=usage).start.used.std())
 
-    assert unevenness(1.0) < 0.8 * unevenness(0.0)
+    assert unevenness(1.0) < 0.9 * unevenness(0.0)
 
 
 def test_blocks_avoid_holes():
     mask = torch.ones(40, 40, dtype=torch.bool)
     mask[18:22, 18:22] = False
-    _, where = run(Exemplar.of([torch.rand(1, 40, 40)], masks=[mask]), (60, 60), (24, 24))
+    where = run(Exemplar.of([torch.rand(1, 40, 40)], masks=[mask]), (60, 60), (24, 24)).where
     assert bool(mask[tuple(where)].all())
 
 
@@ -99,8 +112,8 @@ def test_block_size_is_a_share_of_the_exemplar_and_at_most_half_the_output():
 
 def test_videos_start_from_blocks_too():
     video = torch.rand(1, 8, 24, 24, generator=torch.Generator().manual_seed(0))
-    start, where = run(Exemplar.of(video), (10, 40, 40), (4, 12, 12), (1, 2, 2))
-    assert torch.equal(start.x, video[(slice(None), *where)])
+    x, where, _ = run(Exemplar.of(video), (10, 40, 40), (4, 12, 12), (1, 2, 2))
+    assert torch.equal(x, video[(slice(None), *where)])
 
 
 def test_blocks_go_where_they_agree_with_a_wish():
@@ -109,8 +122,64 @@ def test_blocks_go_where_they_agree_with_a_wish():
     image[..., 48:] += 0.7
     value = torch.full((1, 96, 60), 0.1)
     value[:, :48] = 0.8
-    start, _ = run(Exemplar.of(image), (96, 60), (12, 12), wish=Wish(torch.ones(1, 1, 1).expand_as(value), value))
-    assert float(start.x[:, :44].mean()) > 0.75
-    assert float(start.x[:, 52:].mean()) < 0.15
-    blind, _ = run(Exemplar.of(image), (96, 60), (12, 12))
-    assert abs(float(blind.x[:, :44].mean() - blind.x[:, 52:].mean())) < 0.5
+    x = run(Exemplar.of(image), (96, 60), (12, 12), wish=Wish(torch.ones(1, 1, 1).expand_as(value), value)).x
+    assert float(x[:, :44].mean()) > 0.75
+    assert float(x[:, 52:].mean()) < 0.15
+    blind = run(Exemplar.of(image), (96, 60), (12, 12)).x
+    assert abs(float(blind[:, :44].mean() - blind[:, 52:].mean())) < 0.5
+
+
+def checkers(height, width, cell):
+    y, x = torch.meshgrid(torch.arange(height) // cell, torch.arange(width) // cell, indexing="ij")
+    return ((x + y) % 2).float()[None]
+
+
+@pytest.mark.parametrize("wrap", [False, True])
+def test_a_periodic_checkerboard_is_continued_exactly(wrap):
+    x = run(Exemplar.of(checkers(64, 64, 4)), (64, 96), (20, 24), (2, 2), wraps=(wrap, wrap), seams=3).x
+    assert any(torch.equal(x, checkers(72, 104, 4)[:, a : a + 64, b : b + 96]) for a in range(8) for b in range(8))
+
+
+def test_seams_remembered_are_those_that_are_there():
+    image = torch.from_numpy(data.gravel()[:64, :64].astype("float32") / 255)[None]
+    for shape, block, wrap in (((96, 80), (24, 24), False), ((96, 80), (24, 24), True)):
+        sheet = run(Exemplar.of(image), shape, block, (2, 2), wraps=(wrap, wrap), seams=3).start.sheet
+        np.testing.assert_array_equal(sheet.recomputed_seams(), sheet.seams)
+        assert sheet.total == int(sheet.seams.sum())
+    video = torch.rand(1, 8, 24, 24, generator=torch.Generator().manual_seed(0))
+    sheet = run(Exemplar.of(video), (10, 30, 30), (4, 12, 12), (1, 1, 1), seams=2).start.sheet
+    np.testing.assert_array_equal(sheet.recomputed_seams(), sheet.seams)
+
+
+def test_blocks_laid_again_lower_the_seams(monkeypatch):
+    image = torch.from_numpy(data.brick()[:64, :64].astype("float32") / 255)[None]
+    again = run(Exemplar.of(image), (128, 128), (24, 24), seams=3).start.sheet.total
+    monkeypatch.setattr(blocks, "AGAIN", 0)
+    assert again < 0.97 * run(Exemplar.of(image), (128, 128), (24, 24), seams=3).start.sheet.total
+
+
+def test_use_is_counted_as_pixels_are_shown():
+    image = torch.rand(1, 32, 32, generator=torch.Generator().manual_seed(0))
+    _, where, start = run(Exemplar.of(image), (50, 60), (12, 12), seams=2)
+    count = torch.zeros(32, 32).index_put(tuple(where), torch.ones(()), accumulate=True)
+    np.testing.assert_array_equal(start.used, count.numpy())
+
+
+def laid(monkeypatch, exemplar, shape):
+    """The start that an optimization begins with."""
+    starts, run = [], BlockStart.run
+    with monkeypatch.context() as patched:
+        patched.setattr(BlockStart, "run", lambda self: starts.append(self) or run(self))
+        block_start(Task.of(exemplar, shape, Settings(), (), None, 0), exemplar)
+    return starts[0]
+
+
+@pytest.mark.parametrize("rotate", [(), (30.0, 60.0)])
+@pytest.mark.parametrize("side", [4, 6, 8, 10])
+def test_a_tiny_exemplar_takes_few_blocks(side, rotate, monkeypatch):
+    """A block is as wide as the exemplar or 8 px: pieces of 2 px would be thousands."""
+    image = torch.rand(1, side, side, generator=torch.Generator().manual_seed(0))
+    for colors in (image, torch.full_like(image, 0.5)):
+        exemplar = Exemplar.of(colors, rotate=rotate)
+        blocks = laid(monkeypatch, exemplar, (50, 40)).sheet.patches
+        assert len(blocks) <= 2.2 * math.ceil(50 / (0.75 * min(side, 8))) * math.ceil(40 / (0.75 * min(side, 8)))

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 import torch
 
+from kwatra.pieces.boxes import Box
+from kwatra.pieces.sheet import Patch
 from synth.quilting import QuiltSettings, default_settings, quilt_video
 from synth.quilting.borders import admitted, homely, margins, trimmed
-from synth.quilting.boxes import Box
-from synth.quilting.canvas import Patch
 from synth.quilting.enlarge import SPARE, enlarged, stations
 from synth.quilting.growth import fill
-from synth.quilting.synthesis import new_canvas, new_placer, sources_of
+from synth.quilting.synthesis import new_placer, new_sheet, sources_of
 from synth.quilting.video import DRIFT
 
 
@@ -74,9 +74,9 @@ def test_what_is_moved_in_a_scene_stays_near_its_place() -> None:
 
 def test_splined_patches_end_before_their_sources_do() -> None:
     settings = QuiltSettings(spline=True, placement="random")
-    canvas = new_canvas(sources_of(clip(48, 48), settings), (90, 90), settings)
-    fill(canvas, new_placer(canvas, settings, (12, 12)), None, quiet)
-    for patch, axis in itertools.product(canvas.patches, range(2)):
+    sheet = new_sheet(sources_of(clip(48, 48), settings), (90, 90), settings)
+    fill(sheet, new_placer(sheet, settings, (12, 12)), None, quiet)
+    for patch, axis in itertools.product(sheet.patches, range(2)):
         before = patch.box.start[axis] - patch.shift[axis]
         behind = patch.shift[axis] + 48 - patch.box.stop[axis]
         assert before >= 9 or patch.shift[axis] <= 0

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 import torch
 
+from kwatra.pieces.boxes import Box
+from kwatra.pieces.sheet import Patch
 from synth.quilting import QuiltSettings, placement, quilt
-from synth.quilting.boxes import Box
-from synth.quilting.canvas import Patch
 from synth.quilting.folds import RADIUS, folded
-from synth.quilting.synthesis import new_canvas, sources_of
+from synth.quilting.synthesis import new_sheet, sources_of
 from synth.quilting.variants import copies
 
 
@@ -34,17 +34,17 @@ def test_folds_are_counted_as_by_hand(shape: tuple[int, ...]) -> None:
     exemplar = coordinates(9, 12)
     exemplar = exemplar if len(shape) == 2 else exemplar[:, None].repeat(1, 3, 1, 1)
     settings = QuiltSettings(rotate=(90.0,), mirror=True)
-    canvas = new_canvas(sources_of(exemplar, settings), [2 * n for n in shape], settings)
+    sheet = new_sheet(sources_of(exemplar, settings), [2 * n for n in shape], settings)
     flat = (0,) * (len(shape) - 2)
     for number, shift in ((0, (*flat, 2, 1)), (1, (*flat, 5, 8)), (2, (*flat, -3, 10))):
-        box = Box(shift, canvas.sources.shapes[number]).clipped(canvas.shape, canvas.periodic)
-        canvas.lay(Patch(number, shift, box))
+        box = Box(shift, sheet.sources.shapes[number]).clipped(sheet.shape, sheet.periodic)
+        sheet.lay(Patch(number, shift, box))
     number = 3
     span = Box((-1,) * len(shape), (3,) * len(flat) + (6, 5))
-    found = folded(canvas, number, span, Box((-5,) * len(shape), tuple(2 * n + 9 for n in shape)))
-    source = canvas.sources.images[number]
-    here = canvas.sources.colors(canvas.places)
-    opposite = np.isin(canvas.sources.coordinates(canvas.places)[0], (0, 1)) & canvas.filled
+    found = folded(sheet, number, span, Box((-5,) * len(shape), tuple(2 * n + 9 for n in shape)))
+    source = sheet.sources.images[number]
+    here = sheet.sources.originals(sheet.places)
+    opposite = np.isin(sheet.sources.coordinates(sheet.places)[0], (0, 1)) & sheet.filled
     # Its pixel that shows the same, wherever it lies, also past its border: told from its pixel (0, 0) on.
     slope_y, slope_x = (
         source[:, *flat, 1, 0] - source[:, *flat, 0, 0],
@@ -57,9 +57,7 @@ def test_folds_are_counted_as_by_hand(shape: tuple[int, ...]) -> None:
         for pixel in zip(*np.nonzero(opposite), strict=True):
             same = turn @ (here[(slice(None), *pixel)] - source[:, *flat, 0, 0])
             gap = np.rint(np.array(pixel[-2:]) - same - translation[-2:])
-            frame = (
-                len(flat) == 0 or canvas.sources.coordinates(canvas.places[pixel])[1][0] == pixel[0] - translation[0]
-            )
+            frame = len(flat) == 0 or sheet.sources.coordinates(sheet.places[pixel])[1][0] == pixel[0] - translation[0]
             count += bool(frame and (np.abs(gap) <= RADIUS).all())
         assert found[index] * (RADIUS + 1) == pytest.approx(count)
 

@@ -8,15 +8,15 @@ import pytest
 import torch
 
 from kwatra.base.errors import InputError
+from kwatra.pieces.boxes import Box
+from kwatra.pieces.mosaic import Mosaic
+from kwatra.pieces.seams import ACROSS_TIME, SeamCost
+from kwatra.pieces.sheet import Patch, Sheet
 from synth.quilting import Overlay, QuiltSettings, merge, quilt, quilt_video, seams_drawn
-from synth.quilting.boxes import Box
-from synth.quilting.canvas import Canvas, Patch
-from synth.quilting.costs import ACROSS_TIME, SeamCost
 from synth.quilting.displaced import flash, lasting_region
 from synth.quilting.growth import Budget, fill, refine
-from synth.quilting.sources import Sources
 from synth.quilting.starts import STARTS, cheapest_start, lay_all
-from synth.quilting.synthesis import error_region, new_canvas, new_placer, run, sources_of
+from synth.quilting.synthesis import error_region, new_placer, new_sheet, run, sources_of
 from synth.quilting.variants import rotated
 
 
@@ -60,16 +60,16 @@ def test_every_pixel_is_a_copy_and_refining_never_raises_the_cost(placement: str
 @pytest.mark.parametrize("shape", [(24, 28), (6, 12, 12)])
 def test_remembered_seams_are_those_of_the_offsets_at_every_step(options: dict, shape: tuple[int, ...]) -> None:
     settings = QuiltSettings(**options)
-    canvas = new_canvas(sources_of(texture(2, *shape), settings), [n + 9 for n in shape], settings)
-    placer = new_placer(canvas, settings, error_region(shape, settings.region))
+    sheet = new_sheet(sources_of(texture(2, *shape), settings), [n + 9 for n in shape], settings)
+    placer = new_placer(sheet, settings, error_region(shape, settings.region))
 
     def check(what: str, part: float) -> None:
-        np.testing.assert_array_equal(canvas.recomputed_seams(), canvas.seams)
-        assert canvas.total == int(canvas.seams.sum(dtype=np.int64))
+        np.testing.assert_array_equal(sheet.recomputed_seams(), sheet.seams)
+        assert sheet.total == int(sheet.seams.sum(dtype=np.int64))
 
-    fill(canvas, placer, None, check)
-    refine(canvas, placer, Budget(8, 8), None, check)
-    assert canvas.filled.all()
+    fill(sheet, placer, None, check)
+    refine(sheet, placer, Budget(8, 8), None, check)
+    assert sheet.filled.all()
 
 
 def test_a_checkerboard_is_continued_without_a_seam() -> None:
@@ -135,13 +135,13 @@ def test_perspective_goes_from_small_to_large() -> None:
 
 def test_unused_offsets_only() -> None:
     settings = QuiltSettings(refine=30)
-    canvas = new_canvas(sources_of(texture(1, 24, 24), settings), (40, 40), settings)
-    placer = new_placer(canvas, settings, (6, 6))
+    sheet = new_sheet(sources_of(texture(1, 24, 24), settings), (40, 40), settings)
+    placer = new_placer(sheet, settings, (6, 6))
     seen = set()
     for _ in range(40):
         patch = placer.choose(placer.regions.anywhere(), filling=True)
         assert patch is not None
-        canvas.lay(patch)
+        sheet.lay(patch)
         assert (patch.number, patch.shift) not in seen
         seen.add((patch.number, patch.shift))
 
@@ -160,21 +160,21 @@ def test_a_seam_in_time_is_spread_over_frames() -> None:
     noise = generator.random((2, 1, 16, 24, 24), np.float32)
     share = []
     for normalized in (False, True):
-        sources = Sources([*noise])
-        canvas = Canvas(sources, (16, 24, 24), (False,) * 3, SeamCost(sources, normalized))
-        canvas.lay(Patch(0, (0, 0, 0), Box((0, 0, 0), (16, 24, 24))))
+        sources = Mosaic([*noise])
+        sheet = Sheet(sources, (16, 24, 24), (False,) * 3, SeamCost(sources, sources.steepness if normalized else None))
+        sheet.lay(Patch(0, (0, 0, 0), Box((0, 0, 0), (16, 24, 24))))
         ends = np.zeros((16, 24, 24), bool)
         ends[-1] = True
-        canvas.lay(Patch(1, (0, 0, 0), Box((1, 0, 0), (15, 24, 24))), must=ends[1:])
-        share.append(flash(canvas) / int(canvas.seams[0].sum()))
+        sheet.lay(Patch(1, (0, 0, 0), Box((1, 0, 0), (15, 24, 24))), must=ends[1:])
+        share.append(flash(sheet) / int(sheet.seams[0].sum()))
     assert share[1] < share[0]
 
 
 def test_a_seam_between_frames_costs_more_than_one_within() -> None:
-    flat = Sources([np.zeros((1, 4, 4, 4), np.float32), np.ones((1, 4, 4, 4), np.float32)])
-    cost = SeamCost(flat, normalized=True)
+    flat = Mosaic([np.zeros((1, 4, 4, 4), np.float32), np.ones((1, 4, 4, 4), np.float32)])
+    cost = SeamCost(flat, flat.steepness)
     s, t = flat.places(0, [np.array([1])] * 3), flat.places(1, [np.array([1])] * 3)
-    prices = [int(cost.pair(axis, (s, t), (s, t)).item()) for axis in range(3)]
+    prices = [int(cost.seam(s, t, axis, 3).item()) for axis in range(3)]
     assert prices == pytest.approx([ACROSS_TIME * prices[2], prices[2], prices[2]], abs=ACROSS_TIME)
 
 
@@ -183,12 +183,12 @@ def test_what_is_seen_of_the_start_of_the_least_flash_is_taken() -> None:
     settings = dataclasses.replace(QuiltSettings(placement="random", normalized=True), refine=3)
     priced = []
 
-    def begun() -> Canvas:
-        return new_canvas(sources_of(clip, settings), (20, 12, 12), settings)
+    def begun() -> Sheet[Mosaic]:
+        return new_sheet(sources_of(clip, settings), (20, 12, 12), settings)
 
-    def sew(canvas: Canvas, own: QuiltSettings) -> str:
-        run(canvas, new_placer(canvas, own, (4, 12, 12)), own, lambda what, part: None)
-        priced.append((flash(canvas), [canvas.patches[k] for k in np.unique(canvas.label)], len(canvas.patches)))
+    def sew(sheet: Sheet[Mosaic], own: QuiltSettings) -> str:
+        run(sheet, new_placer(sheet, own, (4, 12, 12)), own, lambda what, part: None)
+        priced.append((flash(sheet), [sheet.patches[k] for k in np.unique(sheet.label)], len(sheet.patches)))
         return ""
 
     patches, _ = cheapest_start(begun, sew, settings, flash)
@@ -208,12 +208,12 @@ def test_the_cheapest_start_is_taken_and_laid_again_the_same() -> None:
     sources = sources_of(texture(1, 20, 20), settings)
     seeds = []
 
-    def begun() -> Canvas:
-        return new_canvas(sources, (36, 36), settings)
+    def begun() -> Sheet[Mosaic]:
+        return new_sheet(sources, (36, 36), settings)
 
-    def sew(canvas: Canvas, own: QuiltSettings) -> str:
+    def sew(sheet: Sheet[Mosaic], own: QuiltSettings) -> str:
         seeds.append(own.seed)
-        return run(canvas, new_placer(canvas, own, (6, 6)), own, lambda what, part: None)[1]
+        return run(sheet, new_placer(sheet, own, (6, 6)), own, lambda what, part: None)[1]
 
     patches, _ = cheapest_start(begun, sew, settings)
     again = begun()
@@ -224,9 +224,9 @@ def test_the_cheapest_start_is_taken_and_laid_again_the_same() -> None:
     totals = []
     for seed in seeds:
         own = dataclasses.replace(settings, seed=seed)
-        canvas = begun()
-        run(canvas, new_placer(canvas, own, (6, 6)), own, lambda what, part: None)
-        totals.append(canvas.total)
+        sheet = begun()
+        run(sheet, new_placer(sheet, own, (6, 6)), own, lambda what, part: None)
+        totals.append(sheet.total)
     assert again.total == min(totals) < max(totals)
 
 

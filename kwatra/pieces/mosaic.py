@@ -1,4 +1,4 @@
-"""What is copied from: the exemplar and its mirrored, rotated and scaled copies, in one mosaic (thesis 3.4 A).
+"""What whole pixels are copied from: an exemplar, or it and its transformed copies, in one mosaic (thesis 3.4 A).
 
 All copies lie side by side in one array with a rim of one repeated pixel each. A pixel of the output then remembers one
 number, its place in the mosaic, and its patch's colour at a neighboring pixel is one stride away, rim included. So
@@ -8,6 +8,7 @@ every patch has a colour next to each pixel it covers, which is what keeps the m
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 
 import numpy as np
 
@@ -15,8 +16,12 @@ LEVELS = 8191
 """Colours are compared as integers on this many steps: whole numbers make the cost an exact metric."""
 
 
-class Sources:
-    """A mosaic of sources.
+FLAT = 0.02
+"""Gradient, per channel and as a fraction of the colour range, that a perfectly flat region is taken to have in M'."""
+
+
+class Mosaic:
+    """A mosaic of sources, a `Stock` whose places are whole numbers.
 
     `images`: one (C, *shape) float array per source. `bands`: for each source the part of the output, as fractions
     (low, high) of axis `-2`, in which it may be used; None for everywhere. `matrices`: for each source the 2x2 matrix
@@ -64,11 +69,15 @@ class Sources:
         """Colours (C, *places.shape) at places of the mosaic, in the units of `matching`."""
         return self.planes[:, places].astype(np.float32) / np.float32(LEVELS) - np.float32(0.5)
 
-    def places(self, number: int, steps: Sequence[np.ndarray]) -> np.ndarray:
-        """Places of the grid spanned by source coordinates `steps` (one array per axis); outside, the rim."""
+    def nowhere(self, shape: tuple[int, ...]) -> np.ndarray:
+        """Places for pixels that have none yet."""
+        return np.zeros(shape, self.place_type)
+
+    def places(self, number: int, lines: Sequence[np.ndarray]) -> np.ndarray:
+        """Places of the grid spanned by source coordinates `lines` (one array per axis); outside, the rim."""
         shape = self.shapes[number]
         total = np.full((1,) * self.dims, number * self.cell_size, self.place_type)
-        for axis, at in enumerate(steps):
+        for axis, at in enumerate(lines):
             line = ((np.clip(at, -1, shape[axis]) + 1) * self.strides[axis]).astype(self.place_type)
             total = total + line.reshape([-1 if d == axis else 1 for d in range(self.dims)])
         return total
@@ -95,6 +104,42 @@ class Sources:
         return moved
 
     def colors(self, places: np.ndarray) -> np.ndarray:
+        """Quantized colors (C, *places.shape) at places."""
+        return self.planes[:, places]
+
+    def beyond(self, places: np.ndarray, axis: int, step: int) -> np.ndarray:
+        """The places one step (1 or -1) along an axis."""
+        return np.clip(places + self.place_type(step * self.strides[axis]), 0, self.planes.shape[1] - 1)
+
+    def distance(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+        """The sum over channels of the absolute differences of quantized colors; int32."""
+        total = np.zeros(np.broadcast_shapes(one.shape[1:], other.shape[1:]), np.int32)
+        for a, b in zip(one, other, strict=True):
+            total += np.abs(a - b)
+        return total
+
+    def steepness(self, axis: int, places: Sequence[np.ndarray]) -> np.ndarray:
+        """The sum of the absolute central differences along an axis at four places: what divides M' (thesis eq. 5).
+
+        What perfectly flat regions are taken to have is added.
+        """
+        slope = self._slopes[axis]
+        total: np.ndarray = sum(slope[place] for place in places) + int(4 * FLAT * LEVELS * len(self.planes))
+        return total
+
+    @cached_property
+    def _slopes(self) -> list[np.ndarray]:
+        """Per axis the summed absolute central difference at each place of the mosaic (rim included); int32."""
+        cells = [np.zeros((len(self.shapes), *self.cell), np.int32) for _ in range(self.dims)]
+        planes = self.planes.reshape(len(self.planes), len(self.shapes), *self.cell)
+        for number, shape in enumerate(self.shapes):
+            inner = tuple(slice(0, n + 2) for n in shape)
+            for axis, cell in enumerate(cells):
+                for plane in planes:
+                    cell[number][inner] += _slope(plane[number][inner].astype(np.int32), axis)
+        return [cell.reshape(-1) for cell in cells]
+
+    def originals(self, places: np.ndarray) -> np.ndarray:
         """Original colours (C, *places.shape) at places of the mosaic, bit for bit."""
         out = np.empty((self.images[0].shape[0], *places.shape), np.float32)
         for row, line in enumerate(places):
@@ -112,3 +157,9 @@ class Sources:
         mean = max(places.size / area, 1e-9)
         inner = [tuple(slice(1, n + 1) for n in shape) for shape in self.shapes]
         return [(counts[k][at] / mean).astype(np.float32) for k, at in enumerate(inner)]
+
+
+def _slope(values: np.ndarray, axis: int) -> np.ndarray:
+    padded = np.pad(values, [(1, 1) if d == axis else (0, 0) for d in range(values.ndim)], mode="edge")
+    count = values.shape[axis]
+    return np.abs(np.take(padded, range(2, count + 2), axis) - np.take(padded, range(count), axis)) // 2

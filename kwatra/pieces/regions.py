@@ -7,29 +7,30 @@ box with the costliest seams, or with random placement any box.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import torch
 
-from synth.quilting.boxes import Box, box_sums, wrapped
-from synth.quilting.canvas import Canvas
+from kwatra.pieces.boxes import Box, box_sums, wrapped
+from kwatra.pieces.sheet import Sheet
 
 
 class Regions:
-    """Picks regions of `extent`, or of as much of it as the canvas admits; remembers where it has been."""
+    """Picks regions of `extent`, or of as much of it as the sheet admits; remembers where it has been."""
 
-    def __init__(self, canvas: Canvas, extent: Sequence[int], generator: torch.Generator):
-        self.canvas, self.generator = canvas, generator
-        self.extent = tuple(min(e, canvas.longest(d)) for d, e in enumerate(extent))
-        self.tried = np.ones(canvas.shape, np.float32)
+    def __init__(self, sheet: Sheet[Any], extent: Sequence[int], generator: torch.Generator):
+        self.sheet, self.generator = sheet, generator
+        self.extent = tuple(min(e, sheet.longest(d)) for d, e in enumerate(extent))
+        self.tried = np.ones(sheet.shape, np.float32)
 
     def first(self) -> Box:
-        """Where an empty canvas begins: its middle."""
-        return Box(tuple((n - e) // 2 for n, e in zip(self.canvas.shape, self.extent, strict=True)), self.extent)
+        """Where an empty sheet begins: its middle."""
+        return Box(tuple((n - e) // 2 for n, e in zip(self.sheet.shape, self.extent, strict=True)), self.extent)
 
     def frontier(self) -> Box:
         """A region on the border of the filled part, about half of it filled."""
-        filled = box_sums(wrapped(self.canvas.filled, self.extent, self.canvas.periodic), self.extent)
+        filled = box_sums(wrapped(self.sheet.filled, self.extent, self.sheet.periodic), self.extent)
         volume = int(np.prod(self.extent))
         share = filled / volume
         score = np.where((filled > 0) & (filled < volume), 1 - np.abs(share - 0.5), -1)
@@ -44,8 +45,8 @@ class Regions:
 
     def costliest(self) -> Box | None:
         """The region whose seams cost most, regions lately visited counting less; None without seams."""
-        seams = self.canvas.seams.sum(0, dtype=np.int64)
-        sums = box_sums(wrapped(seams, self.extent, self.canvas.periodic), self.extent)
+        seams = self.sheet.seams.sum(0, dtype=np.int64)
+        sums = box_sums(wrapped(seams, self.extent, self.sheet.periodic), self.extent)
         sums = sums * self.tried[tuple(slice(0, n) for n in sums.shape)]
         if sums.max() <= 0:
             return None
@@ -54,15 +55,15 @@ class Regions:
 
     def anywhere(self) -> Box:
         """A region drawn at random."""
-        spans = zip(self.canvas.shape, self.extent, self.canvas.periodic, strict=True)
+        spans = zip(self.sheet.shape, self.extent, self.sheet.periodic, strict=True)
         return Box(tuple(self._below(n if wraps else n - e + 1) for n, e, wraps in spans), self.extent)
 
     def rest(self, region: Box) -> None:
         """Look elsewhere for a while: the seams in and around `region` count half as much from now on."""
         around = Box(
             tuple(s - e // 2 for s, e in zip(region.start, region.extent, strict=True)), region.extent
-        ).clipped(self.canvas.shape, self.canvas.periodic)
-        self.tried[self.canvas.indices(around)] *= 0.5
+        ).clipped(self.sheet.shape, self.sheet.periodic)
+        self.tried[self.sheet.indices(around)] *= 0.5
 
     def _below(self, count: int) -> int:
         return int(torch.randint(count, (1,), generator=self.generator))

@@ -1,0 +1,61 @@
+"""What renewed blocks are cut from: places between an exemplar's pixels, as `kwatra.pieces` lays them."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import torch
+
+from flow.animation.reading import Reading
+from kwatra import Exemplar
+from kwatra.pieces.stock import Array
+
+NOWHERE = -1e3
+"""The source coordinates of what is not yet there: far outside any exemplar."""
+
+COUNTS = 10_000
+"""Costs are counted in whole numbers, so many to one variance of the exemplar."""
+
+_MOST = 1000.0
+"""Costs beyond so many variances are as good as infinite."""
+
+
+class Coordinates:
+    """An exemplar read at source coordinates (2, *S), x first: a `kwatra.pieces.Stock`.
+
+    It is read between its pixels as what is compared, not shown, needs it: bilinearly. Colors differ by their distance
+    in the exemplar's deviations (variance: the mean square of one), times `cost`.
+    """
+
+    def __init__(self, exemplar: Exemplar, variance: float, cost: float) -> None:
+        self._read, share = Reading(exemplar, "bilinear"), exemplar.share
+        self._scale = (share.cpu() / variance).sqrt().numpy().ravel()
+        self._cost = cost
+
+    def nowhere(self, shape: tuple[int, ...]) -> Array:
+        """Coordinates for pixels that show nothing."""
+        return np.full((2, *shape), NOWHERE, np.float32)
+
+    def places(self, number: int, lines: Sequence[Array]) -> Array:
+        """The coordinates on the grid spanned by rows and columns (fractions of a pixel); there is one source."""
+        y, x = np.meshgrid(*lines, indexing="ij")
+        return np.stack([x, y]).astype(np.float32)
+
+    def colors(self, places: Array) -> Array:
+        """The colors at coordinates."""
+        return self._read(torch.from_numpy(np.ascontiguousarray(places))).numpy()
+
+    def beyond(self, places: Array, axis: int, step: int) -> Array:
+        """The coordinates one step (1 or -1) along an axis: rows, then columns."""
+        ahead = places.copy()
+        ahead[1 - axis] += step
+        return ahead
+
+    def distance(self, one: Array, other: Array) -> Array:
+        """How unlike colors are, in COUNTS of a deviation times the cost."""
+        scale = self._scale.reshape(-1, *[1] * (one.ndim - 1))
+        return counted(self._cost * np.sqrt(np.square((one - other) * scale).sum(0)))
+
+
+def counted(values: Array) -> Array:
+    """Costs in variances as whole numbers."""
+    return np.rint(values.clip(-_MOST, _MOST) * COUNTS).astype(np.int32)

@@ -1,0 +1,255 @@
+"""What the optimization starts from: blocks of the exemplar, laid so that they continue each other.
+
+EM only mends what lies within a window's reach, so rows, courses and lattices have to be right before it begins.
+Blocks are laid one after the other; each is chosen among the exemplar's blocks for how well it agrees with what
+already lies under it and with what terms wish for there, and for how little its content has been used so far
+(coverage). Of the best few that is laid whose seam is the cheapest (thesis 3.1): it may run anywhere within the block,
+and mend older seams. When all is laid, blocks are laid again where seams cost most (thesis 3.2). Offsets between output
+and exemplar are multiples of `grain`, the coarsest level's pixel, so that every level of the pyramid can represent the
+start exactly.
+"""
+
+import math
+from collections.abc import Sequence
+from itertools import product
+
+import numpy as np
+import torch
+from scipy import ndimage
+from torch import Tensor
+
+from kwatra.base import InputError, total
+from kwatra.exemplar import Exemplar
+from kwatra.pieces.again import Budget, lay_again
+from kwatra.pieces.boxes import Box, box_sums
+from kwatra.pieces.fitting import Fit
+from kwatra.pieces.mosaic import Mosaic
+from kwatra.pieces.regions import Regions
+from kwatra.pieces.seams import SeamCost
+from kwatra.pieces.sheet import Cut, Patch, Sheet, each
+from kwatra.terms import Wish
+
+GOOD = 0.05
+"""Cost is counted in the mean (geometric) of the least disagreement and the one this share of blocks stays below."""
+
+ACCEPTABLE = 0.5
+"""Blocks whose cost exceeds the least by more than this are not laid, however good their seam."""
+
+TOLERANCE = 0.05
+"""A block is drawn at random from those whose cost exceeds the least by at most this much."""
+
+CONTINUATION = 0.5
+"""What a block costs more when it merely continues the copy that a neighbor began: a new texture, not a larger copy."""
+
+MISMATCH_FLOOR = 0.05
+"""Disagreement, as a mean square relative to the exemplar's variance, that is hardly seen."""
+
+AGAIN, PATIENCE = 1.0, 6
+"""Blocks are laid again at most so often, for each that was laid, and until so many in a row have not helped."""
+
+MOST = 1000.0
+"""What a pixel may miss of a wish, in variances; more counts as this."""
+
+
+class BlockStart:
+    """Lays blocks of an exemplar on an output of spatial `shape`; `run` returns the source map (n, *shape).
+
+    block: its size; grain: what offsets are multiples of. wraps: along which axes the output
+    is periodic; None for none. usage: what a block costs whose
+    pixels were used once more than all on average. aligned: False takes whole blocks at random. seams: of how many
+    blocks the seams are compared. wish: values that pixels should have, with weights; a weight of 1 counts fully, as
+    what is laid already.
+    """
+
+    def __init__(
+        self,
+        exemplar: Exemplar,
+        shape: Sequence[int],
+        block: Sequence[int],
+        grain: Sequence[int],
+        generator: torch.Generator,
+        *,
+        wraps: Sequence[bool] | None = None,
+        usage: float = 0.35,
+        aligned: bool = True,
+        seams: int = 1,
+        wish: Wish | None = None,
+    ) -> None:
+        self.exemplar, self.shape = exemplar, tuple(shape)
+        self.grain, self.generator = tuple(grain), generator
+        self.usage, self.aligned, self.seams = usage, aligned, seams
+        share = exemplar.share.cpu()
+        colors = _continued(exemplar)
+        mosaic = Mosaic([(colors * share).numpy()])
+        self.wraps = (False,) * len(self.shape) if wraps is None else tuple(wraps)
+        self.sheet = Sheet(mosaic, self.shape, self.wraps, SeamCost(mosaic))
+        block = tuple(min(b, self.sheet.longest(axis)) for axis, b in enumerate(block))
+        self.block, self.valid = self._that_fits(block)
+        self.overlap = tuple(max(b // 4, 1) for b in self.block)
+        self.middle = colors.double().flatten(1).mean(1).view(share.shape)
+        self.weights = share.double().sqrt()
+        self.fit = Fit(((colors - self.middle) * self.weights).numpy())
+        self.used = np.zeros(exemplar.shape)
+        self.wish = self._scaled(wish) if wish is not None and bool((wish.weight > 0).any()) else None
+        variance = exemplar.variances.cpu() * share.flatten()
+        if self.wish is not None:  # guidance says where a texture goes, not what it looks like
+            guided = torch.from_numpy((self.wish[0] > 0).reshape(len(variance), -1).all(1))
+            variance = variance[~guided] if not bool(guided.all()) else variance
+        self.variance = max(float(total(variance)), 1e-8)
+        self.contrast = 2 * self.variance**0.5 / mosaic.step
+        self.laid = 0
+
+    def _scaled(self, wish: Wish) -> tuple[np.ndarray, np.ndarray]:
+        """The wish's weights and values (C, *shape), values in the units of `fit`."""
+        value = ((wish.value.cpu() - self.middle) * self.weights).numpy()
+        return np.broadcast_to(wish.weight.cpu().double().numpy(), value.shape), value
+
+    def _that_fits(self, block: tuple[int, ...]) -> tuple[tuple[int, ...], np.ndarray]:
+        """The block, halved until it fits between the exemplar's holes, and where it may start (on the grain)."""
+        every = tuple(slice(None, None, g) for g in self.grain)
+        while True:
+            valid = self.exemplar.corners(block)[every]
+            if bool(valid.any()):
+                return block, valid.cpu().numpy()
+            if all(b <= 2 for b in block):
+                raise InputError("the exemplar has no free 2x2 block; its mask leaves too little to copy from")
+            block = tuple(max(b // 2, 2) for b in block)
+
+    def run(self) -> Tensor:
+        """Lay all blocks, row by row, and again where seams cost most."""
+        for corner in product(*(self._starts(axis) for axis in range(len(self.shape)))):
+            box = Box(corner, self.block).clipped(self.shape, self.sheet.periodic)
+            self._commit(min((self._cut(place, box, cost) for place, cost in self._choose(box)), key=lambda c: c[1])[0])
+            self.laid += 1
+        if self.aligned:
+            regions = Regions(self.sheet, tuple(max(b // 2, 1) for b in self.block), self.generator)
+            lay_again(self.sheet, regions, self._improve, Budget(round(AGAIN * self.laid), PATIENCE))
+        where = self.sheet.sources.coordinates(self.sheet.places)[1]
+        return torch.from_numpy(where).long().to(self.exemplar.canvas.device)
+
+    def _starts(self, axis: int) -> list[int]:
+        """Where blocks start along an axis: evenly spread on the grain, overlapping by `overlap` or more."""
+        size, block, g = self.shape[axis], self.block[axis], self.grain[axis]
+        stride = max(block - self.overlap[axis], 1)
+        if self.wraps[axis]:
+            count = -(-size // stride)
+            return sorted({round(i * size / count / g) * g for i in range(count)})
+        count = max(-(-(size - block) // stride), 0) + 1
+        spread = (size - block) / max(count - 1, 1)
+        starts = {math.ceil(i * spread / g) * g for i in range(count)}
+        return sorted(s for s in starts if s < size)
+
+    def _improve(self, region: Box) -> bool:
+        """Lay a block around a region if that lowers the seams' cost, and what a wish adds to it."""
+        corner = []
+        for start, extent, block, size, g, wraps in zip(
+            region.start, region.extent, self.block, self.shape, self.grain, self.wraps, strict=True
+        ):
+            first = round((start - (block - extent) / 2) / g) * g
+            corner.append(first if wraps else min(max(first, 0), max(size - block, 0) // g * g))
+        box = Box(tuple(corner), self.block).clipped(self.shape, self.sheet.periodic)
+        cut = min((self._cut(place, box, cost)[0] for place, cost in self._choose(box)), key=lambda cut: cut.price)
+        if cut.price >= 0 or not cut.take.any():
+            return False
+        self._commit(cut)
+        return True
+
+    def _commit(self, cut: Cut) -> None:
+        """Lay a block, and count what is used of the exemplar now."""
+        here = cut.at
+        gone = cut.take & (self.sheet.label[here] >= 0)
+        for places, count in ((cut.places[cut.take], 1), (self.sheet.places[here][gone], -1)):
+            np.add.at(self.used, tuple(self.sheet.sources.coordinates(places)[1]), count)
+        self.sheet.commit(cut)
+
+    def _choose(self, box: Box) -> list[tuple[tuple[int, ...], float]]:
+        """Corners of blocks to copy, and their costs: good agreement with what is known and wished for, little used.
+
+        Where there is no seam to compare, or a wish decides, a block of about the least cost is drawn.
+        """
+        at = self.sheet.indices(box)
+        known = self.sheet.filled[at]
+        place = self.sheet.sources.coordinates(self.sheet.places[at])[1]
+        mismatch = self._mismatch(known, place, at)
+        again = self._continuations(known, place)
+        # in units of what agreement this texture affords: rows that can line up are not torn for the sake of even use
+        others = mismatch[self.valid & ~again]
+        if len(others) == 0:
+            others = mismatch[self.valid]
+        least = max(others.min(), MISMATCH_FLOOR), max(np.quantile(others, GOOD), MISMATCH_FLOOR)
+        used = self._on_grain(box_sums(self.used, self.block)) / math.prod(self.block)
+        cost = mismatch / math.sqrt(math.prod(least)) + self.usage * (used - self.used.mean()) + CONTINUATION * again
+        flat = np.where(self.valid, cost, math.inf).ravel()
+        if self.seams > 1 and self.aligned and self.wish is None and known.any():
+            picks = flat.argsort(kind="stable")[: self.seams]
+            picks = picks[flat[picks] <= flat.min() + ACCEPTABLE]
+        else:
+            good = np.flatnonzero(flat <= flat.min() + TOLERANCE)
+            picks = good[[int(torch.randint(len(good), (1,), generator=self.generator))]]
+        corners = np.stack(np.unravel_index(picks, cost.shape), 1) * np.array(self.grain)
+        return [(tuple(corner), float(flat[pick])) for corner, pick in zip(corners.tolist(), picks, strict=True)]
+
+    def _on_grain(self, values: np.ndarray) -> np.ndarray:
+        """Values for all corners, of those at which a block may start."""
+        return values[tuple(slice(None, g * n, g) for g, n in zip(self.grain, self.valid.shape, strict=True))]
+
+    def _mismatch(self, known: np.ndarray, place: np.ndarray, at: tuple[np.ndarray, ...]) -> np.ndarray:
+        """How little the blocks at all places agree with what is known, and with the wish, relative to the variance.
+
+        Each is a mean square of its own, so that neither is diluted by the other; weights below 1 scale the wish's.
+        """
+        mismatch = np.zeros(self.valid.shape)
+        if self.aligned and known.any():
+            content = self.fit.image[each(np.where(known, place, 0))]
+            squares = self._on_grain(self.fit.inside(content, known.astype(np.float64)))
+            mismatch = squares / (known.sum() * self.variance)
+        if self.wish is not None:
+            weight, value = (part[each(at)] for part in self.wish)
+            share = self.weights.square().numpy()
+            count = (np.where(weight > 0, np.maximum(weight, 1), 0) * share).sum()
+            if count > 0:
+                mismatch = mismatch + self._on_grain(self.fit.inside(value, weight)) / (count * self.variance)
+        return np.round(mismatch, 9)  # what agrees equally well stays a tie, whatever the transform rounds
+
+    def _continuations(self, known: np.ndarray, place: np.ndarray) -> np.ndarray:
+        """Which blocks would only continue a copy that is there already, shaped as `valid`."""
+        again = np.zeros_like(self.valid)
+        corners = (place - np.indices(known.shape))[:, known]
+        corners = corners // np.array(self.grain)[:, None]
+        inside = ((corners >= 0) & (corners < np.array(again.shape)[:, None])).all(0)
+        again[tuple(corners[:, inside])] = True
+        return again
+
+    def _cut(self, place: tuple[int, ...], box: Box, cost: float) -> tuple[Cut, float]:
+        """A block cut in along the cheapest seam, and its cost with what of seams is seen: 1 for one in plain sight.
+
+        In plain sight is a seam between unrelated pixels all along the block.
+        """
+        patch = Patch(0, tuple(s - p for s, p in zip(box.start, place, strict=True)), box)
+        if not self.aligned:
+            return self.sheet.cut(patch, must=np.ones(box.extent, bool)), cost
+        cut = self.sheet.cut(patch, taking=self._taking(patch))
+        known = int(self.sheet.filled[self.sheet.indices(box)].sum())
+        length = max(known / min(self.overlap), 1.0)
+        return cut, cost + cut.price / (self.contrast * length)
+
+    def _taking(self, patch: Patch) -> np.ndarray | None:
+        """What each pixel of a patch misses more of the wish than what it replaces, as what seams cost."""
+        if self.wish is None:
+            return None
+        at = self.sheet.indices(patch.box)
+        weight, value = (part[each(at)] for part in self.wish)
+        lines = zip(patch.box.start, patch.box.stop, patch.shift, strict=True)
+        new = self.fit.image[each(np.ix_(*(np.arange(a, b) - s for a, b, s in lines)))]
+        old = self.fit.image[each(self.sheet.sources.coordinates(self.sheet.places[at])[1].clip(0))]
+        after, before = ((weight * (shown - value) ** 2).sum(0) / self.variance for shown in (new, old))
+        return np.rint((after.clip(max=MOST) - before.clip(max=MOST)) * self.contrast / 2).astype(np.int64)
+
+
+def _continued(exemplar: Exemplar) -> Tensor:
+    """The exemplar's canvas, each hole and gap filled with the nearest pixel that is somebody's."""
+    known = (exemplar.owner >= 0).cpu()
+    if bool(known.all()):
+        return exemplar.canvas.cpu()
+    nearest = ndimage.distance_transform_edt(~known.numpy(), return_distances=False, return_indices=True)
+    return exemplar.canvas.cpu()[(slice(None), *torch.from_numpy(nearest).long())]

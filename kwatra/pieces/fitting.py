@@ -1,0 +1,92 @@
+"""How well every placement of an image fits what is there: correlations, by FFT and summed-area tables (thesis 3.2).
+
+    inside: sum over a region of  w(p) |I(x + p) - O(p)|^2,  for every x at which the region lies in the image  (eq. 4)
+    under:  sum over the filled part of a stretch of  |I(p) - O(x + p)|^2,  wherever the image lies in it       (eq. 2)
+
+A transform costs its size times its logarithm, however large the region; memory is a few arrays of the image's size or
+the stretch's.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import fft
+
+from kwatra.pieces.boxes import box_sums
+
+
+class Fit:
+    """An image (C, *S) to be placed, in any number of dimensions; keeps its transforms."""
+
+    def __init__(self, image: np.ndarray) -> None:
+        self.image = image
+        self._spectra: dict[tuple[int, ...], np.ndarray] = {}
+        self._squared: np.ndarray | None = None
+
+    def inside(self, content: np.ndarray, weight: np.ndarray) -> np.ndarray:
+        """The weighted squared difference of a region's content (C, *E) to each place of the image, (S - E + 1).
+
+        weight: >= 0, (*E), or (C, *E) with a weight for each channel. Where it is 0 content is not looked at.
+        """
+        shape, extent = self.image.shape[1:], content.shape[1:]
+        size = _fast(shape)
+        known = np.where(weight > 0, content, 0) * weight
+        if weight.ndim == len(extent):
+            spectrum = np.conj(_forward(weight, size)) * self._spectrum(size)[-1]
+        else:
+            squares = zip(weight, self._channel_squares(), strict=True)
+            spectrum = sum(np.conj(_forward(w, size)) * square for w, square in squares)
+        for plane, color in zip(self._spectrum(size)[:-1], known, strict=True):
+            spectrum -= 2 * np.conj(_forward(color, size)) * plane
+        room = tuple(n - e + 1 for n, e in zip(shape, extent, strict=True))
+        constant = (known * np.where(weight > 0, content, 0)).sum(dtype=np.float64)
+        return np.maximum(_inverse(spectrum, size, room) + constant, 0)
+
+    def under(self, content: np.ndarray, mask: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The squared difference of the image to each part of a stretch (C, *R), (R - S + 1), and on how many pixels.
+
+        mask (*R): 1 where the stretch is filled, 0 where not; content is 0 there.
+        """
+        shape = self.image.shape[1:]
+        size = _fast(mask.shape)
+        source = self._spectrum(size)
+        spectrum = np.conj(source[-1]) * _forward(mask, size)
+        for plane, color in zip(source[:-1], content, strict=True):
+            spectrum -= 2 * np.conj(plane) * _forward(color, size)
+        room = tuple(n - s + 1 for n, s in zip(mask.shape, shape, strict=True))
+        cost = _inverse(spectrum, size, room) + box_sums((content**2).sum(0), shape)
+        return np.maximum(cost, 0), box_sums(mask > 0, shape)
+
+    def _spectrum(self, size: tuple[int, ...]) -> np.ndarray:
+        """Transforms of the channels and, last, of the squared colors."""
+        if size not in self._spectra:
+            self._spectra[size] = np.stack([_forward(p, size) for p in (*self.image, (self.image**2).sum(0))])
+        return self._spectra[size]
+
+    def _channel_squares(self) -> np.ndarray:
+        """Transforms of the squares of each channel, at the image's own size."""
+        if self._squared is None:
+            size = _fast(self.image.shape[1:])
+            self._squared = np.stack([_forward(plane**2, size) for plane in self.image])
+        return self._squared
+
+
+def totals(values: np.ndarray, mask: np.ndarray) -> np.ndarray:
+    """The sum of values (*S) over the pixels that a mask (*R) has under them wherever they lie in it, (R - S + 1)."""
+    size = _fast(mask.shape)
+    room = tuple(n - s + 1 for n, s in zip(mask.shape, values.shape, strict=True))
+    return _inverse(np.conj(_forward(values, size)) * _forward(mask, size), size, room)
+
+
+def _fast(extent: tuple[int, ...]) -> tuple[int, ...]:
+    return tuple(fft.next_fast_len(n, real=True) for n in extent)
+
+
+def _forward(values: np.ndarray, size: tuple[int, ...]) -> np.ndarray:
+    spectrum: np.ndarray = fft.rfftn(values, size)
+    return spectrum
+
+
+def _inverse(spectrum: np.ndarray, size: tuple[int, ...], room: tuple[int, ...]) -> np.ndarray:
+    values: np.ndarray = fft.irfftn(spectrum, size)[tuple(slice(0, r) for r in room)]
+    return values

@@ -1,0 +1,76 @@
+"""The matching cost of a seam between two neighboring pixels s and t that come from patches A and B.
+
+    M(s, t, A, B)  = |A(s) - B(s)| + |A(t) - B(t)|                                        (thesis equation 1)
+    M'(s, t, A, B) = M / (|G_A(s)| + |G_A(t)| + |G_B(s)| + |G_B(t)|),  G along s -> t      (thesis equation 5)
+                     times ACROSS_TIME where s -> t is a step in time
+
+|.| is the distance of what patches are cut from, in whole numbers: M is a metric without any rounding and sums of it
+are exact. M' prefers seams through busy regions, where they show less; it is no metric, and the cut then treats an old
+seam as costing at most what replacing it on both sides would (kwatra.cut). Use M where the cut must be the best
+possible, M' where flat and busy regions mix.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from kwatra.cut import Costs
+from kwatra.pieces.stock import Array, Stock
+
+NORMALIZED_SCALE = 4096
+ACROSS_TIME = 2
+"""What a seam between frames costs more in M'. Each pixel passes from patch to patch in some frame; where it were as
+cheap as a seam within a frame, all would pass in one, which is the smallest surface, and is seen as a flash."""
+
+
+Steepness = Callable[[int, Sequence[Array]], Array]
+
+
+class SeamCost:
+    """M between places of a stock; or M', if given what to divide by: of an axis, from A and B at s, A and B at t."""
+
+    def __init__(self, sources: Stock, steepness: Steepness | None = None):
+        self.sources, self.steepness = sources, steepness
+
+    def pairs(self, old: Array, new: Array, remembered: Sequence[Array]) -> list[Costs]:
+        """Per axis the costs (a, b, c) of kwatra.cut between neighbors of a window; of empty pixels, anything.
+
+        old, new: what its pixels show, and what they would show of a new patch. remembered: per axis the cost of the
+        seam that is between a pixel and the next now.
+        """
+        show_new = self.sources.colors(new)
+        here = self.sources.distance(self.sources.colors(old), show_new)
+        pairs = []
+        for axis, a in enumerate(remembered):
+            p, q = beside(axis, here.ndim)
+            ahead, back = self.sources.beyond(old[p], axis, 1), self.sources.beyond(old[q], axis, -1)
+            match = here[p] + self.sources.distance(self.sources.colors(ahead), show_new[q])
+            b = self._priced(axis, match, (old[p], new[p], ahead, new[q]), len(remembered))
+            match = here[q] + self.sources.distance(self.sources.colors(back), show_new[p])
+            c = self._priced(axis, match, (back, new[p], old[q], new[q]), len(remembered))
+            pairs.append((a, b, c))
+        return pairs
+
+    def seam(self, s: Array, t: Array, axis: int, axes: int) -> Array:
+        """The cost of seams between places s and t, those of pixels one step apart along an axis of so many."""
+        ahead, back = self.sources.beyond(s, axis, 1), self.sources.beyond(t, axis, -1)
+        show_s, show_t, after, before = (self.sources.colors(places) for places in (s, t, ahead, back))
+        match = self.sources.distance(show_s, before) + self.sources.distance(after, show_t)
+        return self._priced(axis, match, (s, back, ahead, t), axes)
+
+    def _priced(self, axis: int, match: Array, places: Sequence[Array], axes: int) -> Array:
+        """M, or M' where it is asked for, from M and the places of A and B at s and t."""
+        if self.steepness is None:
+            return match
+        scale = NORMALIZED_SCALE * (ACROSS_TIME if axis < axes - 2 else 1)
+        return (match.astype(np.int64) * scale // self.steepness(axis, places)).astype(np.int32)
+
+
+def beside(axis: int, axes: int) -> tuple[Any, Any]:
+    """The indices of all pixels but the last along an axis, and of the one after each; of arrays (..., *shape)."""
+    lines = [[slice(None)] * axes, [slice(None)] * axes]
+    lines[0][axis], lines[1][axis] = slice(None, -1), slice(1, None)
+    return (..., *lines[0]), (..., *lines[1])

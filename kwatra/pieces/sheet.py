@@ -1,0 +1,208 @@
+"""The output while it is made of patches: which patch each pixel comes from, and what the seams between them cost.
+
+A patch is one source laid down at one offset, cut to a box. Laying it down (thesis section 3.1) solves one minimum cut
+over the box: empty pixels must take the patch, filled ones may, fixed ones may not, and pixels around the box stay. Old
+seams are remembered, so a patch that lands on filled ground mends those that it replaces by cheaper ones (surrounded
+regions, 3.1.2).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any, Generic, NamedTuple, TypeVar
+
+import numpy as np
+
+from kwatra.cut import FREE, KEEP, TAKE, VOID, along, best_cut, seams_after
+from kwatra.pieces.boxes import Box
+from kwatra.pieces.seams import SeamCost
+from kwatra.pieces.stock import Stock
+
+S = TypeVar("S", bound=Stock)
+
+
+@dataclass(frozen=True)
+class Patch:
+    """Source `number` shifted so that its pixel x lies at output pixel x + `shift`, and cut to `box`.
+
+    A shift is whole where places are whole (see `Stock`), and may else be a fraction of a pixel.
+    """
+
+    number: int
+    shift: tuple[Any, ...]
+    box: Box
+
+    def moved(self, steps: int) -> Patch:
+        """The same patch so many steps further along axis 0."""
+        start = (self.box.start[0] + steps, *self.box.start[1:])
+        return Patch(self.number, (self.shift[0] + steps, *self.shift[1:]), Box(start, self.box.extent))
+
+    def scaled(self, by: tuple[int, ...], shape: tuple[int, ...]) -> Patch:
+        """The same patch where every axis is so many times longer, on an output of `shape`."""
+        shift, start, extent = (
+            tuple(v * f for v, f in zip(values, by, strict=True))
+            for values in (self.shift, self.box.start, self.box.extent)
+        )
+        return Patch(self.number, shift, Box(start, extent).clipped(shape, (False,) * len(shape)))
+
+
+class Cut(NamedTuple):
+    """A patch cut for the pixels `at` (open mesh): which of them `take` it, its `places` there, the `seams` after.
+
+    change: by how much the total of the seams changes; price: that, and what taking costs besides.
+    """
+
+    patch: Patch
+    at: tuple[np.ndarray, ...]
+    take: np.ndarray
+    places: np.ndarray
+    seams: list[np.ndarray]
+    change: int
+    price: int
+
+
+class Sheet(Generic[S]):
+    """What is laid so far; arrays are indexed by output pixel.
+
+    `label`: the patch of each pixel, an index into `patches`, -1 where empty. `places`: what it shows of the sources
+    (see `Stock`). `seams`: per axis the remembered cost between a pixel and the next one. `fixed`: pixels that keep
+    their patch. `total`: the sum of the seams.
+    """
+
+    def __init__(
+        self,
+        sources: S,
+        shape: Sequence[int],
+        periodic: Sequence[bool],
+        cost: SeamCost,
+    ):
+        self.sources, self.cost = sources, cost
+        self.shape, self.periodic = tuple(shape), tuple(periodic)
+        self.label = np.full(self.shape, -1, np.int32)
+        self.places = sources.nowhere(self.shape)
+        self.seams = np.zeros((len(self.shape), *self.shape), np.int32)
+        self.fixed = np.zeros(self.shape, bool)
+        self.patches: list[Patch] = []
+        self.total = 0
+
+    @property
+    def filled(self) -> np.ndarray:
+        """The pixels that have a patch."""
+        return self.label >= 0
+
+    def longest(self, axis: int) -> int:
+        """The longest patch an axis admits: around a closed axis it must leave both its neighbors distinct."""
+        return max(self.shape[axis] - 2, 1) if self.periodic[axis] else self.shape[axis]
+
+    def indices(self, box: Box) -> tuple[np.ndarray, ...]:
+        """An open mesh of the output pixels of a box; the box may pass the border only on axes that wrap."""
+        lines = zip(box.start, box.stop, self.shape, strict=True)
+        return np.ix_(*[np.arange(start, stop) % n for start, stop, n in lines])
+
+    def lay(
+        self,
+        patch: Patch,
+        *,
+        must: np.ndarray | None = None,
+        must_not: np.ndarray | None = None,
+        taking: np.ndarray | None = None,
+        cheaper: bool = False,
+    ) -> bool:
+        """Cut a patch into the sheet; True if it changed anything. As `cut`.
+
+        With `cheaper` the patch is only accepted if its price is below 0: if the seams, and what taking costs, fall.
+        """
+        cut = self.cut(patch, must=must, must_not=must_not, taking=taking)
+        if not cut.take.any() or (cheaper and cut.price >= 0):
+            return False
+        self.commit(cut)
+        return True
+
+    def cut(
+        self,
+        patch: Patch,
+        *,
+        must: np.ndarray | None = None,
+        must_not: np.ndarray | None = None,
+        taking: np.ndarray | None = None,
+    ) -> Cut:
+        """The cheapest way to cut a patch in.
+
+        Arrays over the patch's box: `must`, `must_not`: booleans, pixels that have to take it or may not. `taking`:
+        what a filled pixel costs more when it takes the patch, in the units of the seams, whole numbers.
+        """
+        window = Box(tuple(s - 1 for s in patch.box.start), tuple(e + 2 for e in patch.box.extent))
+        window = window.clipped(self.shape, self.periodic)
+        at = self.indices(window)
+        inner = tuple(
+            slice(b - w, b - w + e) for b, w, e in zip(patch.box.start, window.start, patch.box.extent, strict=True)
+        )
+        state = self._state(at, inner, must, must_not)
+        new = self._patch_places(patch, window)
+        remembered = [seams[at][along(k, None, -1, len(at))] for k, seams in enumerate(self.seams)]
+        pairs = self.cost.pairs(self.places[each(at)], new, remembered)
+        extra = None
+        if taking is not None:
+            extra = np.zeros(state.shape, np.int64)
+            extra[inner] = taking
+        take = best_cut(state, pairs, extra)
+        seams = seams_after(state, take, pairs)
+        change = sum(
+            int(s.sum(dtype=np.int64)) - int(a.sum(dtype=np.int64)) for s, (a, _, _) in zip(seams, pairs, strict=True)
+        )
+        more = 0 if extra is None else int(extra[take & (state == FREE)].sum())
+        return Cut(patch, at, take, new, seams, change, change + more)
+
+    def commit(self, cut: Cut) -> None:
+        """Lay a patch as it was cut; nothing may have been laid in between."""
+        at = cut.at
+        self.label[at] = np.where(cut.take, len(self.patches), self.label[at])
+        self.places[each(at)] = np.where(cut.take, cut.places, self.places[each(at)])
+        for axis, cost in enumerate(cut.seams):
+            low = tuple(
+                line if d != axis else line.take(range(line.shape[axis] - 1), axis) for d, line in enumerate(at)
+            )
+            self.seams[axis][low] = cost
+        self.patches.append(cut.patch)
+        self.total += cut.change
+
+    def _state(
+        self,
+        at: tuple[np.ndarray, ...],
+        inner: tuple[slice, ...],
+        must: np.ndarray | None,
+        must_not: np.ndarray | None,
+    ) -> np.ndarray:
+        filled = self.label[at] >= 0
+        state = np.where(filled, KEEP, VOID)
+        core = np.where(filled[inner], FREE, TAKE)
+        if must is not None:
+            core[must] = TAKE
+        if must_not is not None:
+            core[must_not] = np.where(filled[inner][must_not], KEEP, VOID)
+        core[self.fixed[at][inner]] = KEEP
+        state[inner] = core
+        return state
+
+    def _patch_places(self, patch: Patch, window: Box) -> np.ndarray:
+        steps = zip(window.start, window.stop, patch.box.start, patch.box.stop, patch.shift, strict=True)
+        lines = [np.clip(np.arange(low, high), first - 1, last) - shift for low, high, first, last, shift in steps]
+        return self.sources.places(patch.number, lines)
+
+    def recomputed_seams(self) -> np.ndarray:
+        """The seam costs computed anew from places alone, shaped as `seams`; equal to it at every moment."""
+        seams = np.zeros_like(self.seams)
+        for axis in range(len(self.shape)):
+            label = np.roll(self.label, -1, axis)
+            seam = (self.label != label) & self.filled & (label >= 0)
+            if not self.periodic[axis]:
+                seam[along(axis, -1, None, seam.ndim)] = False
+            next_places = np.roll(self.places, -1, axis - len(self.shape))
+            seams[axis][seam] = self.cost.seam(self.places[..., seam], next_places[..., seam], axis, len(self.shape))
+        return seams
+
+
+def each(at: Iterable[Any]) -> Any:
+    """The index of pixels into arrays that have further axes before those of the pixels."""
+    return (..., *at)

@@ -1,0 +1,145 @@
+"""Laying patches against brute force: no labeling of a small sheet may be cheaper than the one that is chosen."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from kwatra.pieces.boxes import Box
+from kwatra.pieces.mosaic import LEVELS, Mosaic
+from kwatra.pieces.seams import SeamCost
+from kwatra.pieces.sheet import Patch, Sheet
+
+
+def labeling_cost(sheet, patch, take):
+    """Seam cost of the whole sheet once the pixels in `take` come from `patch`, from colours alone."""
+    label = np.where(take, -2, sheet.label)
+    patches = {**dict(enumerate(sheet.patches)), -2: patch}
+    image = sheet.sources.planes.reshape(len(sheet.sources.planes), -1, *sheet.sources.cell).astype(int)
+
+    def color(number, at):
+        home = patches[number]
+        n = sheet.sources.shapes[home.number]
+        period = [s if w else 10**6 for s, w in zip(sheet.shape, sheet.periodic, strict=True)]
+        u = [(a - (b - 1)) % m + (b - 1) for a, b, m in zip(at, home.box.start, period, strict=True)]
+        x = [min(max(c - s, -1), m) + 1 for c, s, m in zip(u, home.shift, n, strict=True)]
+        return image[(slice(None), home.number, *x)]
+
+    total = 0
+    for at in np.ndindex(*sheet.shape):
+        for axis in range(len(at)):
+            to = tuple(a + (d == axis) for d, a in enumerate(at))
+            if to[axis] == sheet.shape[axis]:
+                if not sheet.periodic[axis]:
+                    continue
+                to = tuple(0 if d == axis else a for d, a in enumerate(at))
+            if label[at] != label[to] and label[at] != -1 and label[to] != -1:
+                total += np.abs(color(label[at], at) - color(label[to], at)).sum()
+                total += np.abs(color(label[at], to) - color(label[to], to)).sum()
+    return int(total)
+
+
+@pytest.mark.parametrize(
+    ("shape", "source", "periodic"),
+    [
+        ((5, 6), (4, 4), (False, False)),
+        ((6, 6), (4, 4), (True, True)),
+        ((3, 4, 4), (3, 3, 3), (False, False, False)),
+        ((5, 3, 3), (3, 3, 3), (True, False, False)),
+    ],
+)
+@pytest.mark.parametrize("seed", range(4))
+def test_laying_a_patch_over_old_seams_is_optimal(shape, source, periodic, seed):
+    rng = np.random.default_rng(seed)
+    sources = Mosaic([rng.random((2, *source), np.float32)])
+    sheet = Sheet(sources, shape, periodic, SeamCost(sources))
+    for _ in range(6):
+        extent = tuple(min(n, sheet.longest(d)) for d, n in enumerate(source))
+        start = tuple(
+            int(rng.integers(0, s if w else s - e + 1)) for s, e, w in zip(shape, extent, periodic, strict=True)
+        )
+        patch = Patch(0, start, Box(start, extent))
+        at = sheet.indices(patch.box)
+        must = rng.random(extent) < 0.1
+        must_not = (rng.random(extent) < 0.1) & ~must & sheet.filled[at]
+        free = sheet.filled[at] & ~must & ~must_not
+        free.ravel()[np.flatnonzero(free.ravel())[6:]] = False
+        held = sheet.filled[at] & ~must & ~free
+        best = min(_all_labelings(sheet, patch, at, free, ~free & ~held))
+        sheet.lay(patch, must=must, must_not=held)
+        assert sheet.total == best
+        assert sheet.total == int(sheet.seams.sum())
+        np.testing.assert_array_equal(sheet.recomputed_seams(), sheet.seams)
+
+
+def _all_labelings(sheet, patch, at, free, taken):
+    spots = np.argwhere(free)
+    for choice in itertools.product([False, True], repeat=len(spots)):
+        inside = taken.copy()
+        inside[tuple(spots.T)] = choice
+        take = np.zeros(sheet.shape, bool)
+        take[at] = inside
+        yield labeling_cost(sheet, patch, take)
+
+
+def bag(*values: float, side: int = 4) -> Mosaic:
+    """Sources of one color each."""
+    return Mosaic([np.full((1, side, side), value, np.float32) for value in values])
+
+
+def test_of_a_bag_of_four_colors_the_seam_runs_where_the_colors_are_nearest() -> None:
+    sources = bag(0.0, 0.4, 0.6, 1.0, side=6)
+    sheet = Sheet(sources, (6, 6), (False, False), SeamCost(sources))
+    for number, column in ((0, 0), (3, 3)):
+        assert sheet.lay(Patch(number, (0, 0), Box((0, column), (6, 3))))
+    assert sheet.total == 2 * LEVELS * 6
+    # 0 | 1 becomes 0 | 0.4 | 1: between two colors nothing is saved, and nothing is lost
+    assert not sheet.lay(Patch(1, (0, 0), Box((0, 1), (6, 4))), cheaper=True)
+    # but the color of one side takes all, and then there is no seam
+    assert sheet.lay(Patch(0, (0, 0), Box((0, 1), (6, 5))), cheaper=True)
+    assert sheet.total == 0
+    assert set(sheet.places.ravel() // sources.cell_size) == {0}
+
+
+def test_taking_has_its_price() -> None:
+    sources = bag(0.0, 1.0, side=6)
+    for price, takes in ((-LEVELS * 9, True), (-LEVELS * 2, False)):
+        sheet = Sheet(sources, (6, 6), (False, False), SeamCost(sources))
+        sheet.lay(Patch(0, (0, 0), Box((0, 0), (6, 6))))
+        taking = np.zeros((4, 4), np.int64)
+        taking[1, 1] = price
+        cut = sheet.cut(Patch(1, (0, 0), Box((1, 1), (4, 4))), taking=taking)
+        assert bool(cut.take.any()) is takes
+        if takes:  # one pixel with four seams of 2 each
+            assert int(cut.take.sum()) == 1
+            assert (cut.change, cut.price) == (8 * LEVELS, 8 * LEVELS + price)
+        assert sheet.lay(cut.patch, taking=taking, cheaper=True) is takes
+
+
+@pytest.mark.parametrize("periodic", [False, True])
+def test_a_new_patch_mends_an_old_seam(periodic: bool) -> None:
+    """A stripe laid out of step is covered by one in step: all seams are gone."""
+    stripes = np.tile(np.repeat([0.0, 1.0], 2), 6)[None, None].repeat(8, 1).astype(np.float32)  # (1, 8, 24), period 4
+    sources = Mosaic([stripes])
+    sheet = Sheet(sources, (8, 16), (False, periodic), SeamCost(sources))
+    for start in (0, 8):
+        sheet.lay(Patch(0, (0, start - 4), Box((0, start), (8, 8))))
+    assert sheet.total == 0
+    sheet.lay(Patch(0, (0, 1), Box((2, 5), (4, 5))), must=np.ones((4, 5), bool))
+    assert sheet.total > 0
+    assert sheet.lay(Patch(0, (0, 0), Box((1, 4), (6, 8))), cheaper=True)
+    assert sheet.total == 0
+    np.testing.assert_array_equal(sources.originals(sheet.places)[0, 3], np.tile([0.0, 0.0, 1.0, 1.0], 4))
+
+
+def test_what_is_void_or_fixed_stays() -> None:
+    sources = bag(0.0, 1.0, side=6)
+    sheet = Sheet(sources, (6, 6), (False, False), SeamCost(sources))
+    hole = np.zeros((6, 6), bool)
+    hole[2, 2] = True
+    sheet.lay(Patch(0, (0, 0), Box((0, 0), (6, 6))), must_not=hole)
+    assert sheet.label[2, 2] == -1
+    sheet.fixed[:, :2] = True
+    sheet.lay(Patch(1, (0, 0), Box((0, 0), (6, 6))), must=~hole, must_not=hole)
+    assert sheet.label[2, 2] == -1
+    assert set(sheet.label[:, :2].ravel()) == {0}
