@@ -8,7 +8,7 @@ from kwatra.measure import measure
 from kwatra.result import Progress, Result, Stage
 from kwatra.settings import Settings
 from kwatra.source import Bags, Prepared
-from kwatra.steps import Ballot, Mode, Pull, Step, match_histogram, mean, regular, winner
+from kwatra.steps import Ballot, CheapestSeams, Mode, Pull, Step, match_histogram, mean, regular, winner
 from kwatra.terms import Charge, HardPixels, Quadratic, Scaled, SoftPixels, Sum, Term, TermLike
 from kwatra.windows import Feature, FreeWindows, Grid, gradient
 
@@ -17,6 +17,7 @@ __all__ = [
     "Bags",
     "Ballot",
     "Charge",
+    "CheapestSeams",
     "Exemplar",
     "Feature",
     "FreeWindows",

@@ -9,9 +9,9 @@ import kwatra
 import synth
 
 PUBLIC = {
-    kwatra: """THESIS Bags Ballot Charge Exemplar Feature FreeWindows Grid HardPixels InputError Level Mode Prepared
-        Progress Pull Quadratic Result Scaled Settings SoftPixels Stage Step Sum Term TermLike gradient match_histogram
-        mean measure optimize planned_levels regular texture_element winner""",
+    kwatra: """THESIS Bags Ballot Charge CheapestSeams Exemplar Feature FreeWindows Grid HardPixels InputError Level
+        Mode Prepared Progress Pull Quadratic Result Scaled Settings SoftPixels Stage Step Sum Term TermLike gradient
+        match_histogram mean measure optimize planned_levels regular texture_element winner""",
     flow: """NAMES PRESETS Field Frame Lookup Renewing State VolumeFlow Warp animate around at_speed disc disc_mask
         end_point_error filled flow_term lookup loop named noise picture published resampled rotation saddle sampled
         seen shear sink source stream uniform vortices warp waves wheel""",

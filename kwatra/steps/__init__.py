@@ -5,11 +5,13 @@ from kwatra.steps.blend import blend
 from kwatra.steps.histogram import match_histogram
 from kwatra.steps.matching import Matching
 from kwatra.steps.robust import rho, weight
+from kwatra.steps.seamvote import CheapestSeams
 from kwatra.steps.step import Step, regular
 from kwatra.steps.votes import Ballot, Mode, Pull, Vote, mean, winner
 
 __all__ = [
     "Ballot",
+    "CheapestSeams",
     "Matching",
     "Mode",
     "Pull",
