@@ -3,7 +3,7 @@
 Putting a window z in the place of x_p changes the video by d = z - x_p there and by nothing elsewhere, and so the
 energy x^T F x by
 
-    2 d^T (F x)_p + d^T F_pp d,
+    d^T (2 (F x)_p + F_pp d),
 
 where F_pp couples the window's own pixels: each with itself, with its neighbors that the same springs read, and with
 the pixels of the next frame that its own spring reads. All are looked up where the window lies, so a window costs in
@@ -20,91 +20,87 @@ class Candidates:
     """Charges windows (N, d, h, w, C) at corners (N, 3) what they raise weight * x^T F x by, over their values' number.
 
     x (C, T, H, W) is the video as it is. Without one only springs with both ends in the window count: how well it
-    flows by itself.
+    flows by itself. What is looked up is kept for the next call with the same corners.
     """
 
     def __init__(self, springs: Springs, weight: float, x: Tensor | None) -> None:
         self.springs, self.weight = springs, weight
-        self.x = None if x is None else _rows(x)
-        self.pull = None if x is None else _rows(springs.times(x))
+        self.x, self.pull = x, None if x is None else 2 * springs.times(x)
+        self._place: _Place | None = None
 
     def __call__(self, corners: Tensor, windows: Tensor) -> Tensor:
         """The charge (N,)."""
-        place = _Place(self.springs, corners, tuple(windows.shape[1:-1]))
-        values = windows.flatten(1, -2)
-        if self.x is None or self.pull is None:
-            cost = place.stretch(values)
-        else:
-            change = values - self.x[place.pixels]
-            cost = 2 * (change * self.pull[place.pixels]).sum((1, 2)) + place.form(change)
-        return self.weight * cost / values[0].numel()
-
-
-def _rows(x: Tensor) -> Tensor:
-    """(C, *S) as (pixels, C)."""
-    return x.flatten(1).T.contiguous()
+        width = tuple(windows.shape[1:-1])
+        if self._place is None or self._place.corners is not corners or self._place.width != width:
+            self._place = _Place(self.springs, corners, width, self.x, self.pull)
+        values = windows.flatten(1, -2).movedim(-1, 0).contiguous()
+        return self.weight * self._place.cost(values) / windows[0].numel()
 
 
 class _Place:
-    """Where N windows of a size lie: numbers (N, P) of their pixels in the video, counted row by row."""
+    """What is known of the springs where N windows of P pixels lie.
 
-    def __init__(self, springs: Springs, corners: Tensor, width: tuple[int, ...]) -> None:
-        self.springs, self.width = springs, width
-        self.corners = corners
+    x, pull: the video and 2 F x there, (C, N, P), or None; own: F of each pixel with itself; coupled: with neighbors,
+    for each of `PAIRS`; read: of the pixels of the next frame, their numbers in the window and the springs' weights.
+    All are (N, P), and 0 for pixels outside of the window.
+    """
+
+    def __init__(
+        self, springs: Springs, corners: Tensor, width: tuple[int, ...], x: Tensor | None, pull: Tensor | None
+    ) -> None:
+        self.springs, self.corners, self.width = springs, corners, width
         axes = [torch.arange(size, device=corners.device) for size in width]
-        inside = torch.stack(torch.meshgrid(*axes, indexing="ij"), -1).view(1, -1, 3)
+        self._inside = torch.stack(torch.meshgrid(*axes, indexing="ij")).flatten(1)
         shape = torch.tensor(springs.shape, device=corners.device)
-        at = (corners[:, None] + inside) % shape
-        self.pixels = (at[..., 0] * shape[1] + at[..., 1]) * shape[2] + at[..., 2]
+        frame, row, column = ((corners[:, :, None] + self._inside) % shape[:, None]).unbind(1)
+        self._pixels = (frame * shape[1] + row) * shape[2] + column
+        self.read = [self._reading(*tables) for tables in zip(*springs.readings, strict=True)]
+        self.x = self.pull = None
+        if x is not None and pull is not None:
+            self.x, self.pull = (values.flatten(1)[:, self._pixels] for values in (x, pull))
+            self.own = self._of(springs.diagonal)
+            self.coupled = [self._of(c) * self._has(o) for c, o in zip(springs.couplings, PAIRS, strict=True)]
 
-    def form(self, change: Tensor) -> Tensor:
-        """d^T F_pp d for d (N, P, C), (N,)."""
-        own = (self._of(self.springs.diagonal[0])[..., None] * change.square()).sum((1, 2))
-        for offset, coupled in zip(PAIRS, self.springs.couplings, strict=True):
-            other = self._neighbors(change, offset)
-            own = own + 2 * (self._of(coupled) * (change * other).sum(2)).sum(1)
-        for read, weight in self._read(change):
-            own = own - 2 * (weight * (change * read).sum(2)).sum(1)
-        return own
-
-    def stretch(self, values: Tensor) -> Tensor:
-        """Squared length (N,) of the springs that lie in the window, which holds values (N, P, C)."""
-        stretched, whole = values, torch.zeros_like(self.pixels, dtype=values.dtype)
-        for read, weight in self._read(values):
-            stretched = stretched - weight[..., None] * read
-            whole = whole + weight
-        # weights of a spring sum to 1
-        return ((whole > 1 - 1e-4) * stretched.square().sum(2)).sum(1)
+    def cost(self, values: Tensor) -> Tensor:
+        """What windows of values (C, N, P) cost, (N,)."""
+        if self.x is None or self.pull is None:
+            stretched, whole = values.clone(), torch.zeros_like(values[0])
+            for number, weight in self.read:
+                stretched.addcmul_(weight, values.gather(2, number.expand_as(values)), value=-1)
+                whole += weight
+            # the weights that a spring reads by sum to 1
+            return (stretched.square().sum(0) * (whole > 1 - 1e-4)).sum(1)
+        change = values - self.x
+        force = self.pull + self.own * change
+        volume = change.unflatten(2, self.width)
+        for offset, coupled in zip(PAIRS, self.coupled, strict=True):
+            force.addcmul_(coupled, volume.roll((-offset[0], -offset[1]), (3, 4)).flatten(2), value=2)
+        for number, weight in self.read:
+            force.addcmul_(weight, change.gather(2, number.expand_as(change)), value=-2)
+        return change.mul_(force).sum(0).sum(1)
 
     def _of(self, table: Tensor) -> Tensor:
-        """A table (T, H, W) at the windows' pixels, (N, P)."""
-        return table.flatten()[self.pixels]
+        """A table of the video's pixels at those of the windows."""
+        return table.flatten()[self._pixels]
 
-    def _read(self, values: Tensor) -> list[tuple[Tensor, Tensor]]:
-        """What the spring of each pixel reads of the window's values (N, P, C), with its weight (N, P): 0 outside."""
+    def _has(self, offset: tuple[int, int]) -> Tensor:
+        """Whether the window's pixels (P,) have a neighbor in it, so many rows and columns on."""
+        has = torch.ones_like(self._inside[0], dtype=torch.bool)
+        for axis, step in zip((1, 2), offset, strict=True):
+            around = self.springs.wrap and self.width[axis] == self.springs.shape[axis]
+            there = self._inside[axis] + step
+            has &= (there >= 0) & (there < self.width[axis]) | around
+        return has
+
+    def _reading(self, pixel: Tensor, weight: Tensor) -> tuple[Tensor, Tensor]:
+        """Numbers in the window, and weights, of one of the pixels (T, H, W) of the next frame that springs read."""
         depth, height, width = self.width
         frames, rows, columns = self.springs.shape
-        after = torch.arange(depth, device=values.device) + 1
-        after = (after % frames if self.springs.loop else after).repeat_interleave(height * width)
-        readings = []
-        for pixel, weight in zip(*self.springs.readings, strict=True):
-            there = pixel.flatten()[self.pixels]
-            row, column = there // columns - self.corners[:, 1:2], there % columns - self.corners[:, 2:3]
-            if self.springs.wrap:
-                row, column = row % rows, column % columns
-            inside = (row >= 0) & (row < height) & (column >= 0) & (column < width) & (after < depth)
-            number = torch.where(inside, (after * height + row) * width + column, 0)
-            read = values.gather(1, number[..., None].expand(-1, -1, values.shape[2]))
-            readings.append((read, self._of(weight) * inside))
-        return readings
-
-    def _neighbors(self, values: Tensor, offset: tuple[int, int]) -> Tensor:
-        """Each pixel's neighbor, some rows and columns on, 0 outside of the window: (N, P, C)."""
-        shifted = values.view(len(values), *self.width, -1)
-        for axis, step in zip((2, 3), offset, strict=True):
-            size = self.width[axis - 1]
-            shifted = shifted.roll(-step, axis)
-            if step and not (self.springs.wrap and size == self.springs.shape[axis - 1]):
-                shifted = shifted.clone()
-                shifted.select(axis, size - 1 if step > 0 else 0).zero_()
-        return shifted.reshape(values.shape)
+        after = (self._inside[0] + 1) % frames if self.springs.loop else self._inside[0] + 1
+        there = self._of(pixel)
+        row, column = there // columns - self.corners[:, 1:2], there % columns - self.corners[:, 2:3]
+        if self.springs.wrap:
+            row, column = row % rows, column % columns
+        inside = (row >= 0) & (row < height) & (column >= 0) & (column < width) & (after < depth)
+        number = torch.where(inside, (after * height + row) * width + column, 0)
+        return number, self._of(weight) * inside

@@ -174,7 +174,9 @@ def test_a_candidate_is_charged_what_it_does_to_the_energy(
     """Equation 31: lambda U_c(y) with y the video with the window in its place, up to what all candidates share."""
     made, x, corners = term(loop, wrap, masked), video(), corners_of(width, loop, wrap)
     windows = torch.rand(len(corners), *width, 2, generator=generator(7))
-    charged = made.charge(x)(corners, windows)
+    charge = made.charge(x)
+    assert torch.allclose(charge(corners.flip(0), windows.flip(0)).flip(0), charge(corners, windows), atol=1e-6)
+    charged = charge(corners, windows)
     matrix, numel = dense(made), windows[0].numel()
     before = float((x.double().flatten(1) @ matrix * x.double().flatten(1)).sum())
     for corner, window, cost in zip(corners, windows, charged, strict=True):
