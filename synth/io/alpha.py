@@ -1,0 +1,30 @@
+"""Colors and alpha: what is mixed is color times alpha, so that colors that cannot be seen color nothing."""
+
+import torch
+from torch import Tensor
+
+from synth.io.kinds import Kind
+
+
+def premultiplied(pixels: Tensor, kind: Kind) -> Tensor:
+    """Pixels (C, H, W) of this kind with their colors multiplied by alpha, unless they are so already."""
+    if not _straight(kind):
+        return pixels
+    return _colors_times(pixels, pixels[kind.channels.index("A")], kind)
+
+
+def straight(pixels: Tensor, kind: Kind) -> Tensor:
+    """The inverse of `premultiplied`; where alpha is 0 so are the colors."""
+    if not _straight(kind):
+        return pixels
+    alpha = pixels[kind.channels.index("A")]
+    return _colors_times(pixels, torch.where(alpha > 0, 1 / alpha, 0.0), kind)
+
+
+def _straight(kind: Kind) -> bool:
+    return "A" in kind.channels and not kind.premultiplied
+
+
+def _colors_times(pixels: Tensor, factor: Tensor, kind: Kind) -> Tensor:
+    colors = torch.tensor([name in ("Y", "R", "G", "B") for name in kind.channels])
+    return torch.where(colors[:, None, None], pixels * factor, pixels)
