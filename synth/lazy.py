@@ -14,10 +14,10 @@ def lazy(package: str, homes: Mapping[str, str]) -> tuple[Callable[[str], Any], 
     def load(name: str) -> Any:
         if name not in homes:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
-        try:
-            return getattr(import_module(homes[name]), name)
-        except ImportError as error:
-            raise ImportError(shadowed() or str(error)) from error
+        stranger = shadowed()
+        if stranger is not None:
+            raise ImportError(stranger)
+        return getattr(import_module(homes[name]), name)
 
     def names() -> list[str]:
         return sorted({*vars(sys.modules[package]), *homes})

@@ -1,11 +1,13 @@
 """That this project's packages are those that python finds."""
 
+from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 
 NAMES = ("kwatra", "flow")
 
 
+@cache
 def shadowed() -> str | None:
     """A sentence where another `kwatra` or `flow` stands before ours on python's path, else None.
 

@@ -13,7 +13,7 @@ from dataclasses import replace
 import torch
 from torch import Tensor
 
-from kwatra.base import InputError, factors_of
+from kwatra.base import InputError, factors_of, generator_of, whole_sizes
 from kwatra.exemplar import Exemplar
 from kwatra.levels import Level, planned_levels
 from kwatra.loop.scene import Scene, State
@@ -45,13 +45,14 @@ def optimize(
     call. Runs on the exemplar's device. Memory grows with the output and with the exemplar, never with their product.
     Raises InputError for what cannot be done, FloatingPointError should the energy cease to be finite.
     """
-    settings, shape = settings or Settings(), tuple(shape)
+    settings = settings or Settings()
     prepared = exemplar if isinstance(exemplar, Prepared) else None
     exemplar = exemplar.exemplar if isinstance(exemplar, Prepared) else exemplar
+    shape = whole_sizes(shape, len(exemplar.shape))
     single_terms, mask = parts_of(terms), check_mask(mask, shape)
     _check(exemplar, shape, start, mask)
     full = _full_controls(exemplar, shape, single_terms, mask)
-    generator = torch.Generator().manual_seed(seed)
+    generator = generator_of(seed)
     levels = settings.levels or planned_levels(exemplar, shape, settings.iterations)
     report = _Report(levels, callback)
     image, where, factors = start, None, (1,) * len(shape)
@@ -98,7 +99,8 @@ def _iterate(
         report.add(number, state, row)
         if state.changed < tolerance:
             return state, f"the matches settled: fewer than {tolerance:.1%} changed in iteration {state.iteration}"
-    return state, f"all {level.iterations} iterations were done"
+    done = "its one iteration was done" if level.iterations == 1 else f"all {level.iterations} iterations were done"
+    return state, done
 
 
 def block_start(
@@ -172,9 +174,6 @@ class _Report:
 
 
 def _check(exemplar: Exemplar, shape: tuple[int, ...], start: Tensor | None, mask: Tensor | None) -> None:
-    axes = len(exemplar.shape)
-    if len(shape) != axes or any(int(s) != s or s < 1 for s in shape):
-        raise InputError(f"the output's shape is {shape}; give {axes} whole numbers of pixels, each at least 1")
     if start is None:
         return
     if tuple(start.shape) != (len(exemplar.weights), *shape):

@@ -55,22 +55,23 @@ def run(arguments: argparse.Namespace) -> str:
         )
     if not hole.any():
         raise synth.InputError(f"{arguments.hole} is black everywhere; it is white where {path} is to be filled")
-    exemplars = [_exemplar(each, path, kind) for each in arguments.exemplar] or None
+    exemplars = [_exemplar(each, path, kind) for each in arguments.exemplar]
     output = arguments.output or Path(f"{path.stem}_fill{path.suffix}")
     io.check_output(output, kind, arguments.overwrite)
     began = time.perf_counter()
     with progress_line(f"{path.name}, {int(hole.sum())} pixels") as callback:
         filled = texture.fill(
-            image,
+            io.mixed(image, kind),
             hole,
-            exemplar=exemplars,
+            exemplar=[io.mixed(exemplar, kind) for exemplar in exemplars] or None,
             preset=arguments.preset,
             seed=arguments.seed,
             device=arguments.device,
             callback=callback,
         )
     took = time.perf_counter() - began
-    finish({output: io.array_writer(output, filled.image, kind)})
+    image[hole] = io.unmixed(filled.image, kind)[hole]
+    finish({output: io.array_writer(output, image, kind)})
     return f"wrote {output}: {int(hole.sum())} pixels filled in {took:.1f} s ({filled.result.stopped})"
 
 

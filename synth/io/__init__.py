@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 from synth.lazy import lazy
 
 if TYPE_CHECKING:
+    from synth.io.alpha import mixed, unmixed
     from synth.io.flows import FLOW_SUFFIXES, check_flow_output, field_of, flow_writer, read_flow
     from synth.io.frames import FramesFolder
     from synth.io.images import (
@@ -40,6 +41,7 @@ __all__ = [
     "flow_writer",
     "image_writer",
     "is_video",
+    "mixed",
     "npy_writer",
     "read_array",
     "read_flow",
@@ -48,6 +50,7 @@ __all__ = [
     "read_values",
     "read_video",
     "staged",
+    "unmixed",
     "video_writer",
     "write_files",
 ]
@@ -72,6 +75,7 @@ __getattr__, __dir__ = lazy(
         "flow_writer": "synth.io.flows",
         "image_writer": "synth.io.images",
         "is_video": "synth.io.videos",
+        "mixed": "synth.io.alpha",
         "npy_writer": "synth.io.numpy_files",
         "read_array": "synth.io.images",
         "read_flow": "synth.io.flows",
@@ -80,6 +84,7 @@ __getattr__, __dir__ = lazy(
         "read_values": "synth.io.images",
         "read_video": "synth.io.videos",
         "staged": "synth.io.outputs",
+        "unmixed": "synth.io.alpha",
         "video_writer": "synth.io.videos",
         "write_files": "synth.io.outputs",
     },

@@ -3,7 +3,22 @@
 import torch
 from torch import Tensor
 
-from synth.io.kinds import Kind
+from synth.io.images import from_pixels, to_pixels
+from synth.io.kinds import Array, Kind
+
+
+def mixed(array: Array, kind: Kind) -> Array:
+    """Values (H, W, C) as a file holds them, made fit to be mixed; as they are where there is no alpha to heed."""
+    if not _straight(kind):
+        return array
+    return premultiplied(to_pixels(array), kind).permute(1, 2, 0).numpy()
+
+
+def unmixed(array: Array, kind: Kind) -> Array:
+    """The inverse of `mixed`, up to rounding."""
+    if not _straight(kind):
+        return array
+    return from_pixels(straight(torch.from_numpy(array).permute(2, 0, 1), kind), kind)
 
 
 def premultiplied(pixels: Tensor, kind: Kind) -> Tensor:

@@ -94,6 +94,7 @@ def _put(made: Mapping[Path, Path]) -> None:
         for target, old in aside.items():
             _remove_folder(target)
             os.replace(old, target)
+            _remove(old)  # where both are one file, nothing was moved
         raise
     for old in aside.values():
         _remove(old)

@@ -12,6 +12,7 @@ from synth.io.kinds import GRAY, ORIENTATION, RGB, Array, Kind, check_extent, up
 
 _PHOTOMETRICS = ("MINISWHITE", "MINISBLACK", "RGB", "PALETTE", "MASK", "YCBCR", "CFA")
 """What samples may mean; inks and Lab are no channels that textures can be mixed in."""
+_INKS = {"SEPARATED": "CMYK", "CIELAB": "Lab", "ICCLAB": "Lab", "ITULAB": "Lab"}
 
 
 def read_tiff(path: Path) -> tuple[Array, Kind]:
@@ -28,7 +29,7 @@ def read_tiff(path: Path) -> tuple[Array, Kind]:
             )
         check_extent(path, page.imagewidth, page.imagelength, page.samplesperpixel)
         if (name := _photometric(page)) not in _PHOTOMETRICS:
-            raise InputError(f"{path} holds {name} colors; convert it to RGB or gray")
+            raise InputError(f"{path} holds {_INKS.get(name, name)} colors; convert it to RGB or gray")
         pixels = page.asarray()
         if page.planarconfig == 2 and page.samplesperpixel > 1:
             pixels = np.moveaxis(pixels.reshape(-1, *pixels.shape[-2:]), 0, -1)
