@@ -83,12 +83,12 @@ def run(arguments: argparse.Namespace) -> str:
     began = time.perf_counter()
     with progress_line(f"{first.name} to {width}x{height}") as callback:
         synthesis = texture.synthesize(
-            [exemplar.pixels for exemplar in exemplars],
+            [io.premultiplied(exemplar.pixels, exemplar.kind) for exemplar in exemplars],
             (height, width),
             preset=arguments.preset,
             seed=arguments.seed,
             tile=arguments.tile,
-            start=None if start is None else start.pixels,
+            start=None if start is None else io.premultiplied(start.pixels, start.kind),
             levels=arguments.levels,
             mirror=arguments.mirror,
             rotate=arguments.rotate,
@@ -107,7 +107,7 @@ def run(arguments: argparse.Namespace) -> str:
 def _writers(
     arguments: argparse.Namespace, output: Path, maps: "Sequence[Map]", synthesis: "Synthesis[Tensor]", kind: "Kind"
 ) -> "dict[Path, Writer]":
-    writers = {output: io.image_writer(output, synthesis.image, kind)}
+    writers = {output: io.image_writer(output, io.straight(synthesis.image, kind), kind)}
     writers |= {carried.output: texture.map_writer(carried, synthesis) for carried in maps}
     if arguments.map is not None:
         writers[arguments.map] = texture.source_writer(arguments.map, synthesis.source)
@@ -198,5 +198,5 @@ def _stage_writers(folder: Path, synthesis: "Synthesis[Tensor]", kind: "Kind", s
     writers = {}
     for number, (stage, image) in enumerate(zip(synthesis.result.stages, synthesis.stages, strict=True), 1):
         path = folder / f"level_{number}_scale{stage.factor}_width{stage.width}{suffix}"
-        writers[path] = io.image_writer(path, image, kind)
+        writers[path] = io.image_writer(path, io.straight(image, kind), kind)
     return writers

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 from synth.lazy import lazy
 
 if TYPE_CHECKING:
-    from synth.io.alpha import mixed, unmixed
+    from synth.io.alpha import mixed, premultiplied, straight, unmixed
     from synth.io.flows import FLOW_SUFFIXES, check_flow_output, field_of, flow_writer, read_flow
     from synth.io.frames import FramesFolder
     from synth.io.images import (
@@ -43,6 +43,7 @@ __all__ = [
     "is_video",
     "mixed",
     "npy_writer",
+    "premultiplied",
     "read_array",
     "read_flow",
     "read_image",
@@ -50,6 +51,7 @@ __all__ = [
     "read_values",
     "read_video",
     "staged",
+    "straight",
     "unmixed",
     "video_writer",
     "write_files",
@@ -77,6 +79,7 @@ __getattr__, __dir__ = lazy(
         "is_video": "synth.io.videos",
         "mixed": "synth.io.alpha",
         "npy_writer": "synth.io.numpy_files",
+        "premultiplied": "synth.io.alpha",
         "read_array": "synth.io.images",
         "read_flow": "synth.io.flows",
         "read_image": "synth.io.images",
@@ -84,6 +87,7 @@ __getattr__, __dir__ = lazy(
         "read_values": "synth.io.images",
         "read_video": "synth.io.videos",
         "staged": "synth.io.outputs",
+        "straight": "synth.io.alpha",
         "unmixed": "synth.io.alpha",
         "video_writer": "synth.io.videos",
         "write_files": "synth.io.outputs",

@@ -17,7 +17,7 @@ from torch import Tensor
 
 from kwatra.base import InputError
 from synth.io.images import image_writer, read_image
-from synth.io.kinds import RGB, Kind
+from synth.io.kinds import MOST_PIXELS, RGB, Kind
 from synth.io.outputs import Writer, check_place, write_files
 
 VIDEO_SUFFIXES = (".mp4", ".gif")
@@ -120,7 +120,7 @@ def _read_file(path: Path) -> Clip:
                 raise InputError(f"{path} holds no video; give an .mp4, a .gif or a folder of frames")
             stream = container.streams.video[0]
             rate = float(stream.average_rate or 25)
-            arrays = [frame.to_ndarray(format="rgb24") for frame in container.decode(stream)]
+            arrays = _decoded(path, container.decode(stream))
     except (av.FFmpegError, OSError) as error:
         raise InputError(f"{path} is no video that can be read ({error}); give an .mp4, a .gif or a folder") from error
     if len({array.shape for array in arrays}) > 1:
@@ -131,6 +131,15 @@ def _read_file(path: Path) -> Clip:
     for t, array in enumerate(arrays):
         frames[:, t] = torch.from_numpy(array).permute(2, 0, 1) / 255
     return Clip(frames, rate, _COLORS)
+
+
+def _decoded(path: Path, frames: Iterable[Any]) -> list[np.ndarray]:
+    arrays: list[np.ndarray] = []
+    for frame in frames:
+        arrays.append(frame.to_ndarray(format="rgb24"))
+        if len(arrays) * frame.width * frame.height > MOST_PIXELS:
+            raise InputError(f"{path} has more than 2^28 pixels in all its frames; give a shorter or smaller video")
+    return arrays
 
 
 def _bytes(frames: Iterable[Tensor]) -> Iterator[np.ndarray]:

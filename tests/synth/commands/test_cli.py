@@ -389,8 +389,9 @@ def test_help_is_quick_because_nothing_heavy_is_imported() -> None:
     assert time.perf_counter() - began < 2  # alone it takes a tenth of a second
 
 
-def test_runs_as_a_module() -> None:
-    with python("-m", "synth", "--help") as process:
+@pytest.mark.parametrize("name", ["synth", "kwatra"])
+def test_runs_as_a_module(name: str) -> None:
+    with python("-m", name, "--help") as process:
         out, err = process.communicate()
     assert process.returncode == 0
     assert out.startswith("usage: kwatra ")

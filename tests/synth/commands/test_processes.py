@@ -2,8 +2,10 @@
 
 import os
 import signal
+import struct
 import subprocess
 import sys
+import zlib
 from pathlib import Path
 
 import pytest
@@ -119,3 +121,12 @@ def test_a_library_that_is_missing_is_no_damage_of_the_file(folder: Path, monkey
     error = capsys.readouterr().err
     assert error.startswith("kwatra: error: a library could not be loaded (import of imagecodecs halted")
     assert error.count("\n") == 1
+
+
+def test_warnings_of_libpng_reach_nobody(folder: Path) -> None:
+    data = Path("brick.png").read_bytes()
+    chunk = b"sBIT\x09"  # nine of eight bits
+    odd = struct.pack(">I", 1) + chunk + struct.pack(">I", zlib.crc32(chunk))
+    Path("odd.png").write_bytes(data[:33] + odd + data[33:])
+    done = python("-m", "synth", "quilt", "odd.png", "--size", "24x24", "--refine", "0")
+    assert (done.returncode, done.stderr) == (0, "")
