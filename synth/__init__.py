@@ -1,22 +1,23 @@
-"""Programs on top of the engine: images from exemplars, files, and the command line.
-
-The public names are loaded on first use, so that ``kwatra --help`` need not wait for torch.
-"""
+"""Programs on top of the engine: images from exemplars, files, and the command line."""
 
 import os
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from synth.lazy import lazy
 
 # threads that wait for work would otherwise spin: a quarter of all cpu seconds of a small synthesis
 os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
 
 if TYPE_CHECKING:
+    from kwatra.base import InputError
     from synth.io.flows import Recording, field_of, read_flow, write_flow
-    from synth.io.image_formats import Kind
     from synth.io.images import Picture, read_image, write_image
+    from synth.io.kinds import Kind
     from synth.texture.filling import fill
     from synth.texture.images import Synthesis, synthesize
 
 __all__ = [
+    "InputError",
     "Kind",
     "Picture",
     "Recording",
@@ -30,28 +31,20 @@ __all__ = [
     "write_image",
 ]
 
-_HOMES = {
-    "Kind": "synth.io.image_formats",
-    "Picture": "synth.io.images",
-    "Recording": "synth.io.flows",
-    "Synthesis": "synth.texture.images",
-    "field_of": "synth.io.flows",
-    "fill": "synth.texture.filling",
-    "read_flow": "synth.io.flows",
-    "read_image": "synth.io.images",
-    "synthesize": "synth.texture.images",
-    "write_flow": "synth.io.flows",
-    "write_image": "synth.io.images",
-}
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _HOMES:
-        raise AttributeError(f"module 'synth' has no attribute {name!r}")
-    from importlib import import_module
-
-    return getattr(import_module(_HOMES[name]), name)
-
-
-def __dir__() -> list[str]:
-    return sorted([*globals(), *__all__])
+__getattr__, __dir__ = lazy(
+    __name__,
+    {
+        "InputError": "kwatra.base",
+        "Kind": "synth.io.kinds",
+        "Picture": "synth.io.images",
+        "Recording": "synth.io.flows",
+        "Synthesis": "synth.texture.images",
+        "field_of": "synth.io.flows",
+        "fill": "synth.texture.filling",
+        "read_flow": "synth.io.flows",
+        "read_image": "synth.io.images",
+        "synthesize": "synth.texture.images",
+        "write_flow": "synth.io.flows",
+        "write_image": "synth.io.images",
+    },
+)

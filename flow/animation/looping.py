@@ -22,6 +22,7 @@ from flow.animation.settings import Renewing
 from flow.fields import Field, Shape
 from flow.warps import lookup, pixel_coordinates, warp
 from kwatra import Exemplar, InputError, Settings
+from kwatra.base import generator_of
 from kwatra.cut import FREE, KEEP, TAKE, VOID
 
 _STRETCH = 24
@@ -146,7 +147,7 @@ def _reversed(field: Field, frames: int) -> Field:
 
 def _times(shape: Shape, first: int, last: int, size: int, seed: int) -> Tensor:
     """The frame (H, W), from `first` to `last`, since which each region of about `size` px is to be shown."""
-    generator = torch.Generator().manual_seed(seed)
+    generator = generator_of(seed)
     rows, columns = (-(-side // size) for side in shape)
     y, x = torch.meshgrid(torch.arange(rows), torch.arange(columns), indexing="ij")
     corner = torch.stack([y, x]).flatten(1) + torch.rand(2, rows * columns, generator=generator)

@@ -25,7 +25,7 @@ from flow.animation.upright import Upright
 from flow.fields import Field
 from flow.warps import Lookup, filled, lookup
 from kwatra import Exemplar, InputError, Level, Result, Settings, optimize
-from kwatra.base import check_mask
+from kwatra.base import check_mask, generator_of
 from kwatra.result import Row
 from kwatra.source import look_up
 
@@ -196,7 +196,7 @@ class Motion:
             look = self._lookup(flow, allowed)
             inside = inside & entered(flow, look, state.inside, allowed, self.enter, state.number)
             look = known_of(look, state.inside)
-        generator = torch.Generator().manual_seed((self.seed << 32) + number)
+        generator = generator_of(self.seed, number)
         source = carried(state.source, look, state.inside)
         moved = inside & (source != state.source).any(0)
         source = self.upright(tidied(source, moved, inside), moved)

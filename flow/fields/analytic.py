@@ -12,7 +12,7 @@ from torch import Tensor
 
 from flow.fields.field import Field, Shape, at_speed
 from flow.warps import pixel_coordinates
-from kwatra.base import InputError
+from kwatra.base import InputError, generator_of
 
 
 def uniform(speed: float = 2.0, angle: float = 0.0) -> Field:
@@ -105,7 +105,7 @@ def noise(
     None for a steady field. seed: another seed, other eddies.
     """
     _check_positive(scale=scale, period=period, modes=modes)
-    generator = torch.Generator().manual_seed(seed)
+    generator = generator_of(seed)
     turn, phase, octave, pace = torch.rand(4, modes, generator=generator, dtype=torch.float64)
     cycles = torch.where(pace < 0.5, -1, 1) * (1 + (2 * pace % 1 * 2).floor())
 

@@ -19,6 +19,10 @@ from kwatra.base import InputError
 Shape = tuple[int, int]
 
 
+_STILL = 1e-30
+"""px per frame below which a flow cannot be brought to a speed in float32."""
+
+
 @dataclass(frozen=True)
 class Field:
     """A flow field made from any function `at(t, shape)` that returns (2, H, W) for a frame of `shape` = (H, W).
@@ -85,7 +89,12 @@ def sampled(flows: Tensor, resample: bool = False, speed: float | None = None) -
 
     @lru_cache(1)
     def factor(shape: Shape) -> float:
-        return 1.0 if speed is None else speed / max(float(fitted(flow, shape).norm(dim=0).max()) for flow in flows)
+        if speed is None:
+            return 1.0
+        fastest = max(float(fitted(flow, shape).norm(dim=0).max()) for flow in flows)
+        if fastest < _STILL:
+            raise InputError(f"a flow of {shape[1]}x{shape[0]} stands still; leave out its speed of {speed:g}")
+        return speed / fastest
 
     def at(t: float, shape: Shape) -> Tensor:
         place = min(max(t, 0.0), len(flows) - 1.0)

@@ -1,8 +1,10 @@
-"""What everything stands on: the one error, axes, sums, linear systems."""
+"""What everything stands on: the one error, axes, sums, linear systems, seeds, sizes."""
 
 from kwatra.base.axes import AVERAGE, CONVOLUTION, LARGEST, coarse_shape, enlarged, factors_of, resized
 from kwatra.base.errors import InputError, check_mask
 from kwatra.base.reductions import mean, total
+from kwatra.base.seeds import generator_of
+from kwatra.base.sizes import whole_sizes
 from kwatra.base.solver import Solution, conjugate_gradients
 
 __all__ = [
@@ -16,7 +18,9 @@ __all__ = [
     "conjugate_gradients",
     "enlarged",
     "factors_of",
+    "generator_of",
     "mean",
     "resized",
     "total",
+    "whole_sizes",
 ]

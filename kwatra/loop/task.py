@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from kwatra.base import InputError, check_mask
+from kwatra.base import InputError, check_mask, generator_of, whole_sizes
 from kwatra.exemplar import Exemplar
 from kwatra.levels import Level, planned_levels
 from kwatra.settings import Settings
@@ -42,12 +42,12 @@ class Task:
     ) -> "Task":
         """The task, checked; InputError for what cannot be done."""
         texture = Prepared(texture) if isinstance(texture, Exemplar) else texture
-        shape = _whole(shape)
+        shape = whole_sizes(shape, _axes(texture, shape))
         if mask is not None:
             check_mask(mask, shape)
             mask = None if bool(mask.all()) else mask
         levels = _levels(texture, shape, settings)
-        generator = torch.Generator().manual_seed(seed)
+        generator = generator_of(seed)
         task = cls(texture, shape, settings, levels, parts_of(terms), mask, generator)
         per_axis(settings.wrap, len(shape))
         if settings.start == "terms" and not task.terms:
@@ -79,27 +79,19 @@ class Task:
             raise InputError("the start image holds NaN or infinite pixels; replace them first")
 
 
-def _whole(shape: Sequence[int]) -> tuple[int, ...]:
-    if len(shape) not in (2, 3) or any(int(s) != s or s < 1 for s in shape):
-        raise InputError(f"the output's shape is {tuple(shape)}; give 2 or 3 whole numbers of pixels, each at least 1")
-    return tuple(int(s) for s in shape)
+def _axes(texture: Texture, shape: Sequence[int]) -> int:
+    """How many axes an output of this texture has."""
+    if isinstance(texture, Bags):
+        return next(iter(texture.windows.values())).ndim - 2
+    return len(shape) if texture.exemplar is None else len(texture.exemplar.shape)
 
 
 def _levels(texture: Texture, shape: tuple[int, ...], settings: Settings) -> tuple[Level, ...]:
     """The levels asked for, or planned ones; of bags, one for each."""
-    levels: tuple[Level, ...] | None
+    if settings.levels is not None:
+        return settings.levels
     if isinstance(texture, Bags):
-        axes = next(iter(texture.windows.values())).ndim - 2
-        levels = settings.levels or tuple(Level(f, w, settings.iterations) for f, w in texture.windows)
-    elif texture.exemplar is not None:
-        axes, levels = len(texture.exemplar.shape), settings.levels
-    elif settings.levels is None:
+        return tuple(Level(factor, width, settings.iterations) for factor, width in texture.windows)
+    if texture.exemplar is None:
         raise InputError("a texture without an exemplar has no levels of its own; give some in the settings")
-    else:
-        axes, levels = len(shape), settings.levels
-    if len(shape) != axes:
-        raise InputError(f"the output's shape is {shape}; give {axes} whole numbers of pixels, each at least 1")
-    if levels is not None:
-        return levels
-    assert texture.exemplar is not None
     return planned_levels(texture.exemplar, shape, settings.iterations)

@@ -167,6 +167,10 @@ def check_controls(controls: Controls, x: Tensor) -> None:
         asked = q.diagonal > 0 if q.fixed is None else (q.diagonal > 0) | q.fixed
         if not bool(q.diagonal.isfinite().all()) or not bool((q.target.isfinite() | ~asked).all()):
             raise InputError(f"the term {name!r} has NaN or infinite weights or values; replace them or weigh them 0")
+        if bool((q.diagonal < 0).any()):
+            raise InputError(
+                f"the term {name!r} has negative weights, with which there is no least energy; make them 0 or more"
+            )
         if q.fixed is not None:
             clash = fixed & q.fixed & (value != q.target)
             if bool(clash.any()):

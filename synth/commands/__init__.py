@@ -1,1 +1,7 @@
-"""The command line: one file per command."""
+"""The command line: one file per command, with its arguments (`add`) and its run, and what they share.
+
+The files import nothing that takes long; what they need loads when a command runs, so that `--help` answers at once.
+"""
+
+NAMES = ("synth", "fill", "score", "flow", "animate", "quilt", "merge")
+"""The commands, each a module of this package, in the order in which `--help` lists them."""

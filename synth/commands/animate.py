@@ -7,39 +7,102 @@ import argparse
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from torch import Tensor
-
-import flow
-from kwatra import Exemplar
-from kwatra.base import InputError
-from synth.commands.animate_arguments import FRAMES
-from synth.commands.animate_inputs import Inputs, name_of, read_inputs, settings_of
+import synth
+from synth import io
+from synth.commands.checks import check_disk, finish, refuse_unused, set_up
+from synth.commands.parsing import Subparsers, add_common, file, rate, size, whole
 from synth.commands.progress import work_line
-from synth.commands.synth import set_up
-from synth.io.frames import FramesFolder
-from synth.io.images import write_files
-from synth.io.videos import FILE_SUFFIXES, check_video_output, video_writer
-from synth.texture.images import PRESETS
+from synth.words import counted
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+    import flow
+    from synth.commands.animate_inputs import Inputs
+
+LOADS = ("synth.commands.animate_inputs", "synth.io.frames", "synth.io.videos")
 
 Report = Callable[[str, float], None]
 
+_FRAMES, _FPS = 100, 25.0
 
-def run_animate(arguments: argparse.Namespace) -> str:
-    """`kwatra animate`: returns the summary."""
-    set_up(arguments.device, arguments.threads)
+_EPILOG = """examples:
+  kwatra animate brick.png --flow rotation                  100 frames, as brick_rotation.mp4
+  kwatra animate brick.png --flow uniform:90 --loop 60 -o falling.gif
+  kwatra animate leaves.png --flow wind.flo --speed 2 --frames 1000 -o frames/
+  kwatra animate sand.png --flow uniform --obstacle disc --fill-from left
+  kwatra animate leaves.png --flow wind.flo --speed 2 --frames 2000 -o frames/ --resume
+"""
+
+
+def add(commands: Subparsers) -> None:
+    """Add the command's arguments."""
+    parser = commands.add_parser(
+        "animate",
+        help="a texture that flows along a field",
+        description="Make a video, or a folder of frames, of a texture that flows along a field without wearing out.\n"
+        "Every frame is kept as soon as it is whole: what was interrupted, --resume goes on with.",
+        epilog=_EPILOG,
+    )
+    add = parser.add_argument
+    add("exemplar", type=file, metavar="EXEMPLAR", help="image of the texture")
+    add("--flow", required=True, metavar="FIELD", help="uniform:ANGLE, rotation, sink, ... (another name lists them "
+        "all), or a file: .flo, .png (KITTI), .npy or .npz")  # fmt: skip
+    add("--speed", type=float, metavar="PX", help="px per frame of the fastest pixel (default: 2; a file's own)")
+    add("--size", type=size, metavar="WIDTHxHEIGHT", help="size in pixels (default: that of the files given, or "
+        "256x256)")  # fmt: skip
+    add("--resample", action="store_true", help="stretch a file's flow over frames of another size")
+    length = parser.add_mutually_exclusive_group()
+    length.add_argument("--frames", type=whole(1), metavar="N", help=f"how many frames (default: {_FRAMES})")
+    length.add_argument("--loop", type=whole(2), metavar="N", help="N frames of which the last leads into the first")
+    add("--obstacle", type=_obstacle, metavar="WHAT", help="what is flowed around: an image, white where the obstacle "
+        "is; or disc, in the middle; or disc:X,Y,RADIUS in pixels")  # fmt: skip
+    begin = parser.add_mutually_exclusive_group()
+    begin.add_argument("--first", type=file, metavar="IMAGE", help="a picture to begin with, of the frames' size")
+    begin.add_argument("--fill-from", choices=("left", "right", "top", "bottom", "all"), help="begin with an empty "
+        "frame that texture enters from there")  # fmt: skip
+    add("-o", "--output", type=file, metavar="OUT", help="an .mp4 or .gif to write, or a folder for PNG frames, TIFF "
+        "where the exemplar needs it (default: EXEMPLAR_FIELD.mp4 in this folder)")  # fmt: skip
+    add("--fps", type=rate, metavar="F", help=f"frames a second of a video (default: {_FPS:g})")
+    add("--seed", type=whole(0), default=0, metavar="N", help="another seed, another texture (default: 0)")
+    add("--preset", choices=("fast", "default", "best"), default="default", help="how much work to spend")
+    add("--resume", action="store_true", help="go on after the last frame of an interrupted run, or a folder's; the "
+        "result is the same as without the break")  # fmt: skip
+    add_common(parser, threads=1)  # one frame's steps are too small to share
+
+
+def _obstacle(text: str) -> "Path | tuple[float, ...]":
+    """`disc`, `disc:X,Y,RADIUS` or a file."""
+    name, colon, rest = text.partition(":")
+    if name != "disc":
+        return file(text)
+    try:
+        numbers = tuple(float(part) for part in rest.split(",")) if colon else ()
+    except ValueError:
+        numbers = (0.0,)
+    if colon and not (len(numbers) == 3 and all(abs(n) < float("inf") for n in numbers) and numbers[2] > 0):
+        raise argparse.ArgumentTypeError(f"{text!r} is no disc; write disc, or disc:X,Y,RADIUS as disc:80,60,20")
+    return numbers
+
+
+def run(arguments: argparse.Namespace) -> str:
+    """Check everything, work, write everything; returns the summary."""
+    from synth.commands.animate_inputs import frames_of, name_of, read_inputs
+
+    set_up(arguments)
     if arguments.loop is not None and arguments.fill_from is not None:
-        raise InputError(
+        raise synth.InputError(
             "--loop leads back to the first frame, but with --fill-from that is empty; leave one of them out"
         )
     inputs = read_inputs(arguments)
-    output = arguments.output or Path(f"{arguments.exemplar.stem}_{name_of(arguments.flow)}.mp4")
-    job = _Job(arguments, inputs, output)
+    job = _Job(arguments, inputs, arguments.output or Path(f"{arguments.exemplar.stem}_{name_of(arguments.flow)}.mp4"))
     after = job.checked()
-    frames = job.frames(after)
+    frames = frames_of(arguments, inputs, job.total, after)
     done = 0 if after is None else after.number + 1
     if done == job.total and not job.video:
-        return f"{output} has its {done} frames already; there is nothing to do"
+        return f"{job.output} has its {done} frames already; there is nothing to do"
     began = time.perf_counter()
     with work_line(f"{arguments.exemplar.name}, {arguments.flow}") as report:
         job.run(frames, done, report)
@@ -48,61 +111,50 @@ def run_animate(arguments: argparse.Namespace) -> str:
     made = job.total - done
     now = f", {made} of them now," if done else ""
     each = f" ({took / made:.2f} s per frame)" if made else ""
-    return f"wrote {output}: {job.total} frames of {width}x{height}{now} in {took:.1f} s{each}"
+    return f"wrote {job.output}: {counted(job.total, 'frame')} of {width}x{height}{now} in {took:.1f} s{each}"
 
 
 class _Job:
     """What is to be made, and where it is kept meanwhile."""
 
-    def __init__(self, arguments: argparse.Namespace, inputs: Inputs, output: Path) -> None:
+    def __init__(self, arguments: argparse.Namespace, inputs: "Inputs", output: Path) -> None:
         self.arguments, self.inputs, self.output = arguments, inputs, output
-        self.total: int = arguments.loop or arguments.frames or FRAMES
-        self.video = output.suffix.lower() in FILE_SUFFIXES
+        self.total: int = arguments.loop or arguments.frames or _FRAMES
+        self.video = output.suffix.lower() in io.VIDEO_SUFFIXES
         place = output.with_name(f"{output.name}.frames") if self.video else output
-        self.folder = FramesFolder(place, inputs.exemplar.kind, settings_of(arguments, inputs))
+        self.folder = io.FramesFolder(place, inputs.exemplar.kind, inputs.settings)
 
-    def checked(self) -> flow.State | None:
-        """Refuse what could not be written; returns the state to go on after, if so asked."""
-        resume, overwrite = self.arguments.resume, self.arguments.overwrite
-        if not self.output.is_dir() or self.video:
-            if resume and self.video and self.output.exists() and not self.folder.path.exists():
-                raise InputError(f"{self.output} is whole, there is nothing to resume; make it anew with --overwrite")
-            check_video_output(self.output, overwrite or not self.video)
-        if not resume:
-            self.folder.check_new(overwrite)
-            return None
-        state = self.folder.state()
-        if state.number >= self.total:
-            raise InputError(
-                f"{self.folder.path} has {state.number + 1} frames already, more than the {self.total} asked for; "
-                f"give --frames {state.number + 1} or more"
+    def checked(self) -> "flow.State | None":
+        """Refuse what could not be written; returns the state to go on after, if so asked and there is one."""
+        resume, overwrite, folder = self.arguments.resume, self.arguments.overwrite, self.folder
+        if not self.video:
+            refuse_unused(
+                self.arguments, ["fps"], f"is for .mp4 and .gif but {self.output} is to be a folder of frames"
             )
+        if not self.output.is_dir() or self.video:
+            if resume and self.video and self.output.exists() and not folder.path.exists():
+                raise synth.InputError(
+                    f"{self.output} is whole, there is nothing to resume; make it anew with --overwrite"
+                )
+            io.check_video_output(self.output, overwrite or not self.video)
+        folder.check(overwrite or resume)
+        state = folder.state() if resume else None
+        done = 0 if state is None else state.number + 1
+        if done > self.total:
+            raise synth.InputError(
+                f"{folder.path} has {counted(done, 'frame')} already, more than the {self.total} asked for; "
+                f"give --frames {done} or more"
+            )
+        length = f"an animation of {counted(self.total, 'frame')}"
+        check_disk((self.total - done) * self._least_bytes(), folder.path.absolute().parent, length, "ask for fewer")
         return state
 
-    def frames(self, after: flow.State | None) -> Iterator[flow.Frame]:
-        """The frames to make, none of them made yet."""
-        arguments, inputs = self.arguments, self.inputs
-        device = arguments.device
-        exemplar = Exemplar.of(inputs.form.normalized(inputs.exemplar.pixels), device=device)
-        first = None if inputs.first is None else inputs.form.normalized(inputs.first.pixels).to(device)
-        if after is not None:
-            after = after.to(device)
-        make, more = (flow.animate, {"enter": arguments.fill_from}) if arguments.loop is None else (flow.loop, {})
-        return make(
-            exemplar,
-            inputs.field,
-            inputs.shape,
-            frames=self.total,
-            first=first,
-            mask=inputs.mask,
-            renewing=flow.PRESETS[arguments.preset],
-            synthesis=PRESETS[arguments.preset][0],
-            seed=arguments.seed,
-            after=after,
-            **more,
-        )
+    def _least_bytes(self) -> int:
+        """What a frame takes at least on a disk: textures compress to about half, so a quarter."""
+        height, width = self.inputs.shape
+        return height * width * self.inputs.exemplar.kind.bytes_per_pixel // 4
 
-    def run(self, frames: Iterator[flow.Frame], done: int, report: Report) -> None:
+    def run(self, frames: "Iterator[flow.Frame]", done: int, report: Report) -> None:
         """Make the frames, of which `done` are there, and the video; a KeyboardInterrupt says what is left."""
         begun = done > 0
         if begun:
@@ -111,23 +163,24 @@ class _Job:
         try:
             for number, frame in enumerate(frames, done):
                 if not begun:
-                    self.folder.clear()
+                    self.folder.begin()
                     begun = True
                 self.folder.add(self.inputs.drawn(frame), frame.state)
                 rate = (number + 1 - done) / (time.perf_counter() - began)
                 report(f"frame {number + 1} of {self.total}, {rate:.1f} frames/s", (number + 1) / self.total)
             if self.video:
-                write_files({self.output: video_writer(self.output, self._shown(report), self.arguments.fps)})
+                fps = self.arguments.fps or _FPS
+                finish({self.output: io.video_writer(self.output, self._shown(report), fps)})
                 self.folder.remove()
         except KeyboardInterrupt:
             count = self.folder.count() if begun else 0
             if not count:
                 raise
             raise KeyboardInterrupt(
-                f"interrupted, {count} of {self.total} frames are whole in {self.folder.path}; --resume goes on"
+                f"interrupted with {count} of {self.total} frames whole in {self.folder.path}; --resume goes on"
             ) from None
 
-    def _shown(self, report: Report) -> Iterator[Tensor]:
+    def _shown(self, report: Report) -> "Iterator[Tensor]":
         """The frames of a video, from black 0 to white 1."""
         low, high = self.inputs.extremes
         for number, frame in enumerate(self.folder.frames(self.total), 1):

@@ -2,8 +2,8 @@
 
 import argparse
 import hashlib
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
@@ -12,14 +12,19 @@ import torch
 from torch import Tensor
 
 import flow
+from kwatra import Exemplar
 from kwatra.base import InputError
-from synth.commands.animate_arguments import Obstacle
-from synth.commands.synth import check_size
-from synth.io.flows import SUFFIXES, field_of, read_flow
+from synth.commands.checks import check_size, refuse_unused
+from synth.io.alpha import premultiplied, straight
+from synth.io.flows import FLOW_SUFFIXES, field_of, read_flow
 from synth.io.images import Picture, read_image, read_mask
 from synth.texture.form import Form
+from synth.texture.images import PRESETS
 
 Shape = tuple[int, int]
+
+Obstacle = Path | tuple[float, ...]
+"""An image, or a disc: (x, y, radius), or () for the one in the frame's middle."""
 
 _SIZE = (256, 256)
 _LEAST = 4
@@ -30,15 +35,19 @@ class Inputs:
     """What an animation is made of.
 
     field: bent around the obstacle. shape: (H, W) of the frames. mask (H, W): False where the obstacle is; None where
-    there is none. form: takes the exemplar's pixels to [0, 1] and back.
+    there is none. first: the pixels of a picture to begin with. form: takes the exemplar's pixels to [0, 1] and back.
+    settings: all that decides what the frames look like, by names that a user knows; of files, what they hold.
+
+    Pixels are mixed with their colors multiplied by alpha, so that what cannot be seen colors nothing.
     """
 
     exemplar: Picture
     field: flow.Field
     shape: Shape
     mask: Tensor | None
-    first: Picture | None
+    first: Tensor | None
     form: Form[Tensor]
+    settings: Mapping[str, str]
 
     @property
     def extremes(self) -> tuple[float, float]:
@@ -52,7 +61,7 @@ class Inputs:
         """
         low, high = self.extremes
         opaque = "A" not in self.exemplar.kind.channels
-        pixels = self.form.restored(frame.image.cpu())
+        pixels = straight(self.form.restored(frame.image.cpu()), self.exemplar.kind)
         pixels = torch.where(frame.state.inside.cpu(), pixels, low if opaque else 0.0)
         return pixels if self.mask is None else torch.where(self.mask, pixels, (low + high) / 2 if opaque else 0.0)
 
@@ -64,24 +73,53 @@ def read_inputs(arguments: argparse.Namespace) -> Inputs:
     first = None if arguments.first is None else _read_first(arguments.first, path, exemplar)
     drawn = read_mask(arguments.obstacle) if isinstance(arguments.obstacle, Path) else None
     shape = _shape(arguments, first, drawn)
+    if not _is_file(arguments.flow):
+        refuse_unused(arguments, ["resample"], f"stretches a file's flow but {arguments.flow} is made for any size")
     field = field_of(arguments.flow, arguments.speed, arguments.resample)
     mask = None if arguments.obstacle is None else _mask(arguments.obstacle, drawn, shape)
     field = field if mask is None else flow.around(field, mask)
-    return Inputs(exemplar, field, shape, mask, first, Form.of([exemplar.pixels]))
+    pixels = premultiplied(exemplar.pixels, exemplar.kind)
+    begin = None if first is None else premultiplied(first.pixels, first.kind)
+    settings = _settings(arguments, exemplar, shape, mask, first)
+    return Inputs(replace(exemplar, pixels=pixels), field, shape, mask, begin, Form.of([pixels]), settings)
 
 
-def settings_of(arguments: argparse.Namespace, inputs: Inputs) -> Mapping[str, str]:
-    """All that decides what the frames look like, by names that a user knows; of files, what they hold."""
+def frames_of(
+    arguments: argparse.Namespace, inputs: Inputs, total: int, after: flow.State | None
+) -> Iterator[flow.Frame]:
+    """The frames to make, none of them made yet, up to `total`; those behind a state."""
+    device = arguments.device
+    exemplar = Exemplar.of(inputs.form.normalized(inputs.exemplar.pixels), device=device)
+    first = None if inputs.first is None else inputs.form.normalized(inputs.first).to(device)
+    make, more = (flow.animate, {"enter": arguments.fill_from}) if arguments.loop is None else (flow.loop, {})
+    return make(
+        exemplar,
+        inputs.field,
+        inputs.shape,
+        frames=total,
+        first=first,
+        mask=inputs.mask,
+        renewing=flow.PRESETS[arguments.preset],
+        synthesis=PRESETS[arguments.preset][0],
+        seed=arguments.seed,
+        after=None if after is None else after.to(device),
+        **more,
+    )
+
+
+def _settings(
+    arguments: argparse.Namespace, exemplar: Picture, shape: Shape, mask: Tensor | None, first: Picture | None
+) -> Mapping[str, str]:
     recorded = _is_file(arguments.flow)
     return {
-        "exemplar": _digest(inputs.exemplar),
+        "exemplar": _digest(exemplar),
         "--flow": hashlib.sha256(Path(arguments.flow).read_bytes()).hexdigest() if recorded else arguments.flow,
         "--speed": str(arguments.speed),
-        "--size": "x".join(map(str, inputs.shape[::-1])),
+        "--size": "x".join(map(str, shape[::-1])),
         "--loop": str(arguments.loop),
-        "--obstacle": "None" if inputs.mask is None else hashlib.sha256(inputs.mask.numpy().tobytes()).hexdigest(),
+        "--obstacle": "None" if mask is None else hashlib.sha256(mask.numpy().tobytes()).hexdigest(),
         "--fill-from": str(arguments.fill_from),
-        "--first": "None" if inputs.first is None else _digest(inputs.first),
+        "--first": "None" if first is None else _digest(first),
         "--seed": str(arguments.seed),
         "--preset": arguments.preset,
         "--device": arguments.device,
@@ -145,7 +183,7 @@ def _mask(obstacle: Obstacle, drawn: Tensor | None, shape: Shape) -> Tensor:
 
 
 def _is_file(text: str) -> bool:
-    return Path(text).suffix.lower() in SUFFIXES
+    return Path(text).suffix.lower() in FLOW_SUFFIXES
 
 
 def _size(image: Tensor) -> Shape:

@@ -2,58 +2,95 @@
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import torch
-from torch import Tensor
+import synth
+from synth import io
+from synth.commands.checks import check_distinct, check_memory, check_size, finish, refuse_unused
+from synth.commands.parsing import Subparsers, file, size, whole
+from synth.words import listed
 
-import flow
-from kwatra.base import InputError
-from synth.io.flows import SUFFIXES, check_flow_output, field_of, flow_writer, read_flow
-from synth.io.image_formats import Kind
-from synth.io.images import Writer, check_output, image_writer, write_files
+if TYPE_CHECKING:
+    from torch import Tensor
 
-_PICTURE = Kind("uint8", ("R", "G", "B"))
+    from synth.io import Writer
+
+LOADS = ("synth.io.flows", "synth.io.images")
+
 _SIZE = (256, 256)
+_ARROWS = 16
+_BYTES, _WORK = 50, 40
+"""Memory per pixel: of each frame, and once; measured on sink, noise and waves of 2000x2000 pixels."""
 
 
-def run_flow(arguments: argparse.Namespace) -> str:
-    """`kwatra flow`: returns the summary."""
+def add(commands: Subparsers) -> None:
+    """Add the command's arguments."""
+    parser = commands.add_parser(
+        "flow",
+        help="a flow field by name or from a file, as a file or a picture",
+        description="Write a flow field as a file of another format or draw a picture of it.",
+    )
+    add = parser.add_argument
+    add("field", metavar="FIELD", help="uniform:ANGLE, rotation, sink, ... (another name lists them all), or a file")
+    add("-o", "--output", type=file, metavar="OUT", help="the file to write: .flo, .png (KITTI), .npy or .npz")
+    add("--picture", type=file, metavar="FILE", help="draw it into this image: hue is direction, full color is fastest")
+    add("--arrows", type=whole(0), metavar="PX", help=f"distance of its arrows (default: {_ARROWS}; 0: none)")
+    add("--size", type=size, metavar="WIDTHxHEIGHT", help="size in pixels (default: 256x256; a file's own)")
+    add("--speed", type=float, metavar="PX", help="px per frame of the fastest pixel (default: 2; a file's own)")
+    add("--frames", type=whole(1), metavar="N", help="how many in time (default: 1; as many as a file holds)")
+    add("--overwrite", action="store_true", help="replace files that exist")
+
+
+def run(arguments: argparse.Namespace) -> str:
+    """Check everything, work, write everything; returns the summary."""
+    import torch
+
+    import flow
+
+    color = io.Kind("uint8", ("R", "G", "B"))
     output, drawing = arguments.output, arguments.picture
-    if output is None and drawing is None:
-        raise InputError("there is nothing to write; name a file with -o, or a picture with --picture")
+    outputs = [path for path in (output, drawing) if path is not None]
+    if not outputs:
+        raise synth.InputError("there is nothing to write; name a file with -o, or a picture with --picture")
     if output is not None:
-        check_flow_output(output, arguments.overwrite)
+        io.check_flow_output(output, arguments.overwrite)
     if drawing is not None:
-        check_output(drawing, _PICTURE, arguments.overwrite)
-    if None not in (output, drawing) and output.resolve() == drawing.resolve():
-        raise InputError(f"{output} would be written twice; give every output a name of its own")
+        io.check_output(drawing, color, arguments.overwrite)
+    else:
+        refuse_unused(arguments, ["arrows"], "is for a --picture but there is none")
+    check_distinct(outputs)
     vectors, known = _vectors(arguments)
     first, seen = (vectors, known) if vectors.ndim == 3 else (vectors[0], known[0])
     writers: dict[Path, Writer] = {}
     if output is not None:
-        writers[output] = flow_writer(output, vectors, known)
+        writers[output] = io.flow_writer(output, vectors, known)
     if drawing is not None:
-        writers[drawing] = image_writer(drawing, flow.picture(first, seen, arrows=arguments.arrows), _PICTURE)
-    write_files(writers)
+        arrows = _ARROWS if arguments.arrows is None else arguments.arrows
+        writers[drawing] = io.image_writer(drawing, flow.picture(first, seen, arrows=arrows), color)
+    finish(writers)
     height, width = first.shape[1:]
     frames = "" if vectors.ndim == 3 else f" in {len(vectors)} frames"
     fastest = float(torch.where(known.unsqueeze(-3), vectors, 0.0).norm(dim=-3).max())
-    return f"wrote {' and '.join(map(str, writers))}: {width}x{height}{frames}, up to {fastest:.4g} px per frame"
+    return f"wrote {listed(outputs)}: {width}x{height}{frames}, up to {fastest:.4g} px per frame"
 
 
-def _vectors(arguments: argparse.Namespace) -> tuple[Tensor, Tensor]:
+def _vectors(arguments: argparse.Namespace) -> "tuple[Tensor, Tensor]":
     """The flow (2, H, W) or (T, 2, H, W) and where it is known; a file's as it is, unless something is to change."""
+    import torch
+
     size, speed, frames = arguments.size, arguments.speed, arguments.frames
-    if Path(arguments.field).suffix.lower() in SUFFIXES:
-        recording = read_flow(arguments.field)
+    if Path(arguments.field).suffix.lower() in io.FLOW_SUFFIXES:
+        recording = io.read_flow(arguments.field)
         if size is speed is frames is None:
             return recording.flow, recording.known
         size = size or tuple(recording.flow.shape[-2:])
         frames = frames or (1 if recording.flow.ndim == 3 else len(recording.flow))
     height, width = size or _SIZE
-    if not (0 < height * width <= 2**28):
-        raise InputError(f"--size is {width}x{height}; give 1 to 2^28 pixels")
-    field = field_of(arguments.field, speed, resample=True)
-    vectors = torch.stack([field(t, (height, width)) for t in range(frames or 1)])
+    frames = frames or 1
+    check_size((height, width))
+    needed = height * width * (_BYTES * frames + _WORK)
+    check_memory(needed, f"a flow of {width}x{height} in {frames} frames", "ask for a smaller --size or fewer --frames")
+    field = io.field_of(arguments.field, speed, resample=True)
+    vectors = torch.stack([field(t, (height, width)) for t in range(frames)])
     vectors = vectors[0] if len(vectors) == 1 else vectors
     return vectors, torch.ones_like(vectors.select(-3, 0), dtype=torch.bool)

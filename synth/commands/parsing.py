@@ -1,13 +1,67 @@
 """What the arguments of the command line mean; ArgumentTypeError says what they cannot read."""
 
 import argparse
+import math
+import os
 from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NoReturn
+
+MOST_THREADS = 256
+
+Subparsers = Any
+"""What argparse's `add_subparsers` returns; its class has no public name."""
+
+
+class Parser(argparse.ArgumentParser):
+    """Says what is wrong in one line, without the usage; an option is given once."""
+
+    def __init__(self, **named: Any) -> None:
+        super().__init__(formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False, **named)
+        self.register("action", None, _Once)
+
+    def error(self, message: str) -> NoReturn:
+        """End with the one line and exit code 2."""
+        self.exit(2, f"kwatra: error: {' '.join(message.split())} (see {self.prog} --help)\n")
+
+
+class _Once(argparse.Action):
+    """Stores what an option is given; given again, it is refused, so that none is forgotten in silence."""
+
+    def __call__(
+        self, parser: argparse.ArgumentParser, namespace: argparse.Namespace, values: Any, option: str | None = None
+    ) -> None:
+        before: set[str] = namespace.__dict__.setdefault("options_given", set())
+        if option in before:
+            raise argparse.ArgumentError(self, "it is given twice; give it once")
+        before.update([option] if option else [])
+        setattr(namespace, self.dest, values)
+
+
+class Version(argparse.Action):
+    """Looks the version up only when asked: that takes longer than all of --help."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> NoReturn:
+        """Print the version and end."""
+        from importlib.metadata import version
+
+        parser.exit(0, f"kwatra {version('kwatra')}\n")
+
+
+def file(text: str) -> Path:
+    """A path that a file can have."""
+    parts = [os.fsencode(part) for part in text.split(os.sep)]
+    if not text or "\0" in text or max(map(len, parts)) > 255 or sum(map(len, parts)) + len(parts) > 4096:
+        shown = text if len(text) <= 60 else f"{text[:60]}..."
+        raise argparse.ArgumentTypeError(f"{shown!r} cannot be the name of a file; give another, of at most 255 bytes")
+    return Path(text)
 
 
 def size(text: str) -> tuple[int, int]:
-    """WIDTHxHEIGHT as (height, width)."""
-    width, _, height = text.lower().partition("x")
-    if not (width.isdecimal() and height.isdecimal() and int(width) and int(height)):
+    """WIDTHxHEIGHT, or one number for both, as (height, width)."""
+    width, x, height = text.lower().partition("x")
+    height = height if x else width
+    if not (_is_whole(width) and _is_whole(height) and int(width) and int(height)):
         raise argparse.ArgumentTypeError(f"{text!r} is no size; write WIDTHxHEIGHT in pixels, for example 512x384")
     return int(height), int(width)
 
@@ -17,50 +71,69 @@ def levels(text: str) -> str | tuple[tuple[int, int], ...]:
     if text == "thesis":
         return text
     pairs = [part.split(":") for part in text.split(",")]
-    if not all(len(pair) == 2 and all(number.isdecimal() for number in pair) for pair in pairs):
+    if not all(len(pair) == 2 and all(map(_is_whole, pair)) for pair in pairs):
         raise argparse.ArgumentTypeError(f'{text!r} are no levels; write SCALE:WIDTH,... as "4:32,2:16,1:8", or thesis')
     return tuple((int(scale), int(width)) for scale, width in pairs)
 
 
 def numbers(text: str) -> tuple[float, ...]:
-    """Numbers with commas between them."""
-    try:
-        return tuple(float(part) for part in text.split(","))
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} are no numbers; write them with commas, as 90,180") from None
+    """Finite numbers with commas between them."""
+    found = tuple(_number(part) for part in text.split(","))
+    if not all(map(math.isfinite, found)):
+        raise argparse.ArgumentTypeError(f"{text!r} are no numbers; write them with commas, as 90,180")
+    return found
+
+
+def scales(text: str) -> tuple[float, float]:
+    """A range of scales A:B, each 1/16 to 16."""
+    first, _, last = (_number(part) if part != ":" else 0.0 for part in text.partition(":"))
+    if not (1 / 16 <= first <= 16 and 1 / 16 <= last <= 16):
+        raise argparse.ArgumentTypeError(f"{text!r} is no range of scales from 0.0625 to 16; write A:B, as 0.5:1")
+    return first, last
+
+
+def position(text: str) -> tuple[int, int]:
+    """A place X,Y in pixels."""
+    x, _, y = text.partition(",")
+    if not (_is_whole(x.removeprefix("-")) and _is_whole(y.removeprefix("-"))):
+        raise argparse.ArgumentTypeError(f"{text!r} is no position; write X,Y in pixels, for example 40,80")
+    return int(x), int(y)
+
+
+def number(least: float, most: float, what: str = "number") -> Callable[[str], float]:
+    """What reads numbers from `least` to `most`."""
+
+    def parse(text: str) -> float:
+        value = _number(text)
+        if not least <= value <= most:
+            raise argparse.ArgumentTypeError(f"{text!r} is no {what} from {least:g} to {most:g}")
+        return value
+
+    return parse
 
 
 def positive(text: str) -> float:
     """A finite number above 0."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = 0.0
-    if not 0 < value < float("inf"):
+    value = _number(text)
+    if not 0 < value < math.inf:
         raise argparse.ArgumentTypeError(f"{text!r} is no number above 0")
     return value
 
 
-def rate(text: str) -> float:
-    """Frames a second, as many as videos can have."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = 0.0
-    if not 0.1 <= value <= 1000:
-        raise argparse.ArgumentTypeError(f"{text!r} is no number of frames a second from 0.1 to 1000")
-    return value
-
-
-def whole(least: int) -> Callable[[str], int]:
-    """What reads whole numbers from `least` on."""
+def whole(least: int, most: int | None = None) -> Callable[[str], int]:
+    """What reads whole numbers from `least` on, up to `most`."""
 
     def parse(text: str) -> int:
-        if not text.isdecimal() or int(text) < least:
-            raise argparse.ArgumentTypeError(f"{text!r} is no whole number from {least} on")
+        if not _is_whole(text) or not least <= int(text) <= (math.inf if most is None else most):
+            end = "on" if most is None else f"to {most}"
+            raise argparse.ArgumentTypeError(f"{text!r} is no whole number from {least} {end}")
         return int(text)
 
     return parse
+
+
+rate = number(0.1, 1000, "number of frames a second")
+"""Frames a second, as many as videos can have."""
 
 
 def add_common(parser: argparse.ArgumentParser, threads: int | None = None, device: bool = True) -> None:
@@ -71,6 +144,17 @@ def add_common(parser: argparse.ArgumentParser, threads: int | None = None, devi
     add = parser.add_argument
     if device:
         add("--device", choices=("cpu", "cuda"), default="cpu", help="where to compute (default: cpu)")
-    add("--threads", type=whole(1), default=threads, metavar="N",
+    add("--threads", type=whole(1, MOST_THREADS), default=threads, metavar="N",
         help=f"threads to use (default: {threads or 'as many as cores'})")  # fmt: skip
     add("--overwrite", action="store_true", help="replace files that exist")
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
+
+
+def _is_whole(text: str) -> bool:
+    return text.isascii() and text.isdecimal() and len(text) < 4000

@@ -1,187 +1,182 @@
-"""`kwatra quilt` and `kwatra merge`: check everything, work, then write everything. Each returns what to print."""
-
-from __future__ import annotations
+"""`kwatra quilt`: a new image or video sewn from patches of an exemplar."""
 
 import argparse
 import time
-from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
-import numpy as np
-import torch
-from torch import Tensor
-
-from kwatra.base import InputError
+import synth
+from synth import io, quilting
+from synth.commands.checks import check_distinct, check_size, finish, refuse_unused, set_up
+from synth.commands.parsing import (
+    Parser,
+    Subparsers,
+    add_common,
+    file,
+    number,
+    numbers,
+    positive,
+    rate,
+    scales,
+    size,
+    whole,
+)
 from synth.commands.progress import work_line
-from synth.io.image_formats import Kind
-from synth.io.images import Picture, Writer, check_output, image_writer, read_image, read_mask, write_files
-from synth.io.videos import check_video_output, is_video, read_video, video_writer
-from synth.quilting.draw import seams_drawn
-from synth.quilting.merging import Overlay, merge
-from synth.quilting.synthesis import Quilt, QuiltSettings, quilt
-from synth.quilting.video import default_settings, quilt_video
+from synth.commands.sewing import add_blending, extra_writers, seams_kind, settings_of, sewn
+from synth.words import listed
 
-_MOST_PIXELS = 2**28
-_SEAMS_KIND = Kind("uint8", ("R", "G", "B"))
+if TYPE_CHECKING:
+    from synth.io import Writer
+    from synth.quilting import QuiltSettings
 
+LOADS = ("synth.quilting.video", "synth.quilting.draw", "synth.io.images", "synth.io.videos")
 
-def run_quilt(arguments: argparse.Namespace) -> str:
-    """`kwatra quilt`: returns the summary."""
-    if arguments.threads:
-        torch.set_num_threads(arguments.threads)
-    return (_quilt_video if is_video(arguments.exemplar) else _quilt_image)(arguments)
-
-
-def run_merge(arguments: argparse.Namespace) -> str:
-    """`kwatra merge`: returns the summary."""
-    overlays, at, keep, spare = arguments.overlays, arguments.at or [], arguments.keep, arguments.spare or []
-    at = at or [(0, 0)] * len(overlays)
-    for name, given in (("--at", at), ("--keep", keep), ("--spare", spare or overlays)):
-        if len(given) != len(overlays):
-            raise InputError(f"{name} is given {len(given)} times for {len(overlays)} overlays; give it once for each")
-    pictures = [read_image(path) for path in (arguments.background, *overlays)]
-    images, kind = _alike(pictures)
-    masks = [[read_mask(path) for path in paths] for paths in (keep, spare)]
-    output = arguments.output or Path(f"{arguments.background.stem}_merge{arguments.background.suffix}")
-    check_output(output, kind, arguments.overwrite)
-    _check_extras(arguments)
-    spares: list[Tensor | None] = list(masks[1]) or [None] * len(overlays)
-    layers = [Overlay(*parts) for parts in zip(images[1:], at, masks[0], spares, strict=True)]
-    settings = _settings(QuiltSettings(), arguments, normalized=not arguments.plain)
-    result = merge(images[0], layers, settings)
-    writers = {output: image_writer(output, result.image, kind)} | _extra_writers(arguments, result)
-    write_files(writers)
-    return f"wrote {_names(writers)}: seams cost {result.cost:.1f}"
+_EPILOG = """examples:
+  kwatra quilt bricks.png                                 twice the size, as bricks_quilt.png
+  kwatra quilt pebbles.png --placement sub --tile
+  kwatra quilt fountain.mp4 --loop                        an endless loop by one seam in time
+  kwatra quilt fire/ -o fire.mp4 --mode time --frames 300
+  kwatra quilt river.mp4 --mode spacetime --size 400x300 --loop
+"""
 
 
-def _quilt_image(arguments: argparse.Namespace) -> str:
-    picture = read_image(arguments.exemplar)
-    for name in ("mode", "frames", "loop"):
-        if getattr(arguments, name):
-            raise InputError(f"--{name} is for videos but {arguments.exemplar} is an image; leave it out")
+def add(commands: Subparsers) -> None:
+    """Add the command's arguments."""
+    parser = commands.add_parser(
+        "quilt",
+        help="a new image or video sewn from patches of an exemplar",
+        description="Graph-cut quilting: patches of the exemplar laid over each other along the best seams.",
+        epilog=_EPILOG,
+    )
+    add = parser.add_argument
+    add("exemplar", type=file, metavar="EXEMPLAR", help="an image, a video (.mp4, .gif) or a folder of frames")
+    add("-o", "--output", type=file, metavar="OUT", help="the file or folder to write (default: EXEMPLAR_quilt)")
+    add("--size", type=size, metavar="WIDTHxHEIGHT", help="size in pixels (default: an image's doubled, a video's own)")
+    add("--placement", choices=("random", "whole", "sub"), help="how patches are placed: whole for structured "
+        "textures, sub for stochastic ones and motion (default: whole; videos: by mode)")  # fmt: skip
+    add("--k", type=number(0.001, 1), metavar="K", help="randomness of the choice of offsets, 0.001 to 1 "
+        "(default: 0.01)")  # fmt: skip
+    add("--refine", type=whole(0, 10**6), metavar="STEPS", help="at most so many patches that mend seams (default: 60)")
+    add("--seconds", type=positive, metavar="S", help="stop refining after this time")
+    add("--edges", action=argparse.BooleanOptionalAction, help="let seams prefer busy places: normalize their cost by "
+        "the gradient (default: for videos only)")  # fmt: skip
+    add("--tile", action="store_true", help="make a picture that repeats without a seam in both directions")
+    _add_copies(parser)
+    add_blending(parser, "default: 0, and 1 for videos")
+    _add_video(parser)
+    add("--seams", type=file, metavar="FILE", help="also write the result with its seams drawn in red")
+    add("--map", type=file, metavar="FILE", help="also write where each pixel is from: .npy, int32, (copy, [t,] y, x)")
+    add("--seed", type=whole(0), default=0, metavar="N", help="another seed, another result (default: 0)")
+    add_common(parser, device=False)
+
+
+def _add_copies(parser: Parser) -> None:
+    """What else than the exemplar itself is copied from."""
+    add = parser.add_argument
+    add("--rotate", type=numbers, nargs="?", const=(90.0, 180.0, 270.0), metavar="DEG,...", help="use rotated copies "
+        "too (without angles, as the last argument: by quarter turns; --rotate=-20,20)")  # fmt: skip
+    add("--mirror", action="store_true", help="use mirrored copies too")
+    add("--scale", type=scales, metavar="A:B", help="use scaled copies too, from A to B times the size")
+    add("--perspective", action="store_true", help="let the scale go from A at the top to B at the bottom")
+
+
+def _add_video(parser: Parser) -> None:
+    """What only videos have."""
+    add = parser.add_argument
+    add("--mode", choices=("transition", "time", "spacetime"), help="videos: join the clip to itself, displace it in "
+        "time, or in space and time (default: transition; spacetime where --size differs)")  # fmt: skip
+    add("--frames", type=whole(2), metavar="N", help="videos: length (default: one loop, or twice the clip)")
+    add("--loop", action="store_true", help="videos: make the end meet the beginning")
+    add("--hold", type=whole(1), metavar="K", help="videos: frames that a loop holds at its ends (default: 10, or half "
+        "a short clip)")  # fmt: skip
+    add("--fps", type=rate, metavar="F", help="videos: frames a second (default: as the file says; a folder: 25)")
+
+
+def run(arguments: argparse.Namespace) -> str:
+    """Check everything, work, write everything; returns the summary."""
+    set_up(arguments)
+    if arguments.perspective and (arguments.scale is None or arguments.tile):
+        raise synth.InputError("--perspective needs a range of scales and no tile; give --scale A:B without --tile")
+    return (_video if io.is_video(arguments.exemplar) else _image)(arguments)
+
+
+def _image(arguments: argparse.Namespace) -> str:
+    source = arguments.exemplar
+    refuse_unused(arguments, ("mode", "frames", "loop", "hold", "fps"), f"is for videos but {source} is an image")
+    settings = settings_of(quilting.QuiltSettings(), arguments)
+    _refuse_k(arguments, settings)
+    picture = io.read_image(source)
     height, width = arguments.size or [2 * n for n in picture.pixels.shape[1:]]
-    _check_pixels(1, height, width)
-    output = arguments.output or Path(f"{arguments.exemplar.stem}_quilt{arguments.exemplar.suffix}")
-    check_output(output, picture.kind, arguments.overwrite)
-    _check_extras(arguments)
-    settings = _settings(QuiltSettings(), arguments)
+    check_size((height, width))
+    output = arguments.output or Path(f"{source.stem}_quilt{source.suffix}")
+    _check_outputs(arguments, output)
+    io.check_output(output, picture.kind, arguments.overwrite)
+    if arguments.seams is not None:
+        io.check_output(arguments.seams, seams_kind(), arguments.overwrite)
     began = time.perf_counter()
-    with work_line(f"{arguments.exemplar.name} to {width}x{height}") as report:
-        result = quilt(picture.pixels, (height, width), settings, report)
+    with work_line(f"{source.name} to {width}x{height}") as report:
+        result = quilting.quilt(picture.pixels, (height, width), settings, report)
     took = time.perf_counter() - began
-    writers = {output: image_writer(output, result.image, picture.kind)} | _extra_writers(arguments, result)
-    write_files(writers)
-    return f"wrote {_names(writers)}: {width}x{height} in {took:.1f} s, {_sewn(result)}"
+    writers = {output: io.image_writer(output, result.image, picture.kind)} | extra_writers(arguments, result)
+    finish(writers)
+    return f"wrote {listed(list(writers))}: {width}x{height} in {took:.1f} s, {sewn(result)}"
 
 
-def _quilt_video(arguments: argparse.Namespace) -> str:
+def _video(arguments: argparse.Namespace) -> str:
     source = arguments.exemplar
     output = arguments.output or Path(f"{source.stem}_quilt{'' if source.is_dir() else source.suffix}")
-    check_video_output(output, arguments.overwrite)
-    _check_extras(arguments, video=True)
-    clip = read_video(source, arguments.fps or 25.0)
-    size = arguments.size or tuple(clip.frames.shape[-2:])
-    mode = arguments.mode or ("transition" if size == tuple(clip.frames.shape[-2:]) else "spacetime")
-    _check_pixels(arguments.frames or 2 * clip.frames.shape[1], *size)
+    _check_outputs(arguments, output)
+    io.check_video_output(output, arguments.overwrite)
+    if arguments.seams is not None:
+        io.check_video_output(arguments.seams, arguments.overwrite)
+    if output.suffix.lower() not in io.VIDEO_SUFFIXES:
+        refuse_unused(arguments, ["fps"], f"is for .mp4 and .gif but {output} is to be a folder of frames")
+    clip = io.read_video(source, arguments.fps or 25.0)
+    count, size = clip.frames.shape[1], arguments.size or tuple(clip.frames.shape[-2:])
+    larger = size != tuple(clip.frames.shape[-2:])
+    mode = arguments.mode or ("spacetime" if larger else "transition")
+    settings = settings_of(quilting.default_settings(mode), arguments)
+    _check_video(arguments, mode, larger, settings)
+    check_size(size, arguments.frames or 2 * count)
     began = time.perf_counter()
     with work_line(f"{source.name}, {mode}") as report:
-        result = quilt_video(
+        result = quilting.quilt_video(
             clip.frames,
             arguments.frames,
             size,
             mode=mode,
             loop=arguments.loop,
             hold=arguments.hold,
-            settings=_settings(default_settings(mode), arguments),
+            settings=settings,
             report=report,
         )
     took = time.perf_counter() - began
-    rate = arguments.fps or clip.rate
-    writers = {output: video_writer(output, result.image.unbind(1), rate, clip.kind)}
-    if arguments.seams is not None:
-        writers[arguments.seams] = video_writer(arguments.seams, seams_drawn(result).unbind(1), rate, _SEAMS_KIND)
-    if arguments.map is not None:
-        writers[arguments.map] = _map_writer(result)
-    write_files(writers)
-    frames, height, width = result.patch.shape
-    return f"wrote {_names(writers)}: {frames} frames of {width}x{height} in {took:.1f} s, {_sewn(result)}"
+    fps = arguments.fps or clip.rate
+    writers: dict[Path, Writer] = {output: io.video_writer(output, result.image.unbind(1), fps, clip.kind)}
+    writers |= extra_writers(arguments, result, fps)
+    finish(writers)
+    made, height, width = result.patch.shape
+    return f"wrote {listed(list(writers))}: {made} frames of {width}x{height} in {took:.1f} s, {sewn(result)}"
 
 
-def _settings(base: QuiltSettings, arguments: argparse.Namespace, **more: Any) -> QuiltSettings:
-    """The settings that the command line names, the others from `base`."""
-    import dataclasses
-
-    names = ("placement", "k", "refine", "seconds", "tile", "rotate", "mirror", "scale", "perspective")
-    given = {name: getattr(arguments, name, None) for name in (*names, "feather", "spline", "seed")}
-    given["normalized"] = getattr(arguments, "edges", None)
-    if given["spline"]:
-        given["feather"] = 0.0
-    return dataclasses.replace(base, **({name: v for name, v in given.items() if v is not None} | more))
-
-
-def _check_pixels(frames: int, height: int, width: int) -> None:
-    if frames * height * width > _MOST_PIXELS:
-        raise InputError(
-            f"{width}x{height} and {frames} frames are more than {_MOST_PIXELS} pixels in all; ask for a smaller --size"
+def _check_video(arguments: argparse.Namespace, mode: str, larger: bool, settings: "QuiltSettings") -> None:
+    """Refuse what this way to a video would ignore."""
+    if mode == "transition":
+        unused = ("placement", "k", "refine", "seconds", "tile", "rotate", "mirror", "scale", "perspective", "hold")
+        refuse_unused(arguments, unused, "is for --mode time and spacetime but a transition sews no patches")
+    if not arguments.loop or (larger and arguments.frames is None):
+        refuse_unused(
+            arguments, ["hold"], "is for a --loop in --mode time or spacetime, of --frames where --size differs"
         )
+    _refuse_k(arguments, settings)
 
 
-def _check_extras(arguments: argparse.Namespace, video: bool = False) -> None:
-    if arguments.seams is not None and video:
-        check_video_output(arguments.seams, arguments.overwrite)
-    elif arguments.seams is not None:
-        check_output(arguments.seams, _SEAMS_KIND, arguments.overwrite)
-    if getattr(arguments, "map", None) is not None:
-        check_output(arguments.map, None, arguments.overwrite, (".npy",))
-    outputs = [p for p in (arguments.output, arguments.seams, getattr(arguments, "map", None)) if p is not None]
-    if len({p.resolve() for p in outputs}) < len(outputs):
-        raise InputError("two of the files to write have one name; give each its own")
+def _refuse_k(arguments: argparse.Namespace, settings: "QuiltSettings") -> None:
+    if settings.placement == "random":
+        refuse_unused(arguments, ["k"], "is for --placement whole and sub but it is random")
 
 
-def _extra_writers(arguments: argparse.Namespace, result: Quilt) -> dict[Path, Writer]:
-    writers: dict[Path, Writer] = {}
-    if arguments.seams is not None:
-        writers[arguments.seams] = image_writer(arguments.seams, seams_drawn(result), _SEAMS_KIND)
-    if getattr(arguments, "map", None) is not None:
-        writers[arguments.map] = _map_writer(result)
-    return writers
-
-
-def _map_writer(result: Quilt) -> Writer:
-    place = result.offset.numpy() + np.indices(result.patch.shape, dtype=np.int32)
-    table = np.concatenate([result.source.numpy()[None], place]).astype(np.int32)
-
-    def write(target: Path) -> None:
-        with target.open("wb") as file:
-            np.save(file, table)
-
-    return write
-
-
-def _alike(pictures: Sequence[Picture]) -> tuple[list[Tensor], Kind]:
-    """Images of one kind: gray ones become colour where any is; alpha stays only if all have it."""
-    kinds = {picture.kind.channels for picture in pictures}
-    if len(kinds) == 1:
-        return [picture.pixels for picture in pictures], pictures[0].kind
-    best = next((p.kind for p in pictures if p.kind.channels == ("R", "G", "B")), _SEAMS_KIND)
-    return [_color(picture) for picture in pictures], best
-
-
-def _color(picture: Picture) -> Tensor:
-    names = picture.kind.channels
-    if names[:3] == ("R", "G", "B"):
-        return picture.pixels[:3]
-    if names[0] == "Y":
-        return picture.pixels[:1].expand(3, -1, -1)
-    raise InputError(
-        f"an image has the channels {', '.join(names)}, which cannot be merged with others; convert it to RGB"
-    )
-
-
-def _sewn(result: Quilt) -> str:
-    return f"seams cost {result.history[0]:.1f} before and {result.cost:.1f} after refining ({result.stopped})"
-
-
-def _names(paths: Any) -> str:
-    return ", ".join(str(path) for path in paths)
+def _check_outputs(arguments: argparse.Namespace, output: Path) -> None:
+    if arguments.map is not None:
+        io.check_output(arguments.map, None, arguments.overwrite, (".npy",))
+    check_distinct([path for path in (output, arguments.seams, arguments.map) if path is not None])

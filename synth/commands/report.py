@@ -5,8 +5,12 @@ import io
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from synth.io.images import Writer
+from synth import io as files
+
+if TYPE_CHECKING:
+    from synth.io import Writer
 
 ENERGY_SUFFIXES = (".csv", ".png")
 
@@ -17,14 +21,10 @@ _CURVES = ("#1f6fb4", "#d2691e", "#2f8f4e", "#8a4fa3", "#a33d3d", "#5f6b73")
 _AXES, _LEVELS = "#444444", "#cccccc"
 
 
-def energy_writer(path: Path, energies: Sequence[Row]) -> Writer:
+def energy_writer(path: Path, energies: Sequence[Row]) -> "Writer":
     """What writes the energies, one row per iteration, as a table or a picture by the ending of `path`."""
     data = _table(energies) if path.suffix.lower() == ".csv" else _plot(energies)
-    return lambda target: _write(target, data)
-
-
-def _write(target: Path, data: bytes) -> None:
-    target.write_bytes(data)
+    return files.bytes_writer(data)
 
 
 def _table(energies: Sequence[Row]) -> bytes:

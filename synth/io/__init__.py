@@ -1,1 +1,95 @@
 """Files, whole or not at all: images, videos, flows, folders of frames."""
+
+from typing import TYPE_CHECKING
+
+from synth.lazy import lazy
+
+if TYPE_CHECKING:
+    from synth.io.alpha import mixed, premultiplied, straight, unmixed
+    from synth.io.flows import FLOW_SUFFIXES, check_flow_output, field_of, flow_writer, read_flow
+    from synth.io.frames import FramesFolder
+    from synth.io.images import (
+        Picture,
+        array_writer,
+        check_output,
+        image_writer,
+        read_array,
+        read_image,
+        read_mask,
+        read_values,
+    )
+    from synth.io.kinds import Array, Kind
+    from synth.io.numpy_files import npy_writer
+    from synth.io.outputs import Writer, bytes_writer, check_writable, staged, write_files
+    from synth.io.videos import VIDEO_SUFFIXES, check_video_output, is_video, read_video, video_writer
+
+__all__ = [
+    "FLOW_SUFFIXES",
+    "VIDEO_SUFFIXES",
+    "Array",
+    "FramesFolder",
+    "Kind",
+    "Picture",
+    "Writer",
+    "array_writer",
+    "bytes_writer",
+    "check_flow_output",
+    "check_output",
+    "check_video_output",
+    "check_writable",
+    "field_of",
+    "flow_writer",
+    "image_writer",
+    "is_video",
+    "mixed",
+    "npy_writer",
+    "premultiplied",
+    "read_array",
+    "read_flow",
+    "read_image",
+    "read_mask",
+    "read_values",
+    "read_video",
+    "staged",
+    "straight",
+    "unmixed",
+    "video_writer",
+    "write_files",
+]
+
+__getattr__, __dir__ = lazy(
+    __name__,
+    {
+        "FLOW_SUFFIXES": "synth.io.flows",
+        "VIDEO_SUFFIXES": "synth.io.videos",
+        "Array": "synth.io.kinds",
+        "FramesFolder": "synth.io.frames",
+        "Kind": "synth.io.kinds",
+        "Picture": "synth.io.images",
+        "Writer": "synth.io.outputs",
+        "array_writer": "synth.io.images",
+        "bytes_writer": "synth.io.outputs",
+        "check_flow_output": "synth.io.flows",
+        "check_output": "synth.io.images",
+        "check_video_output": "synth.io.videos",
+        "check_writable": "synth.io.outputs",
+        "field_of": "synth.io.flows",
+        "flow_writer": "synth.io.flows",
+        "image_writer": "synth.io.images",
+        "is_video": "synth.io.videos",
+        "mixed": "synth.io.alpha",
+        "npy_writer": "synth.io.numpy_files",
+        "premultiplied": "synth.io.alpha",
+        "read_array": "synth.io.images",
+        "read_flow": "synth.io.flows",
+        "read_image": "synth.io.images",
+        "read_mask": "synth.io.images",
+        "read_values": "synth.io.images",
+        "read_video": "synth.io.videos",
+        "staged": "synth.io.outputs",
+        "straight": "synth.io.alpha",
+        "unmixed": "synth.io.alpha",
+        "video_writer": "synth.io.videos",
+        "write_files": "synth.io.outputs",
+    },
+)

@@ -11,32 +11,30 @@
   them; they are averaged to the centers.
 """
 
-import io
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kwatra.base import InputError
-
-Array = NDArray[Any]
+from synth.io.kinds import MOST_PIXELS, RGB, Array, Kind
+from synth.io.numpy_files import npy_bytes, npz_bytes, read_npy, read_npz
+from synth.io.png import png_bytes, png_pixels
 
 _MAGIC = 202021.25
 UNKNOWN = 1e9
 WRITTEN_FOR_UNKNOWN = 1e10
-_MOST_PIXELS = 2**28
 _KITTI_STEPS, _KITTI_ZERO = 64.0, 2.0**15
 
 
-def _read_flo(path: Path, data: bytes) -> Array:
+def _read_flo(path: Path) -> Array:
+    data = path.read_bytes()
     if len(data) < 12:
         raise InputError(f"{path} is cut short, not even its head of 12 bytes is there; get it anew")
     if np.frombuffer(data, "<f4", 1)[0] != np.float32(_MAGIC):
         raise InputError(f"{path} is no Middlebury flow, it does not begin with the number {_MAGIC}; check the file")
     width, height = (int(size) for size in np.frombuffer(data, "<i4", 2, 4))
-    if min(width, height) < 1 or width * height > _MOST_PIXELS:
+    if min(width, height) < 1 or width * height > MOST_PIXELS:
         raise InputError(f"{path} says that it is {width}x{height}, which no flow is; get it anew")
     if len(data) != 12 + 8 * width * height:
         raise InputError(
@@ -51,11 +49,10 @@ def _flo_bytes(path: Path, vectors: Array, known: Array) -> bytes:
     return np.array(_MAGIC, "<f4").tobytes() + size + written.tobytes()
 
 
-def _read_kitti(path: Path, data: bytes) -> Array:
-    import imagecodecs
-
+def _read_kitti(path: Path) -> Array:
+    data = path.read_bytes()
     try:
-        pixels = imagecodecs.png_decode(data)
+        pixels = png_pixels(path, data)
     except Exception as error:
         raise InputError(f"{path} is no PNG that can be read, or is cut short; get it anew") from error
     if pixels.dtype != np.uint16 or pixels.ndim != 3 or pixels.shape[2] != 3:
@@ -67,36 +64,25 @@ def _read_kitti(path: Path, data: bytes) -> Array:
 
 
 def _kitti_bytes(path: Path, vectors: Array, known: Array) -> bytes:
-    import imagecodecs
-
     steps = np.rint(vectors * _KITTI_STEPS + _KITTI_ZERO)
     if steps.min() < 0 or steps.max() > 2**16 - 1:
         raise InputError(f"{path} cannot hold vectors of 512 px and more; end it with .flo")
     pixels = np.stack([*np.where(known, steps, 0), known]).transpose(1, 2, 0).astype(np.uint16)
-    return bytes(imagecodecs.png_encode(np.ascontiguousarray(pixels)))
+    return png_bytes(pixels, Kind("uint16", RGB))
 
 
-def _read_array(path: Path, data: bytes) -> Array:
-    return _channel_first(path, _loaded(path, data))
+def _read_array(path: Path) -> Array:
+    return _channel_first(path, read_npy(path))
 
 
-def _read_archive(path: Path, data: bytes) -> Array:
-    arrays = _loaded(path, data)
+def _read_archive(path: Path) -> Array:
+    arrays = read_npz(path)
     names = list(arrays)
     chosen = [name for name in names if name.split("_")[0] in ("flow", "velocity")] if len(names) > 1 else names
     if len(chosen) != 1:
         raise InputError(f"{path} holds the arrays {', '.join(names) or 'none'}; name the one to read flow or velocity")
     array = arrays[chosen[0]]
     return _centered(path, array) if chosen[0].endswith("staggered") else _channel_first(path, array)
-
-
-def _loaded(path: Path, data: bytes) -> Any:
-    """The array of an .npy file, or the arrays of an .npz file by name."""
-    try:
-        loaded = np.load(io.BytesIO(data), allow_pickle=False)
-        return loaded if isinstance(loaded, np.ndarray) else {name: loaded[name] for name in loaded.files}
-    except Exception as error:
-        raise InputError(f"{path} is no NumPy file of numbers, or is cut short; get it anew") from error
 
 
 def _centered(path: Path, array: Array) -> Array:
@@ -133,28 +119,24 @@ def _steady(array: Array) -> Array:
 
 
 def _npy_bytes(path: Path, vectors: Array, known: Array) -> bytes:
-    stream = io.BytesIO()
-    np.save(stream, _marked(vectors, known))
-    return stream.getvalue()
+    return npy_bytes(_marked(vectors, known))
 
 
 def _npz_bytes(path: Path, vectors: Array, known: Array) -> bytes:
-    stream = io.BytesIO()
-    np.savez_compressed(stream, flow=_marked(vectors, known))
-    return stream.getvalue()
+    return npz_bytes({"flow": _marked(vectors, known)})
 
 
 def _marked(vectors: Array, known: Array) -> Array:
     return np.where(known[..., None, :, :], vectors, WRITTEN_FOR_UNKNOWN).astype(np.float32)
 
 
-READERS: dict[str, Callable[[Path, bytes], Array]] = {
+READERS: dict[str, Callable[[Path], Array]] = {
     ".flo": _read_flo,
     ".png": _read_kitti,
     ".npy": _read_array,
     ".npz": _read_archive,
 }
-"""By ending: a file's bytes to vectors (2, H, W) or (T, 2, H, W); beyond UNKNOWN where they are not known."""
+"""By ending: a file to vectors (2, H, W) or (T, 2, H, W); beyond UNKNOWN where they are not known."""
 
 ENCODERS: dict[str, Callable[[Path, Array, Array], bytes]] = {
     ".flo": _flo_bytes,

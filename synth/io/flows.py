@@ -11,9 +11,9 @@ from flow import NAMES, Field, filled, named, sampled
 from flow.checks import check_vectors
 from kwatra.base import InputError
 from synth.io.flow_formats import ENCODERS, READERS, UNKNOWN
-from synth.io.outputs import Writer, check_writable, write_files
+from synth.io.outputs import Writer, bytes_writer, check_writable, write_files
 
-SUFFIXES = tuple(READERS)
+FLOW_SUFFIXES = tuple(READERS)
 
 
 @dataclass(frozen=True)
@@ -43,17 +43,18 @@ def read_flow(path: str | Path) -> Recording:
     Raises InputError if it is missing, cut short, of another format, or holds NaN.
     """
     path = Path(path)
-    if path.suffix.lower() not in SUFFIXES:
-        raise InputError(f"{path} has an ending that no flow file has; give one ending with {' or '.join(SUFFIXES)}")
+    if path.suffix.lower() not in FLOW_SUFFIXES:
+        raise InputError(
+            f"{path} has an ending that no flow file has; give one ending with {' or '.join(FLOW_SUFFIXES)}"
+        )
     try:
-        data = path.read_bytes()
+        vectors = READERS[path.suffix.lower()](path)
     except FileNotFoundError:
         raise InputError(f"{path} does not exist; check the name") from None
     except IsADirectoryError:
         raise InputError(f"{path} is a folder; name a flow file") from None
     except OSError as error:
         raise InputError(f"{path} cannot be read ({error.strerror or error}); check its permissions") from error
-    vectors = READERS[path.suffix.lower()](path, data)
     bad = int(np.isnan(vectors).any(-3).sum())
     if bad:
         raise InputError(f"{path} has {bad} vectors that are NaN; write 1e10 for what is not known, or mend them")
@@ -68,11 +69,12 @@ def field_of(text: str | Path, speed: float | None = None, resample: bool = Fals
     speed: px per frame of the fastest pixel (default: 2, a file's own). resample: stretch a file's flow over frames of
     another size. Raises InputError for what is neither, and as `read_flow` does.
     """
-    if Path(text).suffix.lower() in SUFFIXES:
+    if Path(text).suffix.lower() in FLOW_SUFFIXES:
         return sampled(read_flow(text).filled(), resample, speed)
     if str(text).partition(":")[0] not in NAMES:
         raise InputError(
-            f"{str(text)!r} names no flow; give one of {', '.join(NAMES)}, or a file ending with {', '.join(SUFFIXES)}"
+            f"{str(text)!r} names no flow; give one of {', '.join(NAMES)}, "
+            f"or a file ending with {', '.join(FLOW_SUFFIXES)}"
         )
     return named(str(text), speed)
 
@@ -92,8 +94,8 @@ def write_flow(path: str | Path, flow: Tensor, known: Tensor | None = None, over
 
 def check_flow_output(path: Path, overwrite: bool) -> None:
     """Refuse, before any work, a flow file that could not be written."""
-    if path.suffix.lower() not in SUFFIXES:
-        raise InputError(f"{path} has an ending that no flow file has; end it with {' or '.join(SUFFIXES)}")
+    if path.suffix.lower() not in FLOW_SUFFIXES:
+        raise InputError(f"{path} has an ending that no flow file has; end it with {' or '.join(FLOW_SUFFIXES)}")
     check_writable(path, overwrite)
 
 
@@ -110,8 +112,4 @@ def flow_writer(path: Path, flow: Tensor, known: Tensor | None = None) -> Writer
     for frame in vectors[None] if vectors.ndim == 3 else vectors:
         check_vectors(frame)
     data = ENCODERS[suffix](path, vectors.numpy(), known.cpu().numpy())
-    return lambda target: _write(target, data)
-
-
-def _write(target: Path, data: bytes) -> None:
-    target.write_bytes(data)
+    return bytes_writer(data)

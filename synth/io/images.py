@@ -12,12 +12,15 @@ import torch
 from torch import Tensor
 
 from kwatra.base import InputError
-from synth.io.image_formats import Array, Kind, decode, encode, suffixes_for
-from synth.io.outputs import Writer as Writer
-from synth.io.outputs import check_writable
-from synth.io.outputs import write_files as write_files
+from synth.io.image_formats import decode, encode
+from synth.io.kinds import Array, Kind, suffixes_for
+from synth.io.outputs import Writer, check_writable, write_files
+from synth.words import counted
 
 _DTYPES = ("bool", "uint8", "uint16", "float16", "float32", "float64")
+
+LARGEST = 1e18
+"""What a pixel's value may be: its square is still a float."""
 
 
 @dataclass(frozen=True)
@@ -34,12 +37,40 @@ class Picture:
 def read_image(path: str | Path) -> Picture:
     """Read a PNG, JPEG, TIFF or EXR file.
 
-    Raises InputError when the file is missing, is no such image, is damaged, or holds NaN or infinite pixels.
+    Raises InputError when the file is missing, is no such image, is damaged, or too large, holds numbers of other types
+    than 8 or 16 bits and floats, or pixels that are NaN, infinite, or beyond 1e18.
     """
     array, kind = read_array(path)
+    return Picture(to_pixels(array), kind)
+
+
+def read_array(path: str | Path) -> tuple[Array, Kind]:
+    """The pixels (H, W, C) as the file holds them, and their kind. Raises as `read_image` does."""
+    array, kind = read_values(path)
     if kind.dtype not in _DTYPES:
         raise InputError(f"{path} holds {kind.dtype} pixels; save it with 8 or 16 bits or as float")
-    return Picture(_to_pixels(array), kind)
+    if array.dtype.kind == "f" and array.size and float(np.abs(array).max()) > LARGEST:
+        raise InputError(f"{path} has values beyond {LARGEST:g}; scale them down")
+    return array, kind
+
+
+def read_values(path: str | Path) -> tuple[Array, Kind]:
+    """The values (H, W, C) of a map that is looked up and never mixed, of any type but finite. Raises so, too."""
+    path = Path(path)
+    try:
+        array, kind = decode(path)
+    except FileNotFoundError:
+        raise InputError(f"{path} does not exist; check the name") from None
+    except IsADirectoryError:
+        raise InputError(f"{path} is a folder; name an image file") from None
+    except InputError:
+        raise
+    except (OSError, ValueError) as error:  # a name with a NUL is a ValueError
+        raise InputError(f"{path} cannot be read ({getattr(error, 'strerror', None) or error}); check it") from error
+    bad = array.size - int(np.isfinite(array).sum()) if array.dtype.kind == "f" else 0
+    if bad:
+        raise InputError(f"{path} has {counted(bad, 'value')} not finite, NaN or infinite; replace them")
+    return array, kind
 
 
 def write_image(path: str | Path, pixels: Tensor, kind: Kind, overwrite: bool = False) -> None:
@@ -50,23 +81,6 @@ def write_image(path: str | Path, pixels: Tensor, kind: Kind, overwrite: bool = 
     """
     check_output(path, kind, overwrite)
     write_files({Path(path): image_writer(path, pixels, kind)})
-
-
-def read_array(path: str | Path) -> tuple[Array, Kind]:
-    """The pixels (H, W, C) as the file holds them, finite, and their kind. Raises as `read_image` does."""
-    path = Path(path)
-    try:
-        array, kind = decode(path)
-    except FileNotFoundError:
-        raise InputError(f"{path} does not exist; check the name") from None
-    except IsADirectoryError:
-        raise InputError(f"{path} is a folder; name an image file") from None
-    except OSError as error:
-        raise InputError(f"{path} cannot be read ({error.strerror or error}); check its permissions") from error
-    bad = array.size - int(np.isfinite(array).sum()) if array.dtype.kind == "f" else 0
-    if bad:
-        raise InputError(f"{path} has {bad} values that are NaN or infinite; replace them by finite ones")
-    return array, kind
 
 
 def read_mask(path: str | Path) -> Tensor:
@@ -80,7 +94,7 @@ def read_mask(path: str | Path) -> Tensor:
 
 def image_writer(path: str | Path, pixels: Tensor, kind: Kind) -> Writer:
     """What writes pixels (C, H, W) in the format that the ending of `path` names; see `write_files`."""
-    return array_writer(path, _from_pixels(pixels, kind), kind)
+    return array_writer(path, from_pixels(pixels, kind), kind)
 
 
 def array_writer(path: str | Path, array: Array, kind: Kind) -> Writer:
@@ -102,14 +116,16 @@ def check_output(path: str | Path, kind: Kind | None, overwrite: bool, suffixes:
     check_writable(path, overwrite)
 
 
-def _to_pixels(array: Array) -> Tensor:
+def to_pixels(array: Array) -> Tensor:
+    """Values (H, W, C) as a file holds them as pixels (C, H, W): integers in [0, 1], floats as they are."""
     values = array.astype(np.float32)
     if array.dtype.kind == "u":
         values /= np.iinfo(array.dtype).max
     return torch.from_numpy(np.ascontiguousarray(values.transpose(2, 0, 1)))
 
 
-def _from_pixels(pixels: Tensor, kind: Kind) -> Array:
+def from_pixels(pixels: Tensor, kind: Kind) -> Array:
+    """The inverse of `to_pixels`."""
     if pixels.ndim != 3 or pixels.shape[0] != len(kind.channels):
         raise InputError(
             f"pixels have shape {tuple(pixels.shape)}; give (C, H, W) with {len(kind.channels)} channels for {kind}"

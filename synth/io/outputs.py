@@ -1,11 +1,13 @@
 """Files written whole or not at all.
 
 Nothing is written in place: every file is made beside its target, forced to disk, and moved there when all files of
-the call are complete.
+the call are complete. If one cannot be moved, the others are moved back.
 """
 
 import errno
 import os
+import re
+import secrets
 import shutil
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -15,17 +17,36 @@ from kwatra.base import InputError
 
 Writer = Callable[[Path], None]
 
+TEMPORARY = re.compile(r"\.kwatra-[0-9a-f]{16}(\.\w{1,8})?")
+"""The names of files that are being written."""
+
 
 def check_writable(path: Path, overwrite: bool) -> None:
     """Refuse with InputError, before any work, a file that could not be written, or must not be replaced."""
-    if path.is_dir():
-        raise InputError(f"{path} is a folder; name a file")
+    with _told(path):
+        if path.is_dir():
+            raise InputError(f"{path} is a folder; name a file")
+        check_place(path, overwrite)
+
+
+def check_place(path: Path, overwrite: bool) -> None:
+    """Refuse what must not be replaced, or stands where nothing can be written."""
     if path.exists() and not overwrite:
-        raise InputError(f"{path} exists; name another file or allow it with --overwrite (overwrite=True)")
-    if not path.parent.is_dir():
+        raise InputError(f"{path} exists; name another file or allow it with --overwrite")
+    folder = path.absolute().parent
+    if not folder.is_dir():
         raise InputError(f"{path} cannot be written because the folder {path.parent} does not exist; make it first")
-    if not os.access(path.parent, os.W_OK):
+    if not os.access(folder, os.W_OK):
         raise InputError(f"{path} cannot be written because the folder {path.parent} is read-only; choose another")
+
+
+def bytes_writer(data: bytes) -> Writer:
+    """What writes these bytes."""
+
+    def write(target: Path) -> None:
+        target.write_bytes(data)
+
+    return write
 
 
 def write_files(writers: Mapping[Path, Writer]) -> None:
@@ -33,43 +54,79 @@ def write_files(writers: Mapping[Path, Writer]) -> None:
 
     Raises InputError when one cannot be written; the temporary ones are removed then, whatever ends the call.
     """
-    temporary: dict[Path, Path] = {}
+    with staged(writers) as put:
+        put()
+
+
+@contextmanager
+def staged(writers: Mapping[Path, Writer]) -> Iterator[Callable[[], None]]:
+    """The files, complete beside their targets, and what moves them there; see `write_files`."""
+    made: dict[Path, Path] = {}
     try:
         for path, writer in writers.items():
             target = path.resolve()
-            temporary[target] = target.with_name(f".{os.getpid()}.{target.name[-200:]}")
+            made[target] = _beside(target)
             with _told(path):
-                writer(temporary[target])
-                if temporary[target].is_file():
-                    _force_to_disk(temporary[target])
-        for target, made in temporary.items():
-            with _told(target):
-                _put(made, target)
+                writer(made[target])
+                if made[target].is_file():
+                    _force_to_disk(made[target])
+        yield lambda: _put(made)
     finally:
-        for made in temporary.values():
-            _remove(made)
+        for temporary in made.values():
+            _remove(temporary)
 
 
-def _put(made: Path, target: Path) -> None:
-    """Move a file or folder to where another may be; if that fails the other is back in its place."""
-    if not target.is_dir():
-        os.replace(made, target)
-        return
-    old = target.with_name(f".{os.getpid()}.old.{target.name[-200:]}")
-    target.rename(old)
+def _put(made: Mapping[Path, Path]) -> None:
+    """Move all to their targets; if one cannot be, whatever was there is back in its place."""
+    aside: dict[Path, Path] = {}
+    placed: list[Path] = []
     try:
-        made.rename(target)
-    except OSError:
-        old.rename(target)
+        for number, (target, temporary) in enumerate(made.items(), 1):
+            with _told(target):
+                if target.is_dir() or (number < len(made) and target.exists()):
+                    aside[target] = _set_aside(target)
+                os.replace(temporary, target)
+                placed.append(target)
+    except BaseException:
+        for target in placed:
+            if target not in aside:
+                _remove(target)
+        for target, old in aside.items():
+            _remove_folder(target)
+            os.replace(old, target)
+            _remove(old)  # where both are one file, nothing was moved
         raise
-    shutil.rmtree(old)
+    for old in aside.values():
+        _remove(old)
 
 
-def _remove(made: Path) -> None:
-    if made.is_dir():
-        shutil.rmtree(made)
-    else:
-        made.unlink(missing_ok=True)
+def _set_aside(target: Path) -> Path:
+    """Keep what a target holds under another name; a file stays where it is, so that it is never missing."""
+    old = _beside(target)
+    if target.is_dir():
+        target.rename(old)
+        return old
+    try:
+        os.link(target, old)
+    except OSError:  # a file system without links
+        shutil.copy2(target, old)
+    return old
+
+
+def _beside(target: Path) -> Path:
+    """A name in the target's folder that no other process or host has."""
+    suffix = target.suffix if re.fullmatch(r"\.\w{1,8}", target.suffix, re.ASCII) else ""
+    return target.with_name(f".kwatra-{secrets.token_hex(8)}{suffix}")
+
+
+def _remove(path: Path) -> None:
+    _remove_folder(path)
+    path.unlink(missing_ok=True)
+
+
+def _remove_folder(path: Path) -> None:
+    if path.is_dir():
+        shutil.rmtree(path)
 
 
 @contextmanager

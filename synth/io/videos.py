@@ -1,10 +1,10 @@
 """Video in and out of files: MP4 and GIF, or a folder of frames. Frames are (C, T, H, W) float32 in [0, 1].
 
 A video is written beside its target and moved there when it is whole; a folder of frames likewise. MP4 is H.264 in
-8 bits, 4:2:0 at high quality where its size is even, else 4:4:4; a folder of PNG frames keeps every value.
+8 bits, 4:2:0 at high quality, the same bits for the same frames; it has even sides, so an odd one gains a pixel that
+repeats the last. A folder of PNG frames keeps every value.
 """
 
-import os
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
@@ -16,12 +16,13 @@ import torch
 from torch import Tensor
 
 from kwatra.base import InputError
-from synth.io.image_formats import Kind
-from synth.io.images import Writer, image_writer, read_image, write_files
+from synth.io.images import image_writer, read_image
+from synth.io.kinds import MOST_PIXELS, RGB, Kind
+from synth.io.outputs import Writer, check_place, write_files
 
-FILE_SUFFIXES = (".mp4", ".gif")
+VIDEO_SUFFIXES = (".mp4", ".gif")
 _FRAME_SUFFIXES = (".png", ".tif", ".tiff", ".jpg", ".jpeg", ".exr")
-_COLORS = Kind("uint8", ("R", "G", "B"))
+_COLORS = Kind("uint8", RGB)
 
 
 @dataclass(frozen=True)
@@ -36,7 +37,7 @@ class Clip:
 def is_video(path: str | Path) -> bool:
     """Whether a path is a folder or ends like a video file."""
     path = Path(path)
-    return path.is_dir() or path.suffix.lower() in FILE_SUFFIXES
+    return path.is_dir() or path.suffix.lower() in VIDEO_SUFFIXES
 
 
 def read_video(path: str | Path, rate: float = 25.0) -> Clip:
@@ -63,7 +64,7 @@ def write_video(path: str | Path, frames: Tensor, rate: float, kind: Kind = _COL
 def video_writer(path: str | Path, frames: Iterable[Tensor], rate: float, kind: Kind = _COLORS) -> Writer:
     """What writes frames (C, H, W), one by one, in the form that the ending of `path` names: see `write_files`."""
     suffix = Path(path).suffix.lower()
-    if suffix in FILE_SUFFIXES:
+    if suffix in VIDEO_SUFFIXES:
         save = _save_mp4 if suffix == ".mp4" else _save_gif
         return lambda target: save(target, _bytes(frames), rate)
     return lambda target: _save_folder(target, frames, kind)
@@ -72,20 +73,15 @@ def video_writer(path: str | Path, frames: Iterable[Tensor], rate: float, kind: 
 def check_video_output(path: str | Path, overwrite: bool) -> None:
     """Refuse, before any work, a file or folder that could not be written."""
     path = Path(path)
-    if path.suffix and path.suffix.lower() not in FILE_SUFFIXES:
+    if path.suffix and path.suffix.lower() not in VIDEO_SUFFIXES:
         raise InputError(
             f"{path} has an ending that no video can have; use .mp4 or .gif, or none for a folder of frames"
         )
     if path.is_dir() and path.suffix:
         raise InputError(f"{path} is a folder; name a file")
-    if path.exists() and not overwrite:
-        raise InputError(f"{path} exists; name another file or allow it with --overwrite (overwrite=True)")
+    check_place(path, overwrite)
     if path.is_dir() and any(not _is_frame(p) for p in path.iterdir()):
         raise InputError(f"{path} holds more than frames and is not replaced; name another folder")
-    if not path.absolute().parent.is_dir():
-        raise InputError(f"{path} cannot be written because the folder {path.parent} does not exist; make it first")
-    if not os.access(path.absolute().parent, os.W_OK):
-        raise InputError(f"{path} cannot be written because the folder {path.parent} is read-only; choose another")
 
 
 def _read_folder(path: Path, rate: float) -> Clip:
@@ -124,7 +120,7 @@ def _read_file(path: Path) -> Clip:
                 raise InputError(f"{path} holds no video; give an .mp4, a .gif or a folder of frames")
             stream = container.streams.video[0]
             rate = float(stream.average_rate or 25)
-            arrays = [frame.to_ndarray(format="rgb24") for frame in container.decode(stream)]
+            arrays = _decoded(path, container.decode(stream))
     except (av.FFmpegError, OSError) as error:
         raise InputError(f"{path} is no video that can be read ({error}); give an .mp4, a .gif or a folder") from error
     if len({array.shape for array in arrays}) > 1:
@@ -135,6 +131,15 @@ def _read_file(path: Path) -> Clip:
     for t, array in enumerate(arrays):
         frames[:, t] = torch.from_numpy(array).permute(2, 0, 1) / 255
     return Clip(frames, rate, _COLORS)
+
+
+def _decoded(path: Path, frames: Iterable[Any]) -> list[np.ndarray]:
+    arrays: list[np.ndarray] = []
+    for frame in frames:
+        arrays.append(frame.to_ndarray(format="rgb24"))
+        if len(arrays) * frame.width * frame.height > MOST_PIXELS:
+            raise InputError(f"{path} has more than 2^28 pixels in all its frames; give a shorter or smaller video")
+    return arrays
 
 
 def _bytes(frames: Iterable[Tensor]) -> Iterator[np.ndarray]:
@@ -150,13 +155,23 @@ def _save_mp4(target: Path, frames: Iterator[np.ndarray], rate: float) -> None:
     with av.open(str(target), "w", format="mp4") as container:
         stream: Any = None
         for array in frames:
+            even = np.pad(array, ((0, len(array) % 2), (0, array.shape[1] % 2), (0, 0)), mode="edge")
             if stream is None:
                 stream = container.add_stream("libx264", rate=Fraction(rate).limit_denominator(1001))
-                stream.height, stream.width = array.shape[:2]
-                stream.pix_fmt = "yuv420p" if array.shape[0] % 2 == array.shape[1] % 2 == 0 else "yuv444p"
-                stream.options = {"crf": "14", "threads": "1"}
-            container.mux(stream.encode(av.VideoFrame.from_ndarray(array, format="rgb24")))
+                stream.height, stream.width = even.shape[:2]
+                _set_up(stream)
+            frame = av.VideoFrame.from_ndarray(even, format="rgb24")
+            container.mux(stream.encode(frame.reformat(format="yuv420p", dst_colorspace="ITU709")))
         container.mux(stream.encode(None))
+
+
+def _set_up(stream: Any) -> None:
+    """Quality and colors: those of HDTV (BT.709), as players expect and the file says."""
+    stream.pix_fmt = "yuv420p"
+    # more threads, or the macroblock tree, which reads memory that nothing was written to, change bits between runs
+    stream.options = {"crf": "14", "threads": "1", "x264-params": "mbtree=0"}
+    context = stream.codec_context
+    context.color_range, context.colorspace, context.color_primaries, context.color_trc = 1, 1, 1, 1
 
 
 def _save_gif(target: Path, frames: Iterator[np.ndarray], rate: float) -> None:

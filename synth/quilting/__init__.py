@@ -7,7 +7,9 @@ transition, displaced, enlarge and video, merging, draw. Names load on first use
 before torch is there.
 """
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from synth.lazy import lazy
 
 if TYPE_CHECKING:
     from synth.quilting.draw import seams_drawn
@@ -17,25 +19,16 @@ if TYPE_CHECKING:
 
 __all__ = ["Overlay", "Quilt", "QuiltSettings", "default_settings", "merge", "quilt", "quilt_video", "seams_drawn"]
 
-_HOMES = {
-    "Overlay": "merging",
-    "Quilt": "synthesis",
-    "QuiltSettings": "synthesis",
-    "default_settings": "video",
-    "merge": "merging",
-    "quilt": "synthesis",
-    "quilt_video": "video",
-    "seams_drawn": "draw",
-}
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _HOMES:
-        raise AttributeError(f"module 'synth.quilting' has no attribute {name!r}")
-    from importlib import import_module
-
-    return getattr(import_module(f"synth.quilting.{_HOMES[name]}"), name)
-
-
-def __dir__() -> list[str]:
-    return sorted([*globals(), *__all__])
+__getattr__, __dir__ = lazy(
+    __name__,
+    {
+        "Overlay": "synth.quilting.merging",
+        "Quilt": "synth.quilting.synthesis",
+        "QuiltSettings": "synth.quilting.synthesis",
+        "default_settings": "synth.quilting.video",
+        "merge": "synth.quilting.merging",
+        "quilt": "synth.quilting.synthesis",
+        "quilt_video": "synth.quilting.video",
+        "seams_drawn": "synth.quilting.draw",
+    },
+)

@@ -11,7 +11,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from kwatra.base import InputError
+from kwatra.base import InputError, generator_of, whole_sizes
 from kwatra.pieces.again import Budget
 from kwatra.pieces.mosaic import LEVELS, Mosaic
 from kwatra.pieces.seams import NORMALIZED_SCALE, SeamCost
@@ -69,16 +69,14 @@ class QuiltSettings:
         if self.placement not in PLACEMENTS:
             raise InputError(f"placement is {self.placement!r} but must be one of {', '.join(PLACEMENTS)}")
         limits = (("k", 0.001, 1.0), ("region", 0.05, 0.5), ("grid", 1, 64), ("evenness", 0, 100), ("refine", 0, 10**6))
-        for name, low, high in (*limits, ("patience", 1, 10**6), ("feather", 0, 100), ("seed", 0, 2**63 - 1)):
+        for name, low, high in (*limits, ("patience", 1, 10**6), ("feather", 0, 100)):
             value = getattr(self, name)
             if not low <= value <= high:
                 raise InputError(f"{name} is {value:g} but must lie between {low:g} and {high:g}")
         if self.feather and self.spline:
             raise InputError("feather and spline are both asked for; choose one")
         if self.perspective and (self.scale is None or self.tile):
-            raise InputError(
-                "perspective needs a range of scales and no tiling; give scale=(far, near) and leave tile off"
-            )
+            raise InputError("perspective needs a range of scales, far and near, and no tiling")
 
 
 @dataclass(frozen=True)
@@ -114,8 +112,7 @@ def quilt(
     """
     settings = settings or QuiltSettings()
     check_exemplar(exemplar)
-    if len(size) != exemplar.ndim - 1 or min(size) < 1:
-        raise InputError(f"size is {tuple(size)} but must be {exemplar.ndim - 1} positive numbers for this exemplar")
+    size = whole_sizes(size, exemplar.ndim - 1, "the size")
     sheet = new_sheet(sources_of(exemplar, settings), size, settings)
     placer = new_placer(sheet, settings, error_region(exemplar.shape[1:], settings.region))
     history, stopped = run(sheet, placer, settings, report)
@@ -135,8 +132,8 @@ def check_exemplar(exemplar: Tensor) -> None:
         raise InputError(
             "the video has one frame but needs at least two; give a longer one, or quilt the frame as an image"
         )
-    if not bool(torch.isfinite(exemplar).all()):
-        raise InputError("the exemplar has NaN or infinite values; replace them by finite ones")
+    if not bool(torch.isfinite(exemplar.max() - exemplar.min())):
+        raise InputError("the exemplar has NaN or infinite values, or too large ones; replace them by finite ones")
 
 
 def sources_of(exemplar: Tensor, settings: QuiltSettings) -> Mosaic:
@@ -180,7 +177,7 @@ def new_placer(sheet: Sheet[Mosaic], settings: QuiltSettings, region: tuple[int,
         fitting = (*fitting[:-2], max(min(fitting[-2], lowest), 1), fitting[-1])
     limits.setdefault("margin", ending_reach(len(region), settings.feather, settings.spline))
     rule = Rule(settings.placement, settings.k, fitting, settings.evenness, **limits)
-    return Placer(sheet, rule, torch.Generator().manual_seed(settings.seed))
+    return Placer(sheet, rule, generator_of(settings.seed))
 
 
 def run(sheet: Sheet[Mosaic], placer: Placer, settings: QuiltSettings, report: Report) -> tuple[list[int], str]:

@@ -1,1 +1,39 @@
-"""Images from exemplars: synthesis, filling, guidance."""
+"""Images from exemplars: synthesis, filling, guidance, the maps that go with them."""
+
+from typing import TYPE_CHECKING
+
+from synth.lazy import lazy
+
+if TYPE_CHECKING:
+    from synth.texture.filling import fill
+    from synth.texture.images import PRESETS, Synthesis, synthesize
+    from synth.texture.maps import Map, check_source_output, map_writer, read_guide, read_map, source_writer
+
+__all__ = [
+    "PRESETS",
+    "Map",
+    "Synthesis",
+    "check_source_output",
+    "fill",
+    "map_writer",
+    "read_guide",
+    "read_map",
+    "source_writer",
+    "synthesize",
+]
+
+__getattr__, __dir__ = lazy(
+    __name__,
+    {
+        "PRESETS": "synth.texture.images",
+        "Map": "synth.texture.maps",
+        "Synthesis": "synth.texture.images",
+        "check_source_output": "synth.texture.maps",
+        "fill": "synth.texture.filling",
+        "map_writer": "synth.texture.maps",
+        "read_guide": "synth.texture.maps",
+        "read_map": "synth.texture.maps",
+        "source_writer": "synth.texture.maps",
+        "synthesize": "synth.texture.images",
+    },
+)

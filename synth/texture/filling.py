@@ -34,6 +34,10 @@ BLOCK = 0.25
 """Size of the start's blocks as a share of the exemplar."""
 
 
+_MEASURED = 7
+"""Least side, in pixels, of a picture that `kwatra.measure` takes."""
+
+
 def fill(
     image: Image,
     hole: Tensor | np.ndarray,
@@ -61,15 +65,17 @@ def fill(
     filled: Image = image.detach().cpu().clone() if isinstance(image, Tensor) else image.copy()
     pixels = _memory(filled)
     pixels[:, missing.numpy()] = 0 if bool(missing.all()) else pixels[:, ~missing.numpy()][:, :1]
-    pictures: list[Image] = [filled, *others]
-    form: Form[Image] = Form.of(pictures)
+    given: list[Image] = [filled, *others]
+    form: Form[Image] = Form.of(given)
     known = form.normalized(filled)
     _check_channels(known, others)
     if others:
-        source = Exemplar.of([form.normalized(other) for other in others], device=device)
+        pictures = [form.normalized(other) for other in others]
+        source = Exemplar.of(pictures, device=device)
     else:
+        pictures = _whole_parts(known, missing)
         source = Exemplar.of([known], masks=[~missing], device=device)
-    result, box = _filled(known, missing, source, preset, seed, callback)
+    result, box = _filled(known, missing, source, pictures, preset, seed, callback)
     inside = missing[box].numpy()
     pixels[:, missing.numpy()] = _memory(form.restored(result.image.cpu()))[:, inside]
     where = np.indices((1, *missing.shape))[:, 0]
@@ -83,6 +89,7 @@ def _filled(
     known: Tensor,
     missing: Tensor,
     source: Exemplar,
+    pictures: Sequence[Tensor],
     preset: str,
     seed: int,
     callback: Callable[[Progress], None] | None,
@@ -94,7 +101,7 @@ def _filled(
     box = _box(missing, max(level.factor * level.width for level in levels))
     device = source.canvas.device
     rest = HardPixels(known[(slice(None), *box)].to(device), ~missing[box][None].to(device), weight=MINDED)
-    return _Filling(Prepared(source), rest, settings, tries, callback).best(seed), box
+    return _Filling(Prepared(source), rest, settings, tries, callback).best(seed, pictures), box
 
 
 class _Filling:
@@ -110,10 +117,12 @@ class _Filling:
     ) -> None:
         self.source, self.rest, self.settings, self.tries, self.callback = source, rest, settings, tries, callback
 
-    def best(self, seed: int) -> Result:
-        """The run whose result looks most like the exemplar."""
+    def best(self, seed: int, pictures: Sequence[Tensor]) -> Result:
+        """The run whose result measures best against pictures of the exemplar; the first where it cannot be told."""
         results = [self.run(number, seed) for number in range(self.tries)]
-        return min(results, key=lambda result: float(result.energies[-1]["total"]))
+        if len(results) == 1 or not pictures or min(self.rest.target.shape[1:]) < _MEASURED:
+            return results[0]
+        return min(results, key=lambda result: kwatra.measure(result.image.cpu(), pictures)["overall"])
 
     def run(self, number: int, seed: int) -> Result:
         """One filling, its seams smoothed."""
@@ -136,8 +145,10 @@ class _Filling:
             start=filled.image,
             callback=self._part(number, 0.8, 0.2),
         )
-        stages = [*filled.stages, *(replace(stage, level=len(filled.stages)) for stage in smooth.stages)]
-        return replace(smooth, energies=filled.energies, stages=stages, stopped=filled.stopped)
+        level = len(filled.stages)
+        stages = [*filled.stages, *(replace(stage, level=level) for stage in smooth.stages)]
+        energies = [*filled.energies, *({**row, "level": level} for row in smooth.energies)]
+        return replace(smooth, energies=energies, stages=stages)
 
     def _part(self, number: int, begin: float, share: float) -> Callable[[Progress], None] | None:
         """The callback for a part of the work."""
@@ -145,6 +156,14 @@ class _Filling:
             return None
         whole = self.callback
         return lambda p: whole(replace(p, fraction=(number + begin + share * p.fraction) / self.tries))
+
+
+def _whole_parts(image: Tensor, missing: Tensor) -> list[Tensor]:
+    """What lies on the four sides of the missing pixels' bounding box, where it is large enough to be measured."""
+    place = missing.nonzero()
+    (top, left), (bottom, right) = place.amin(0).tolist(), (place.amax(0) + 1).tolist()
+    parts = image[:, :top], image[:, bottom:], image[..., :left], image[..., right:]
+    return [part for part in parts if min(part.shape[1:]) >= _MEASURED]
 
 
 def _listed(exemplar: Any) -> list[Any]:

@@ -13,8 +13,10 @@ import numpy as np
 from torch import Tensor
 
 from kwatra.base import InputError
-from synth.io.image_formats import Array, Kind
-from synth.io.images import Writer, array_writer, check_output, read_array
+from synth.io.images import array_writer, check_output, read_array, read_values
+from synth.io.kinds import Array, Kind
+from synth.io.numpy_files import npy_writer
+from synth.io.outputs import Writer
 from synth.texture.images import Synthesis
 
 SOURCE_SUFFIXES = (".npy", ".png")
@@ -37,7 +39,7 @@ def read_map(request: str, sizes: list[tuple[int, int]], output: Path) -> Map:
     `output` is the file of the synthesized image; the map goes beside it as STEM_NAME with the map's own ending.
     """
     name, files = _split(request, len(sizes))
-    arrays, kinds = zip(*(read_array(file) for file in files), strict=True)
+    arrays, kinds = zip(*(read_values(file) for file in files), strict=True)
     for file, array, size in zip(files, arrays, sizes, strict=True):
         if array.shape[:2] != size:
             raise InputError(
@@ -86,11 +88,7 @@ def source_writer(path: Path, source: Array) -> Writer:
         colors = np.ascontiguousarray(source[::-1].transpose(1, 2, 0)).astype(np.uint16)
         return array_writer(path, colors, _SOURCE_PNG)
 
-    def write(target: Path) -> None:
-        with target.open("wb") as file:
-            np.save(file, source.astype(np.int32))
-
-    return write
+    return npy_writer(source.astype(np.int32))
 
 
 def _split(request: str, count: int) -> tuple[str, list[Path]]:

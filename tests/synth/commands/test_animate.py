@@ -44,6 +44,14 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+def but(command: list[str], changed: str) -> list[str]:
+    """A command with other options, in place of those that it has."""
+    given = command[:2]
+    for name, value in zip(command[2::2], command[3::2], strict=True):
+        given += [] if name in changed.split() else [name, value]
+    return [*given, *changed.split()]
+
+
 def frames_of(folder: str) -> list[bytes]:
     return [path.read_bytes() for path in sorted(Path(folder).glob("[0-9]*"))]
 
@@ -210,7 +218,7 @@ def test_a_resumed_run_gives_the_same_bits(
         interrupted(patch, name, after)
         capsys.readouterr()
         assert main([*command, "-o", "parts"]) == 130
-    sentence = f"kwatra: interrupted, {after} of 6 frames are whole in parts; --resume goes on\n"
+    sentence = f"kwatra: interrupted with {after} of 6 frames whole in parts; --resume goes on\n"
     assert capsys.readouterr() == ("", sentence)
     assert frames_of("parts") == frames_of("whole")[:after]
     assert main([*command, "-o", "parts", "--resume"]) == 0
@@ -244,6 +252,35 @@ def test_an_interrupt_while_the_video_is_written_loses_no_frame(folder: Path, mo
     assert read_video("out.mp4").frames.shape == (3, 2, *SHAPE)
 
 
+def test_resuming_nothing_begins(folder: Path) -> None:
+    assert main([*SAND, "--frames", "2", "-o", "whole"]) == 0
+    Path("empty").mkdir()
+    for name in ("new", "empty"):
+        assert main([*SAND, "--frames", "2", "-o", name, "--resume"]) == 0
+        assert frames_of(name) == frames_of("whole")
+
+
+@pytest.mark.parametrize("option", [[], ["--resume"], ["--overwrite"]])
+@pytest.mark.parametrize("name", ["parts", "out.mp4"])
+def test_a_process_killed_during_its_first_frame_is_no_dead_end(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, name: str, option: list[str]
+) -> None:
+    class Killed(BaseException):
+        pass
+
+    def kill(self: object, pixels: object, state: object) -> None:
+        self.path.joinpath("000000.png").write_bytes(b"of a state that was never written")
+        self.path.joinpath(".kwatra-0123456789abcdef.npz").write_bytes(b"half a sta")
+        raise Killed
+
+    with monkeypatch.context() as patch:
+        patch.setattr("synth.io.frames.FramesFolder.add", kill)
+        with pytest.raises(Killed):
+            main([*SAND, "--frames", "2", "-o", name])
+    assert main([*SAND, "--frames", "2", "-o", name, *option]) == 0
+    assert (read_video(name).frames.shape[1], Path("out.mp4.frames").exists()) == (2, False)
+
+
 def test_more_frames_may_be_asked_for_and_a_finished_folder_needs_none(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -262,8 +299,8 @@ def test_a_process_killed_between_frame_and_state_leaves_nothing_wrong(folder: P
     assert main([*SAND, "--frames", "3", "-o", "whole"]) == 0
     assert main([*SAND, "--frames", "2", "-o", "parts"]) == 0
     Path("parts/000002.png").write_bytes(b"of a state that was never written")
-    Path("parts/.123.000002.png").write_bytes(b"half a fra")
-    Path("parts/.123..state.npz").write_bytes(b"half a sta")
+    Path("parts/.kwatra-0123456789abcdef.png").write_bytes(b"half a fra")
+    Path("parts/.kwatra-0123456789abcdee.npz").write_bytes(b"half a sta")
     assert main([*SAND, "--frames", "3", "-o", "parts", "--resume"]) == 0
     assert contents(folder / "parts").keys() == {folder / "parts" / name for name in os.listdir("whole")}
     assert frames_of("parts") == frames_of("whole")
@@ -305,7 +342,7 @@ sys.exit(cli.main(sys.argv[1:]))
         assert process.wait(60) == 130
         error = process.stderr.read()
     count = len(frames_of("out.mp4.frames"))
-    assert error == f"kwatra: interrupted, {count} of 100000 frames are whole in out.mp4.frames; --resume goes on\n"
+    assert error == f"kwatra: interrupted with {count} of 100000 frames whole in out.mp4.frames; --resume goes on\n"
     assert all(read_image(path).pixels.shape == (1, *SHAPE) for path in Path("out.mp4.frames").glob("[0-9]*"))
     assert {path.name for path in folder.iterdir()} == {"sand.png", "wind.flo", "out.mp4.frames"}
 
@@ -326,7 +363,7 @@ def test_a_folder_from_other_settings(folder: Path, refused: Callable[..., str])
         ("--first start.png", "another --first;"),
         ("--frames 1", "out has 2 frames already, more than the 1 asked for; give --frames 2 or more"),
     ):
-        assert sentence in refused(*SAND, "--frames", "2", "-o", "out", *changed.split(), "--resume")
+        assert sentence in refused(*but([*SAND, "--frames", "2", "-o", "out"], changed), "--resume")
 
 
 def test_a_folder_from_other_files_or_another_length_of_loop(folder: Path, refused: Callable[..., str]) -> None:
@@ -340,7 +377,6 @@ def test_a_folder_from_other_files_or_another_length_of_loop(folder: Path, refus
 
 
 def test_nothing_to_go_on_with(folder: Path, refused: Callable[..., str]) -> None:
-    assert "out holds no frames to go on with; leave out --resume" in refused(*SAND, "-o", "out", "--resume")
     assert main([*SAND, "--frames", "2", "-o", "out.mp4"]) == 0
     assert "out.mp4 is whole, there is nothing to resume" in refused(*SAND, "-o", "out.mp4", "--resume")
     assert main([*SAND, "--frames", "2", "-o", "out"]) == 0
@@ -352,7 +388,9 @@ def test_nothing_to_go_on_with(folder: Path, refused: Callable[..., str]) -> Non
 
 def test_what_exists_is_not_replaced_unasked(folder: Path, refused: Callable[..., str]) -> None:
     assert main([*SAND, "--frames", "2", "-o", "out"]) == 0
-    assert "out holds 2 frames; go on with --resume, or begin anew with --overwrite" in refused(*SAND, "-o", "out")
+    assert "out holds frames (2 of them); go on with --resume, or begin anew with --overwrite" in refused(
+        *SAND, "-o", "out"
+    )
     Path("out/notes.txt").write_text("mine")
     sentence = "out holds other things than an animation's frames; name another folder"
     assert sentence in refused(*SAND, "-o", "out", "--overwrite")
@@ -402,7 +440,7 @@ def test_full_disk_keeps_the_frames_that_are_whole(
         ("--first sand.png", "sand.png is 64x64 but the frames are to be 48x40"),
         ("--first color.png", "color.png holds uint8 RGB but sand.png holds uint8 Y; save it like the exemplar"),
         ("--size 3x40", "frames of 3x40 are too small; give at least 4 pixels a side"),
-        ("--size 99999x40", "is too large; at most 65536 a side"),
+        ("--size 99999x40", "is too large; ask for at most 65536 a side"),
         ("--fps 0", "'0' is no number of frames a second from 0.1 to 1000"),
         ("-o out.avi", "out.avi has an ending that no video can have; use .mp4 or .gif"),
         ("-o nowhere/out.mp4", "because the folder nowhere does not exist"),
@@ -427,4 +465,4 @@ def test_bad_input_costs_a_sentence(
     Path("words").touch()
     Path("old.mp4").touch()
     monkeypatch.setattr("kwatra.optimize", lambda *_, **__: pytest.fail("the work began"))
-    assert sentence in refused(*SAND, *arguments.split())
+    assert sentence in refused(*but(SAND, arguments))

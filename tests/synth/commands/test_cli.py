@@ -19,7 +19,7 @@ from PIL import Image
 
 from synth import Kind, read_image, write_image
 from synth.cli import main
-from synth.io.images import read_array
+from synth.io.images import read_array, read_values
 
 RGB = Kind("uint8", ("R", "G", "B"))
 QUICK = ["--preset", "fast", "--size", "64x48"]
@@ -94,9 +94,9 @@ def test_progress_images_have_the_values_of_the_exemplar(folder: Path) -> None:
 
 def test_everything_at_once(folder: Path) -> None:
     write_image("other.png", texture(seed=1), RGB)
-    arguments = "--tile --mirror --rotate=-90,90 --scale 0.8 --levels 2:16,1:8 --threads 1 --energy e.csv --map m.npy"
+    arguments = "--tile --mirror --rotate=-90,90 --scale 0.8 --levels 2:16,1:8 --threads 1 --map m.npy"
     command = ["synth", "brick.png", "other.png", "-o", "out.png", *QUICK, *arguments.split()]
-    assert main([*command, "--progress-images", "levels"]) == 0
+    assert main([*command, "--progress-images", "levels", "--energy", "e.csv"]) == 0
     assert main([*command, "--progress-images", "levels", "--overwrite", "--energy", "e.png"]) == 0
     with Path("e.csv").open() as file:
         rows = list(csv.DictReader(file))
@@ -131,7 +131,7 @@ def test_maps_are_carried_exactly(folder: Path) -> None:
     columns, rows, images = source[..., 0], source[..., 1], source[..., 2]
     assert not images.any()
     np.testing.assert_array_equal(read_array("brick_synth_normal.png")[0], normal[rows, columns])
-    np.testing.assert_array_equal(read_array("brick_synth_id.tif")[0][..., 0], identity[rows, columns])
+    np.testing.assert_array_equal(read_values("brick_synth_id.tif")[0][..., 0], identity[rows, columns])
 
 
 def test_several_exemplars_have_a_map_each(folder: Path) -> None:
@@ -205,9 +205,9 @@ def test_exemplar_smaller_than_a_window(folder: Path, refused: Callable[..., str
     [
         ("1x1", "only 1 pixels"),
         ("0x64", "'0x64' is no size"),
-        ("99999x64", "a size of 99999x64 is too large; at most 65536 a side"),
-        ("65536x65536", "is too large; at most 65536 a side and 2^28 pixels in all"),
-        ("64", "'64' is no size; write WIDTHxHEIGHT in pixels, for example 512x384"),
+        ("99999x64", "a size of 99999x64 is too large; ask for at most 65536 a side"),
+        ("65536x65536", "is too large; ask for at most 65536 a side and 2^28 pixels in all"),
+        ("64by", "'64by' is no size; write WIDTHxHEIGHT in pixels, for example 512x384"),
         ("-3x5", "--size"),
     ],
 )
@@ -220,7 +220,7 @@ def test_pixels_that_are_not_finite(folder: Path, refused: Callable[..., str], b
     pixels = texture().permute(1, 2, 0).numpy()
     pixels[5, 6, 0] = bad
     tifffile.imwrite("bad.tif", pixels, photometric="rgb")
-    assert "bad.tif has 1 values that are NaN or infinite; replace them" in refused("synth", "bad.tif")
+    assert "bad.tif has 1 value not finite, NaN or infinite; replace them" in refused("synth", "bad.tif")
 
 
 def test_exemplars_of_different_channels(folder: Path, refused: Callable[..., str]) -> None:
@@ -284,7 +284,7 @@ def test_output_that_could_not_be_written(
     write_image("old.png", torch.zeros(3, 8, 8), RGB)
     Path("full").mkdir()
     Path("full/level_1.png").touch()
-    monkeypatch.setattr("synth.commands.synth.synthesize", lambda *_, **__: pytest.fail("the work began"))
+    monkeypatch.setattr("synth.texture.images.synthesize", lambda *_, **__: pytest.fail("the work began"))
     assert sentence in refused("synth", "brick.png", *QUICK, *arguments.split())
 
 
@@ -306,7 +306,7 @@ def test_not_enough_memory(refused: Callable[..., str], monkeypatch: pytest.Monk
     def no_memory(*_: object, **__: object) -> None:
         raise RuntimeError("DefaultCPUAllocator: can't allocate memory: you tried to allocate 1 bytes.")
 
-    monkeypatch.setattr("synth.commands.synth.synthesize", no_memory)
+    monkeypatch.setattr("synth.texture.images.synthesize", no_memory)
     assert "there is not enough memory; ask for a smaller --size" in refused("synth", "brick.png")
 
 
@@ -314,7 +314,7 @@ def test_a_fault_of_our_own_is_not_hidden(folder: Path, monkeypatch: pytest.Monk
     def broken(*_: object, **__: object) -> None:
         raise ValueError("a fault")
 
-    monkeypatch.setattr("synth.commands.synth.synthesize", broken)
+    monkeypatch.setattr("synth.texture.images.synthesize", broken)
     with pytest.raises(ValueError, match="a fault"):
         main(["synth", "brick.png"])
 
@@ -337,7 +337,7 @@ def test_cuda_where_there_is_none(refused: Callable[..., str]) -> None:
         ("synth brick.png --rotate ten", "'ten' are no numbers; write them with commas"),
         ("synth brick.png --scale 1000", "1000"),
         ("synth brick.png --seed -1", "--seed"),
-        ("synth brick.png --threads 0", "'0' is no whole number from 1 on"),
+        ("synth brick.png --threads 0", "'0' is no whole number from 1 to 256"),
         ("synth brick.png --preset slow", "invalid choice: 'slow'"),
     ],
 )
@@ -389,8 +389,9 @@ def test_help_is_quick_because_nothing_heavy_is_imported() -> None:
     assert time.perf_counter() - began < 2  # alone it takes a tenth of a second
 
 
-def test_runs_as_a_module() -> None:
-    with python("-m", "synth", "--help") as process:
+@pytest.mark.parametrize("name", ["synth", "kwatra"])
+def test_runs_as_a_module(name: str) -> None:
+    with python("-m", name, "--help") as process:
         out, err = process.communicate()
     assert process.returncode == 0
     assert out.startswith("usage: kwatra ")

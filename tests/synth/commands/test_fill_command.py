@@ -51,6 +51,23 @@ def test_known_pixels_come_back_as_the_file_holds_them(folder: Path, suffix: str
     assert not np.array_equal(before[~known], after[~known])
 
 
+@pytest.mark.parametrize(
+    "command", ["synth in.png", "fill in.png --hole hole.png", "animate in.png --flow sink --size 40x32 -o out"]
+)
+def test_colors_that_cannot_be_seen_color_nothing(folder: Path, command: str) -> None:
+    noise = torch.rand(1, 4, 16, 18, generator=torch.Generator().manual_seed(0))
+    smooth = torch.nn.functional.interpolate(noise, (64, 72), mode="bicubic")[0].clamp(0, 1)
+    clear = smooth[3] < 0.5
+    pixels = torch.cat([torch.where(clear, 1.0, 0.2 * smooth[:3] + 0.1), (~clear).float()[None]])
+    write_image("in.png", pixels, Kind("uint8", ("R", "G", "B", "A")))
+    options = ["--preset", "fast", *(["--frames", "3"] if "animate" in command else [])]
+    assert main([*command.split(), *options]) == 0
+    name = command.split()[0]
+    made = read_image("out/000002.png" if name == "animate" else f"in_{name}.png").pixels
+    made = made[:, 20:40, 30:50] if name == "fill" else made
+    assert float(made[:3, made[3] > 0.25].max()) < 0.4
+
+
 def test_it_says_what_it_did_and_takes_exemplars(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     flat = torch.full((3, 40, 40), 0.2)
     write_image("flat.png", flat, Kind("uint8", ("R", "G", "B")))

@@ -64,7 +64,7 @@ def test_fields_in_time(folder: Path) -> None:
         (["sink", "-o", "a.flo", "--speed", "500"], "beyond the 256x256 frame; give a lower speed"),
         (["sink", "-o", "a.flo", "--speed", "nan"], "a flow's speed is nan"),
         (["sink", "-o", "a.flo", "--size", "0x9"], "'0x9' is no size; write WIDTHxHEIGHT"),
-        (["sink", "-o", "a.flo", "--size", "99999x9999"], "--size is 99999x9999; give 1 to 2^28 pixels"),
+        (["sink", "-o", "a.flo", "--size", "99999x9999"], "a size of 99999x9999 is too large; ask for at most"),
         (["gone.flo", "-o", "a.flo"], "gone.flo does not exist"),
     ],
 )

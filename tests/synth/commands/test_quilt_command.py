@@ -1,6 +1,7 @@
 """`kwatra quilt` and `kwatra merge`: what they write, and that bad input costs one sentence and leaves no file."""
 
 import errno
+import os
 from collections.abc import Callable
 from pathlib import Path
 
@@ -49,7 +50,7 @@ def test_quilt_writes_the_picture_its_seams_and_its_map(folder: Path, capsys: py
         "m.npy",
     ]
     assert main(command) == 0
-    assert "wrote out.png, s.png, m.npy: 40x30" in capsys.readouterr().out
+    assert "wrote out.png, s.png and m.npy: 40x30" in capsys.readouterr().out
     image, source = read_image("out.png").pixels, read_image("a.png").pixels
     table = np.load("m.npy")
     assert table.shape == (3, 30, 40)
@@ -96,7 +97,7 @@ def test_all_outputs_of_a_video_appear_or_none(folder: Path, refused: Callable[.
 
     command = ["quilt", "clip", "-o", "out", "--mode", "time", "--seams", "seams", "--map", "m.npy"]
     with monkeypatch.context() as broken:
-        broken.setattr(np, "save", full)
+        broken.setattr(os, "fsync", full)
         assert "the disk is full" in refused(*command)
     assert main(command) == 0
     assert read_video("out").frames.shape == read_video("seams").frames.shape
@@ -133,18 +134,18 @@ def test_merge_keeps_what_it_must(folder: Path) -> None:
         ("quilt nothing.mp4", "does not exist"),
         ("quilt a.png --loop", "is for videos"),
         ("quilt a.png --size 0x9", "is no size"),
-        ("quilt a.png --size 100000x100000", "ask for a smaller --size"),
-        ("quilt a.png --k 7", "k is 7 but must lie between 0.001 and 1"),
-        ("quilt a.png --scale 0:1", "both ends must be positive"),
-        ("quilt --rotate a.png", "'a.png' are no angles"),
-        ("quilt a.png --perspective", "perspective needs a range of scales"),
+        ("quilt a.png --size 100000x100000", "ask for at most 65536 a side"),
+        ("quilt a.png --k 7", "'7' is no number from 0.001 to 1"),
+        ("quilt a.png --scale 0:1", "'0:1' is no range of scales from 0.0625 to 16"),
+        ("quilt --rotate a.png", "'a.png' are no numbers"),
+        ("quilt a.png --perspective", "--perspective needs a range of scales"),
         ("quilt a.png --feather 2 --spline", "not allowed with"),
         ("quilt a.png -o b.png", "exists"),
         ("quilt a.png -o no/b.png", "does not exist"),
         ("quilt clip -o x.avi", "ending that no video can have"),
         ("quilt clip -o x --mode time --loop --hold 7", "hold is 7 but the clip has 6 frames"),
         ("quilt clip -o x --mode time --size 20x20", "use mode spacetime"),
-        ("quilt clip -o x --frames 1", "frames is 1"),
+        ("quilt clip -o x --frames 1", "'1' is no whole number from 2 on"),
         ("quilt clip -o x --loop --frames 11", "no loop of this clip"),
         ("quilt one -o x", "1 frames but a video needs at least 2"),
         ("quilt differing -o x", "all frames must have one size"),
@@ -155,7 +156,7 @@ def test_merge_keeps_what_it_must(folder: Path) -> None:
         ("merge a.png b.png b.png --keep keep.png --keep keep.png", "are kept by an earlier one"),
         ("merge a.png b.png --keep keep.png --spare keep.png", "both to be kept and to be spared"),
         ("merge a.png b.png --keep a.png", "draw it at the overlay's size"),
-        ("merge a.png b.png b.png --keep keep.png", "1 times for 2 overlays"),
+        ("merge a.png b.png b.png --keep keep.png", "there are 2 overlays but 1 of --keep; give one for each"),
     ],
 )
 def test_bad_input_costs_one_sentence(folder: Path, refused: Callable[..., str], arguments: str, reason: str) -> None:

@@ -6,6 +6,7 @@ import os
 import struct
 import warnings
 import zlib
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,7 @@ from PIL import Image, ImageCms
 
 from kwatra import InputError
 from synth import Kind, read_image, write_image
-from synth.io.images import read_array, write_files
+from synth.io.images import read_array, read_values, write_files
 
 GRAY, GRAY_ALPHA, RGB, RGBA = ("Y",), ("Y", "A"), ("R", "G", "B"), ("R", "G", "B", "A")
 SHAPE = (11, 14)
@@ -241,7 +242,7 @@ def test_pixels_that_are_not_finite(tmp_path: Path, bad: float) -> None:
     array = some_array("float32", 3)
     array[2, 3] = bad
     tifffile.imwrite(tmp_path / "bad.tif", array, photometric="rgb")
-    with pytest.raises(InputError, match=r"bad\.tif has 3 values that are NaN or infinite; replace"):
+    with pytest.raises(InputError, match=r"bad\.tif has 3 values not finite, NaN or infinite; replace"):
         read_image(tmp_path / "bad.tif")
 
 
@@ -255,14 +256,47 @@ def test_whole_numbers_of_other_widths(tmp_path: Path) -> None:
     tifffile.imwrite(tmp_path / "ids.tif", np.arange(64, dtype=np.uint32).reshape(8, 8))
     with pytest.raises(InputError, match="holds uint32 pixels; save it with 8 or 16 bits or as float"):
         read_image(tmp_path / "ids.tif")
-    assert read_array(tmp_path / "ids.tif")[1].dtype == "uint32"
+    assert read_values(tmp_path / "ids.tif")[1].dtype == "uint32"
 
 
-def test_a_png_too_large_to_be_an_exemplar(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    write_image(tmp_path / "large.png", torch.zeros(1, 64, 64), Kind("uint8", GRAY))
-    monkeypatch.setattr(Image, "MAX_IMAGE_PIXELS", 1000)
-    with pytest.raises(InputError, match="is larger than an exemplar can be; crop it"):
-        read_image(tmp_path / "large.png")
+def png_of(width: int, height: int) -> bytes:
+    """A PNG whose head says that size, with hardly any pixels in it."""
+    stream = io.BytesIO()
+    Image.new("L", (1, 1)).save(stream, "png")
+    head = b"IHDR" + struct.pack(">II", width, height) + stream.getvalue()[24:29]
+    return stream.getvalue()[:12] + head + struct.pack(">I", zlib.crc32(head)) + stream.getvalue()[33:]
+
+
+def tiff_of(width: int, height: int) -> bytes:
+    """A TIFF whose tags say that size, with hardly any pixels in it."""
+    stream = io.BytesIO()
+    tifffile.imwrite(stream, np.zeros((777, 333), np.uint8), metadata=None)
+    data = stream.getvalue()
+    for tag, old, new in ((256, 333, width), (257, 777, height)):
+        for kind in (3, 4):  # SHORT, LONG
+            old_bytes = struct.pack("<HHII", tag, kind, 1, old)
+            data = data.replace(old_bytes, struct.pack("<HHII", tag, 4, 1, new))
+    return data
+
+
+@pytest.mark.parametrize(("name", "made"), [("large.png", png_of), ("large.tif", tiff_of)])
+def test_one_limit_for_all_formats_is_seen_before_pixels_are_read(
+    tmp_path: Path, name: str, made: Callable[[int, int], bytes]
+) -> None:
+    (tmp_path / name).write_bytes(made(20000, 20000))
+    with pytest.raises(InputError, match=f"{name} is 20000x20000 with 1 channel; an image may have 2\\^28 pixels"):
+        read_image(tmp_path / name)
+
+
+@pytest.mark.parametrize("suffix", [".jpg", ".exr"])
+def test_the_limit_holds_for_what_must_be_whole_to_have_a_head(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, suffix: str
+) -> None:
+    kind = Kind("uint8" if suffix == ".jpg" else "float32", GRAY)
+    write_image(tmp_path / f"large{suffix}", torch.zeros(1, 64, 64), kind)
+    monkeypatch.setattr("synth.io.kinds.MOST_PIXELS", 1000)
+    with pytest.raises(InputError, match="is 64x64 with 1 channel; an image may have"):
+        read_image(tmp_path / f"large{suffix}")
 
 
 # ---- what cannot be written

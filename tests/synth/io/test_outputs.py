@@ -1,10 +1,24 @@
 """Files are written whole or not at all."""
 
+import os
 from pathlib import Path
 
 import pytest
 
-from synth.io.outputs import write_files
+from kwatra import InputError
+from synth.io.outputs import TEMPORARY, Writer, staged, write_files
+
+
+def text(content: str) -> Writer:
+    return lambda path: path.write_text(content) and None
+
+
+def folder(content: str) -> Writer:
+    def write(path: Path) -> None:
+        path.mkdir()
+        (path / "page").write_text(content)
+
+    return write
 
 
 def test_several_files_are_written_all_or_none(tmp_path: Path) -> None:
@@ -13,5 +27,69 @@ def test_several_files_are_written_all_or_none(tmp_path: Path) -> None:
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        write_files({tmp_path / "a.txt": lambda path: path.write_text("whole"), tmp_path / "b.txt": broken})
+        write_files({tmp_path / "a.txt": text("whole"), tmp_path / "b.txt": broken})
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("error", [OSError("no"), KeyboardInterrupt()])
+@pytest.mark.parametrize("failing", [1, 2, 3])
+@pytest.mark.parametrize("links", [True, False])
+def test_a_move_that_fails_leaves_all_as_it_was(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: BaseException, failing: int, links: bool
+) -> None:
+    (tmp_path / "a.txt").write_text("old a")
+    folder("old b")(tmp_path / "b")
+    moved, calls = os.replace, 0
+
+    def replace(source: Path, target: Path) -> None:
+        nonlocal calls
+        calls += 1
+        if calls == failing:
+            raise error
+        moved(source, target)
+
+    def link(*_: object) -> None:
+        raise OSError("no links here")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "replace", replace)
+        if not links:
+            patch.setattr(os, "link", link)
+        with pytest.raises(KeyboardInterrupt if isinstance(error, KeyboardInterrupt) else InputError):
+            write_files({tmp_path / "a.txt": text("new"), tmp_path / "b": folder("new"), tmp_path / "c": text("new")})
+    assert (tmp_path / "a.txt").read_text() == "old a"
+    assert (tmp_path / "b" / "page").read_text() == "old b"
+    assert sorted(os.listdir(tmp_path)) == ["a.txt", "b"]
+
+
+def test_what_was_there_is_replaced_without_a_trace(tmp_path: Path) -> None:
+    for content in ("old", "new"):
+        write_files({tmp_path / "a.txt": text(content), tmp_path / "b": folder(content), tmp_path / "c": text(content)})
+    found = [(tmp_path / name).read_text() for name in ("a.txt", "b/page", "c")]
+    assert (found, sorted(os.listdir(tmp_path))) == (["new"] * 3, ["a.txt", "b", "c"])
+
+
+def test_temporary_names_are_of_one_call_alone(tmp_path: Path) -> None:
+    seen: list[str] = []
+
+    def nested(path: Path) -> None:
+        seen.append(path.name)
+        if len(seen) < 3:
+            write_files({tmp_path / "a.txt": nested})
+        path.write_text("whole")
+
+    write_files({tmp_path / "a.txt": nested})
+    assert len(set(seen)) == 3
+    assert all(TEMPORARY.fullmatch(name) for name in seen)
+
+
+def test_a_long_name_is_no_obstacle(tmp_path: Path) -> None:
+    path = tmp_path / ("x" * 251 + ".txt")
+    write_files({path: text("whole")})
+    assert path.read_text() == "whole"
+
+
+def test_staged_files_that_are_not_put_leave_nothing(tmp_path: Path) -> None:
+    with staged({tmp_path / "a.txt": text("whole")}):
+        assert len(list(tmp_path.iterdir())) == 1
     assert not list(tmp_path.iterdir())

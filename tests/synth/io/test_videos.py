@@ -1,7 +1,11 @@
 """Videos in and out of files."""
 
+import os
+import subprocess
+import sys
 from pathlib import Path
 
+import av
 import pytest
 import torch
 
@@ -35,9 +39,40 @@ def test_a_file_keeps_size_length_rate_and_looks(tmp_path: Path, name: str, tole
     torch.testing.assert_close(clip.frames, frames(), rtol=0, atol=tolerance)
 
 
-def test_odd_sizes_are_kept(tmp_path: Path) -> None:
+def test_an_odd_side_gains_a_pixel_that_repeats_the_last(tmp_path: Path) -> None:
     write_video(tmp_path / "odd.mp4", frames()[..., :15, :19], 25)
-    assert read_video(tmp_path / "odd.mp4").frames.shape == (3, 5, 15, 19)
+    made = read_video(tmp_path / "odd.mp4").frames
+    assert made.shape == (3, 5, 16, 20)
+    torch.testing.assert_close(made[..., :15, :19], frames()[..., :15, :19], rtol=0, atol=0.04)
+    torch.testing.assert_close(made[..., 15, :19], made[..., 14, :19], rtol=0, atol=0.04)
+
+
+def test_colors_are_those_that_the_file_says(tmp_path: Path) -> None:
+    colors = torch.tensor([[1.0, 0, 0], [0, 1, 0], [0, 0, 1], [0.2, 0.5, 0.8]])
+    bars = colors.T[:, None, None, :].repeat_interleave(16, 3).expand(3, 3, 16, 64)
+    write_video(tmp_path / "bars.mp4", bars, 25)
+    with av.open(str(tmp_path / "bars.mp4")) as container:
+        context = container.streams.video[0].codec_context
+        assert (context.profile, context.pix_fmt) == ("High", "yuv420p")
+        assert (context.color_range, context.colorspace, context.color_primaries, context.color_trc) == (1, 1, 1, 1)
+    middle = read_video(tmp_path / "bars.mp4").frames[:, 1, 8, 8::16]
+    torch.testing.assert_close(middle, colors.T, rtol=0, atol=0.02)
+
+
+def test_the_same_frames_are_the_same_file_whatever_memory_held(tmp_path: Path) -> None:
+    program = """
+import sys, torch
+from synth.io.videos import write_video
+blocks = torch.rand(3, 1, 12, 12, generator=torch.Generator().manual_seed(0)).repeat_interleave(8, 2)
+blocks = blocks.repeat_interleave(8, 3)
+write_video(sys.argv[1], torch.cat([blocks.roll(t, 3) for t in range(12)], 1), 25)
+"""
+    root = str(Path(__file__).parents[3])
+    for fill in ("37", "165"):  # what glibc fills memory with that is given out and taken back
+        environment = os.environ | {"PYTHONPATH": root, "MALLOC_PERTURB_": fill}
+        command = [sys.executable, "-c", program, str(tmp_path / f"{fill}.mp4")]
+        subprocess.run(command, check=True, env=environment)
+    assert (tmp_path / "37.mp4").read_bytes() == (tmp_path / "165.mp4").read_bytes()
 
 
 def test_nothing_is_left_of_a_video_that_could_not_be_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

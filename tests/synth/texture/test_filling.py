@@ -4,9 +4,12 @@ import numpy as np
 import pytest
 import torch
 from skimage import data
+from torch import Tensor
 
+import kwatra
 from kwatra import InputError
 from synth import fill
+from synth.texture.images import PRESETS
 
 
 def disc(shape: tuple[int, int], center: tuple[int, int], radius: int) -> np.ndarray:
@@ -96,3 +99,26 @@ def test_bad_requests_are_refused() -> None:
     ]:
         with pytest.raises(InputError, match=message):
             fill(**({"image": image, "hole": hole} | bad))
+
+
+def test_best_is_the_run_that_measures_best_and_tells_its_own_energies(monkeypatch: pytest.MonkeyPatch) -> None:
+    gravel = data.gravel()[:64, :64]
+    hole = np.zeros(gravel.shape, bool)
+    hole[24:40, 24:40] = True
+    monkeypatch.setitem(PRESETS, "best", (PRESETS["fast"][0], 3))
+    measured: list[tuple[float, Tensor]] = []
+    whole = kwatra.measure
+
+    def measure(output: Tensor, exemplar: list[Tensor]) -> dict[str, float]:
+        assert [tuple(part.shape[1:]) for part in exemplar] == [(24, 64), (24, 64), (64, 24), (64, 24)]
+        figures = whole(output, exemplar)
+        measured.append((figures["overall"], output))
+        return figures
+
+    monkeypatch.setattr(kwatra, "measure", measure)
+    filled = fill(gravel, hole, preset="best")
+    assert len(measured) == 3
+    assert torch.equal(min(measured, key=lambda each: each[0])[1], filled.result.image)
+    levels = {row["level"] for row in filled.result.energies}
+    assert levels == {stage.level for stage in filled.result.stages}
+    assert torch.equal(filled.result.stages[-1].image, filled.result.image)

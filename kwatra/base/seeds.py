@@ -1,0 +1,25 @@
+"""Randomness from a seed: any whole number from 0 on."""
+
+import hashlib
+import operator
+
+import torch
+
+from kwatra.base.errors import InputError
+
+_HEEDED = 2**32
+"""torch's generator on the CPU heeds the lowest 32 bits of its seed, and takes no more than 64."""
+
+
+def generator_of(seed: int, step: int = 0) -> torch.Generator:
+    """A generator for a seed, and for a step of work that needs a beginning of its own.
+
+    Seeds below 2^32 are taken as they are; larger ones, and a step of any seed but 0, are hashed to so many bits.
+    Raises InputError for what is no whole number from 0 on.
+    """
+    if not hasattr(seed, "__index__") or operator.index(seed) < 0:
+        raise InputError(f"the seed is {seed}; give a whole number from 0 on")
+    value = (operator.index(seed) << 32) + step if step else operator.index(seed)
+    if value >= _HEEDED:
+        value = int.from_bytes(hashlib.sha256(str(value).encode()).digest()[:4], "little")
+    return torch.Generator().manual_seed(value)

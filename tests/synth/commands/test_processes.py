@@ -1,0 +1,132 @@
+"""The command line as a process: Ctrl-C at any time, streams that cannot show a name, other people's folders."""
+
+import os
+import signal
+import struct
+import subprocess
+import sys
+import zlib
+from pathlib import Path
+
+import pytest
+import torch
+
+from synth import Kind, write_image
+from synth.cli import main
+
+ROOT = str(Path(__file__).parents[3])
+FAST = ["synth", "brick.png", "--preset", "fast", "--size", "24x24"]
+
+PROGRAM = """
+import os, signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
+from synth import cli
+
+rung = sys.argv[1]
+
+class Bell:
+    def find_spec(self, name, *rest):
+        if name == rung:
+            os.kill(os.getpid(), signal.SIGINT)
+
+sys.meta_path.insert(0, Bell())
+sys.argv = ["kwatra", *sys.argv[2:]]
+sys.exit(cli.main())
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    write_image("brick.png", torch.rand(1, 24, 24, generator=torch.Generator().manual_seed(0)), Kind("uint8", ("Y",)))
+    return tmp_path
+
+
+def python(*arguments: str, **environment: str) -> "subprocess.CompletedProcess[str]":
+    return subprocess.run(
+        [sys.executable, *arguments],
+        capture_output=True,
+        text=True,
+        env=os.environ | {"PYTHONPATH": ROOT} | environment,
+    )
+
+
+@pytest.mark.parametrize(
+    "module", ["argparse", "synth.commands.merge", "numpy.linalg", "torch._C", "torch.nn.functional", "scipy", "kwatra"]
+)
+def test_ctrl_c_while_modules_load(folder: Path, module: str) -> None:
+    done = python("-c", PROGRAM, module, *FAST)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "kwatra: interrupted, nothing was written\n")
+    assert os.listdir() == ["brick.png"]
+
+
+def test_ctrl_c_that_a_library_turns_into_an_error_of_its_own(folder: Path, monkeypatch, capsys) -> None:
+    def load(*_: object, **__: object) -> None:
+        try:
+            signal.raise_signal(signal.SIGINT)
+        except KeyboardInterrupt:
+            raise ImportError("initialization failed") from None
+
+    monkeypatch.setattr("synth.texture.images.synthesize", load)
+    assert main(FAST) == 130
+    assert capsys.readouterr().err == "kwatra: interrupted, nothing was written\n"
+
+
+def test_ctrl_c_when_the_files_are_in_place_comes_too_late(folder: Path, monkeypatch, capsys) -> None:
+    moved = os.replace
+
+    def replace(source: Path, target: Path) -> None:
+        moved(source, target)
+        signal.raise_signal(signal.SIGINT)
+
+    before = signal.getsignal(signal.SIGINT)
+    monkeypatch.setattr(os, "replace", replace)
+    assert main([*FAST, "--map", "m.npy"]) == 0
+    assert capsys.readouterr().out.startswith("wrote brick_synth.png and m.npy: 24x24 in ")
+    assert Path("m.npy").exists()
+    assert signal.getsignal(signal.SIGINT) is before
+
+
+def test_names_that_an_ascii_stream_cannot_show(folder: Path) -> None:
+    done = python("-m", "synth", *FAST, "-o", "wände\udcff.png", PYTHONIOENCODING="ascii:strict")
+    assert done.stdout.startswith("wrote w\\xe4nde\\udcff.png: 24x24 in ")
+    assert (done.returncode, done.stderr) == (0, "")
+    again = python("-m", "synth", *FAST, "-o", "wände\udcff.png", PYTHONIOENCODING="ascii:strict")
+    assert again.stderr.startswith("kwatra: error: w\\xe4nde\\udcff.png exists")
+
+
+def test_a_closed_stdout_is_no_error(folder: Path) -> None:
+    command = f"exec {sys.executable} -m synth {' '.join(FAST)} >&-"
+    done = subprocess.run(command, shell=True, stderr=subprocess.PIPE, text=True, env=os.environ | {"PYTHONPATH": ROOT})
+    assert (done.returncode, done.stderr) == (0, "")
+    assert Path("brick_synth.png").exists()
+
+
+@pytest.mark.parametrize("name", ["flow", "kwatra"])
+def test_a_folder_of_a_users_own_that_stands_before_ours(folder: Path, name: str) -> None:
+    (folder / name).mkdir()
+    (folder / name / "__init__.py").touch()
+    program = f"import sys; sys.path[:0] = [{ROOT!r}]; import synth; sys.path[:0] = ['']; "
+    done = python("-c", f"{program}from synth.cli import main; sys.exit(main({FAST!r}))", PYTHONPATH="")
+    assert done.returncode == 2
+    assert done.stderr.startswith(f"kwatra: error: python finds {folder / name} as the package {name}, not ")
+    assert done.stderr.count("\n") == 1
+    done = python("-c", f"{program}synth.read_flow", PYTHONPATH="")
+    assert f"ImportError: python finds {folder / name} as the package {name}, not " in done.stderr
+
+
+def test_a_library_that_is_missing_is_no_damage_of_the_file(folder: Path, monkeypatch, capsys) -> None:
+    monkeypatch.setitem(sys.modules, "imagecodecs", None)
+    assert main(FAST) == 2
+    error = capsys.readouterr().err
+    assert error.startswith("kwatra: error: a library could not be loaded (import of imagecodecs halted")
+    assert error.count("\n") == 1
+
+
+def test_warnings_of_libpng_reach_nobody(folder: Path) -> None:
+    data = Path("brick.png").read_bytes()
+    chunk = b"sBIT\x09"  # nine of eight bits
+    odd = struct.pack(">I", 1) + chunk + struct.pack(">I", zlib.crc32(chunk))
+    Path("odd.png").write_bytes(data[:33] + odd + data[33:])
+    done = python("-m", "synth", "quilt", "odd.png", "--size", "24x24", "--refine", "0")
+    assert (done.returncode, done.stderr) == (0, "")
