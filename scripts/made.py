@@ -76,7 +76,7 @@ def letters(side: int, size: float, seed: int = 0) -> Made:
             page = Image.new("L", (side, side), 255)
             ImageDraw.Draw(page).text((left, top), letter, fill=0, font=font)
             ink = np.asarray(page) / 255
-            numbers = np.where(ink < 0.6, numbers.max() + 1, numbers)
+            numbers = np.where(ink < 0.85, numbers.max() + 1, numbers)
             image = np.minimum(image, ink)
             left += round(font.getlength(letter)) + 2
     return _made(np.repeat(image[..., None], 3, 2), numbers)
