@@ -9,8 +9,10 @@ whole pieces of the exemplar, and random blocks of 32 pixels; and flowing frames
 named by its field and number. Colors are never looked at: the element of an output pixel is that of the exemplar pixel
 which it was copied from.
 
-An output element is a region of output pixels that belong to elements, not to the ground, and touch each other, be it
-at a corner: what is seen as one thing. Its element is that of most of its pixels. It is cut if one of these holds:
+An output element is what is seen as one thing: pieces, each a region of touching pixels of one element of the exemplar,
+that are grown together. Two pieces are if the boundary at which they touch, with no ground between them, is longer than
+a third of the smaller one's width (the root of its area); what touches in a few pixels is seen as two. Its element is
+that of most of its pixels. It is cut if one of these holds:
 
     mixed        more than a tenth of the region is of other elements: a part of one grown onto another
     part         away from the output's border less than four fifths of its element's area is shown (a pixel counts as
@@ -20,7 +22,7 @@ at a corner: what is seen as one thing. Its element is that of most of its pixel
 An element that the exemplar's own border cuts is taken to have at least the median area of those that are whole: what
 there is of a large part is shown as a whole, a small one never. A region counts as one element, or as many as go by
 their median area into its own: many grown together are many that are cut. Regions below a twentieth of that area are
-crumbs, and no elements. Two whole elements that touch are mixed: the boundary that was there is lost. The columns:
+crumbs, and no elements. Two whole elements grown together are mixed: the boundary that was there is lost. The columns:
 
     cut          share of the elements that are cut
     mixed, part, swollen   shares that are so; an element may be several
@@ -37,7 +39,7 @@ from pathlib import Path
 
 import numpy as np
 from made import MADE, Made
-from scipy import ndimage
+from scipy import ndimage, sparse
 from tables import Row, exit_code, number_list, print_table, progress, size
 from torch import Tensor
 
@@ -46,7 +48,7 @@ from synth import synthesize
 from synth.quilting import QuiltSettings, quilt
 from synth.texture.images import PRESETS
 
-MIXED, SHOWN, SWOLLEN, CRUMB = 0.1, 0.8, 0.2, 0.05
+GROWN, MIXED, SHOWN, SWOLLEN, CRUMB = 1 / 3, 0.1, 0.8, 0.2, 0.05
 FIGURES = ("cut", "mixed", "part", "swollen", "elements", "crumbs")
 FIELDS = {"rotation": flow.rotation, "vortices": flow.vortices}
 BLOCK = 32
@@ -61,7 +63,8 @@ pixel that it was copied from, (H, W)."""
 def cut_elements(numbers: np.ndarray, source: np.ndarray) -> dict[str, float]:
     """The figures of an output (H, W) of flat places `source` in an exemplar with these element `numbers` (H, W)."""
     shown = numbers.flat[source]
-    regions, count = ndimage.label(shown > 0, TOUCHING)
+    regions = grown_together(shown)
+    count = int(regions.max())
     areas = np.bincount(numbers.ravel())
     median = np.median(areas[_whole(numbers)])
     areas[_at_border(numbers)] = np.maximum(areas[_at_border(numbers)], median)
@@ -76,6 +79,35 @@ def cut_elements(numbers: np.ndarray, source: np.ndarray) -> dict[str, float]:
     table = np.column_stack([table.any(1), table])
     shares = np.average(table, 0, weights) if len(table) else np.full(4, np.nan)
     return dict(zip(FIGURES, (*shares.tolist(), float(sum(weights)), float(count - len(table))), strict=True))
+
+
+def grown_together(shown: np.ndarray) -> np.ndarray:
+    """The number (H, W) of the output element that each pixel is part of, from 1; 0 for the ground."""
+    pixels = np.arange(shown.size).reshape(shown.shape)
+    beside = np.concatenate([_pairs(pixels, 0, 1), _pairs(pixels, 1, 0)], 1)
+    corner = np.concatenate([_pairs(pixels, 1, 1), _pairs(pixels[:, ::-1], 1, 1)], 1)
+    near = np.concatenate([beside, corner], 1)
+    pieces = _connected(near[:, shown.flat[near[0]] == shown.flat[near[1]]], shown.size)
+    areas = np.bincount(pieces)
+    touching = beside[:, (shown.flat[beside] > 0).all(0)]
+    between = np.sort(pieces[touching], 0)
+    between, length = np.unique(between[:, between[0] != between[1]], axis=1, return_counts=True)
+    joined = between[:, length > GROWN * np.sqrt(areas[between].min(0))]
+    regions = _connected(joined, len(areas))[pieces].reshape(shown.shape)
+    numbered = np.unique(np.where(shown > 0, regions + 1, 0), return_inverse=True)[1].reshape(shown.shape)
+    return numbered if (shown == 0).any() else numbered + 1
+
+
+def _pairs(pixels: np.ndarray, down: int, right: int) -> np.ndarray:
+    """Each pixel and the one so far from it, (2, N)."""
+    height, width = pixels.shape
+    return np.stack([pixels[: height - down, : width - right].ravel(), pixels[down:, right:].ravel()])
+
+
+def _connected(pairs: np.ndarray, count: int) -> np.ndarray:
+    """The component (count,) of each of `count` nodes that `pairs` (2, N) of them connect."""
+    graph = sparse.coo_matrix((np.ones(pairs.shape[1]), tuple(pairs)), shape=(count, count))
+    return sparse.csgraph.connected_components(graph, directed=False)[1]
 
 
 def _faults(

@@ -74,6 +74,14 @@ def test_what_the_exemplar_cuts_is_a_part_unless_it_is_large(board: np.ndarray) 
         assert cut_elements(numbers, where)["part"] == cut
 
 
+def test_whole_elements_that_hardly_touch_are_two(board: np.ndarray) -> None:
+    where = places(board)
+    for row, cut in ((slice(17, 19), 0.0), (slice(14, 22), 2 / 16)):
+        where[row, 20:26] = where[17, 18]
+        where[row, 20:26] = np.where(np.arange(20, 26) < 23, where[17, 18], where[17, 27])
+        assert cut_elements(board, where)["cut"] == pytest.approx(cut, abs=0.03)
+
+
 def test_crumbs_are_no_elements(board: np.ndarray) -> None:
     where = np.zeros((30, 30), dtype=np.int64)
     where[10, 10] = places(board)[15, 15]
