@@ -11,6 +11,7 @@ import torch
 from torch import Tensor
 
 from kwatra.base import InputError, factors_of
+from kwatra.elements import element_size
 from kwatra.exemplar import ALIGNMENT, Exemplar
 from kwatra.source import ROUTES
 
@@ -94,7 +95,7 @@ def planned_levels(exemplar: Exemplar, shape: Sequence[int], iterations: int) ->
     mend what is left with 16 and 8. Windows that hardly fit between the exemplar's holes are left out.
     """
     least = min(*exemplar.extent[-2:], *shape[-2:])
-    element = texture_element(exemplar.canvas)
+    element = element_size(exemplar)
     coarsest = 8 if element >= 64 else 4
     factors = [f for f in (8, 4, 2, 1) if f <= coarsest and (f == 1 or least >= 24 * f)]
     levels = []

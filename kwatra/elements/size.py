@@ -113,6 +113,8 @@ def unlike(curve: Tensor) -> float:
     below = (curve <= UNLIKE).nonzero()
     if not len(below):
         return float(len(curve))
-    lag = max(int(below[0]), 1)
+    lag = int(below[0])
+    if lag == 0:
+        return 0.0
     high, low = curve[lag - 1 : lag + 1].tolist()
-    return lag - 1 + (high - UNLIKE) / (high - low) if high > low else 0.0
+    return lag - 1 + (high - UNLIKE) / (high - low)

@@ -2,6 +2,7 @@ from itertools import pairwise
 
 import pytest
 import torch
+from made import MADE
 
 from kwatra import THESIS, Exemplar, InputError, Level, texture_element
 from kwatra.levels import planned_levels
@@ -77,3 +78,13 @@ def test_windows_that_do_not_fit_between_holes_are_not_planned():
     mask[::3] = False
     with pytest.raises(InputError, match="no 4x4 window fits between the exemplar's holes"):
         planned_levels(Exemplar.of([image], masks=[mask]), (64, 64), 3)
+
+
+def test_the_coarsest_window_spans_elements_of_one_brightness():
+    stones = MADE["stones"](192, 48).image
+    hidden = torch.ones(192, 192, dtype=torch.bool)
+    hidden[60:100, 60:100] = False
+    painted = torch.where(hidden, stones, 9 * checkerboard(192, 8))
+    for exemplar in (Exemplar.of(stones), Exemplar.of(painted, masks=[hidden])):
+        level = planned_levels(exemplar, (256, 256), 3)[0]
+        assert (level.factor, level.width) == (4, 12)

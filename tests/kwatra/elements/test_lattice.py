@@ -128,6 +128,11 @@ def test_stripes_and_one_color_have_no_lattice():
     assert lattice_of(torch.full((3, 64, 64), 0.5)) is None
 
 
+@pytest.mark.parametrize("shape", [(1, 1), (2, 5), (4, 4)])
+def test_the_smallest_pictures_have_no_lattice(shape):
+    assert lattice_of(torch.rand(3, *shape, generator=torch.Generator().manual_seed(0))) is None
+
+
 def test_the_content_of_holes_does_not_matter():
     image, mask = dots((20.3, 3.7), (8.2, 17.9)), torch.ones(128, 128, dtype=torch.bool)
     mask[40:80, 50:90] = False

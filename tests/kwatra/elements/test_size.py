@@ -91,3 +91,9 @@ def test_several_pictures_count_together_and_copies_of_them_do_not():
 def test_a_video_is_looked_at_frame_by_frame():
     frames = torch.stack([MADE["stones"](96, 16, seed).image for seed in (0, 1)], 1)
     assert size_of(frames) == pytest.approx(16, rel=0.12)
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (2, 5), (4, 4), (7, 40)])
+def test_the_smallest_pictures_have_a_size(shape):
+    image = torch.rand(3, *shape, generator=torch.Generator().manual_seed(0))
+    assert 2 <= size_of(image) <= 20
