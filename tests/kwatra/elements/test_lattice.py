@@ -128,7 +128,7 @@ def test_stripes_and_one_color_have_no_lattice():
     assert lattice_of(torch.full((3, 64, 64), 0.5)) is None
 
 
-@pytest.mark.parametrize("shape", [(1, 1), (2, 5), (4, 4)])
+@pytest.mark.parametrize("shape", [(1, 1), (1, 40), (4, 4)])
 def test_the_smallest_pictures_have_no_lattice(shape):
     assert lattice_of(torch.rand(3, *shape, generator=torch.Generator().manual_seed(0))) is None
 

@@ -93,7 +93,7 @@ def test_a_video_is_looked_at_frame_by_frame():
     assert size_of(frames) == pytest.approx(16, rel=0.12)
 
 
-@pytest.mark.parametrize("shape", [(1, 1), (2, 5), (4, 4), (7, 40)])
+@pytest.mark.parametrize("shape", [(1, 1), (1, 40), (4, 4), (7, 40)])
 def test_the_smallest_pictures_have_a_size(shape):
     image = torch.rand(3, *shape, generator=torch.Generator().manual_seed(0))
     assert 2 <= size_of(image) <= 20
