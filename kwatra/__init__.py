@@ -1,8 +1,9 @@
 """Texture optimization: example-based synthesis as the minimization of one energy (Kwatra 2005)."""
 
 from kwatra.base import InputError
+from kwatra.elements import Lattice, element_size, find_lattice
 from kwatra.exemplar import Exemplar
-from kwatra.levels import THESIS, Level, planned_levels, texture_element
+from kwatra.levels import THESIS, Level, planned_levels
 from kwatra.loop import optimize
 from kwatra.measure import measure
 from kwatra.result import Progress, Result, Stage
@@ -24,6 +25,7 @@ __all__ = [
     "Grid",
     "HardPixels",
     "InputError",
+    "Lattice",
     "Level",
     "Mode",
     "Prepared",
@@ -39,6 +41,8 @@ __all__ = [
     "Sum",
     "Term",
     "TermLike",
+    "element_size",
+    "find_lattice",
     "gradient",
     "match_histogram",
     "mean",
@@ -46,6 +50,5 @@ __all__ = [
     "optimize",
     "planned_levels",
     "regular",
-    "texture_element",
     "winner",
 ]

@@ -6,7 +6,7 @@ empty are then one thing, and the search needs to know of none of them.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import torch
@@ -91,23 +91,22 @@ class Exemplar:
         inside = self.canvas[:, self.owner >= 0]
         return torch.stack([mean((c - mean(c)).square()) for c in inside])
 
+    def places(self) -> Iterator[tuple[tuple[slice, ...], Tensor]]:
+        """The boxes on the canvas of the images that are not copies, and which pixels of a box are the image's."""
+        seen = set()
+        for image in range(int(self.owner.max()) + 1):
+            inside = self.owner == image
+            place = inside.nonzero()
+            number = int(self.origin[0][tuple(place[0])]) if len(place) else -1
+            if number >= 0 and number not in seen:
+                seen.add(number)
+                low, high = place.amin(0).tolist(), (place.amax(0) + 1).tolist()
+                box = tuple(slice(a, b) for a, b in zip(low, high, strict=True))
+                yield box, inside[box]
+
     def pictures(self) -> list[Tensor]:
         """The images on the canvas that are not copies, cut out to the bounding boxes of what may be copied."""
-        return [picture for picture, _ in self.masked_pictures()]
-
-    def masked_pictures(self) -> list[tuple[Tensor, Tensor]]:
-        """The same, each with its mask (*S): True where it may be copied."""
-        pictures, seen = [], set()
-        for image in range(int(self.owner.max()) + 1):
-            place = (self.owner == image).nonzero()
-            number = int(self.origin[0][tuple(place[0])]) if len(place) else -1
-            if number in seen or number < 0:
-                continue
-            seen.add(number)
-            low, high = place.amin(0), place.amax(0) + 1
-            box = tuple(slice(int(a), int(b)) for a, b in zip(low, high, strict=True))
-            pictures.append((self.canvas[(slice(None), *box)], self.owner[box] == image))
-        return pictures
+        return [self.canvas[(slice(None), *box)] for box, _ in self.places()]
 
     def coarser(self, factor: Sequence[int]) -> "Exemplar":
         """The exemplar averaged over blocks of `factor` pixels per axis; a block is kept when it is whole."""

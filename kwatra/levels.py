@@ -7,18 +7,13 @@ only while the texture's detail survives there; which ones do follows from an es
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import torch
-from torch import Tensor
-
 from kwatra.base import InputError, factors_of
+from kwatra.elements import element_size
 from kwatra.exemplar import ALIGNMENT, Exemplar
 from kwatra.source import ROUTES
 
 FEWEST = 64
 """A level needs at least so many windows to choose from."""
-
-FEW_PAIRS = 0.1
-"""Between holes, a lag at which fewer than this share of all pixels have a partner says nothing."""
 
 
 @dataclass(frozen=True)
@@ -60,43 +55,6 @@ THESIS = (Level(4, 8), Level(2, 16), Level(2, 8), Level(1, 32), Level(1, 16), Le
 """The levels of thesis figure 23: resolutions 1/4, 1/2, 1 with windows of 32, 16, 8 where they fit."""
 
 
-def texture_element(image: Tensor, mask: Tensor | None = None) -> float:
-    """Estimated size in pixels of what repeats in a texture (C, H, W) or (C, T, H, W), at least 2.
-
-    From the autocorrelation of the luminance along rows and along columns, the larger of the two: the lag of the
-    first clear peak (a period), or, where nothing repeats, four times the lag at which it has halved (a blob and
-    the space around it). mask: boolean (*S), True where there is texture; only pairs of such pixels are correlated.
-    """
-    inside = torch.ones_like(image[0], dtype=torch.bool) if mask is None else mask
-    light = torch.where(inside, image.mean(0), 0.0)
-    count = inside.sum((-2, -1), keepdim=True).clamp(min=1)
-    light = torch.where(inside, light - light.sum((-2, -1), keepdim=True) / count, 0.0)
-    if float(light.abs().max()) < 1e-6:
-        return 2.0
-    return max(2.0, *(_repeat(light.movedim(axis, -1), inside.movedim(axis, -1)) for axis in (-2, -1)))
-
-
-def _repeat(light: Tensor, inside: Tensor) -> float:
-    """The lag along the last axis at which a texture repeats, as `texture_element` says."""
-    size = light.shape[-1]
-    pairs = _autocorrelation(inside.double()).round() / inside[..., 0].numel()
-    seen = (pairs >= FEW_PAIRS * pairs[0])[: max(size // 2, 2)].nonzero()[:, 0]
-    curve = (_autocorrelation(light) / pairs.to(light).clamp(min=1e-9))[seen]
-    curve = curve / curve[0].clamp(min=1e-12)
-    peak = (curve[1:-1] > curve[:-2]) & (curve[1:-1] >= curve[2:]) & (curve[1:-1] > 0.25)
-    peaks, halved = seen[1:-1][peak], seen[curve < 0.5]
-    if len(peaks):
-        return float(peaks[0])
-    return 4 * float(halved[0]) if len(halved) else size / 2
-
-
-def _autocorrelation(values: Tensor) -> Tensor:
-    """Sums of products of all pairs along the last axis, by their lag, over all lines."""
-    size = values.shape[-1]
-    power = torch.fft.rfft(values, 2 * size).abs().square().reshape(-1, size + 1).sum(0)
-    return torch.fft.irfft(power)[:size]
-
-
 def planned_levels(exemplar: Exemplar, shape: Sequence[int], iterations: int) -> tuple[Level, ...]:
     """Levels that suit an exemplar and an output of spatial `shape`.
 
@@ -105,7 +63,7 @@ def planned_levels(exemplar: Exemplar, shape: Sequence[int], iterations: int) ->
     mend what is left with 16 and 8. Windows that hardly fit between the exemplar's holes are left out.
     """
     least = min(*exemplar.extent[-2:], *shape[-2:])
-    element = max(texture_element(*picture) for picture in exemplar.masked_pictures())
+    element = element_size(exemplar)
     coarsest = 8 if element >= 64 else 4
     factors = [f for f in (8, 4, 2, 1) if f <= coarsest and (f == 1 or least >= 24 * f)]
     levels = []

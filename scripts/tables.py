@@ -123,3 +123,11 @@ def size(text: str) -> tuple[int, int]:
     """(height, width) from WIDTHxHEIGHT."""
     width, height = (int(side) for side in text.lower().split("x"))
     return height, width
+
+
+def number_list(text: str) -> list[int]:
+    """Numbers, 0 or more, from a list with commas."""
+    found = [int(part) for part in text.split(",")]
+    if min(found) < 0:
+        raise ValueError(text)
+    return found

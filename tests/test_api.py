@@ -9,13 +9,14 @@ import kwatra
 import synth
 
 PUBLIC = {
-    kwatra: """THESIS Bags Ballot Charge CheapestSeams Exemplar Feature FreeWindows Grid HardPixels InputError Level
-        Mode Prepared Progress Pull Quadratic Result Scaled Settings SoftPixels Stage Step Sum Term TermLike gradient
-        match_histogram mean measure optimize planned_levels regular texture_element winner""",
+    kwatra: """THESIS Bags Ballot Charge CheapestSeams Exemplar Feature FreeWindows Grid HardPixels InputError Lattice
+        Level Mode Prepared Progress Pull Quadratic Result Scaled Settings SoftPixels Stage Step Sum Term TermLike
+        element_size find_lattice gradient match_histogram mean measure optimize planned_levels regular winner""",
     flow: """NAMES PRESETS Field Frame Lookup Renewing State VolumeFlow Warp animate around at_speed disc disc_mask
         end_point_error filled flow_term lookup loop named noise picture published resampled rotation saddle sampled
         seen shear sink source stream uniform vortices warp waves wheel""",
-    synth: """InputError Kind Picture Recording Synthesis field_of fill read_flow read_image synthesize write_flow write_image""",
+    synth: """InputError Kind Picture Recording Synthesis field_of fill read_flow read_image synthesize write_flow
+        write_image""",
 }
 
 
@@ -32,7 +33,9 @@ def test_every_public_name_is_there_and_says_what_it_is(package):
             assert thing.__doc__, f"{package.__name__}.{name} says nothing"
 
 
-@pytest.mark.parametrize("folder", ["base", "windows", "source", "terms", "cut", "pieces", "steps", "loop", "measure"])
+@pytest.mark.parametrize(
+    "folder", ["base", "elements", "windows", "source", "terms", "cut", "pieces", "steps", "loop", "measure"]
+)
 def test_every_folder_of_the_engine_lists_what_its_neighbors_may_use(folder):
     package = importlib.import_module(f"kwatra.{folder}")
     assert package.__all__

@@ -2,30 +2,15 @@ from itertools import pairwise
 
 import pytest
 import torch
+from made import MADE
 
-from kwatra import THESIS, Exemplar, InputError, Level, texture_element
+from kwatra import THESIS, Exemplar, InputError, Level, element_size
 from kwatra.levels import planned_levels
 
 
 def checkerboard(size, period):
     y, x = torch.meshgrid(torch.arange(size), torch.arange(size), indexing="ij")
     return (((y // (period // 2)) + (x // (period // 2))) % 2).float()[None]
-
-
-@pytest.mark.parametrize("period", [8, 16, 24])
-def test_the_element_of_a_periodic_texture_is_its_period(period):
-    assert texture_element(checkerboard(128, period)) == pytest.approx(period, abs=1)
-
-
-def test_the_element_grows_with_the_blobs():
-    noise = torch.rand(1, 1, 128, 128, generator=torch.Generator().manual_seed(0))
-    sizes = [texture_element(torch.nn.functional.avg_pool2d(noise, k, 1)[0]) for k in (3, 7, 15)]
-    assert sizes == sorted(sizes)
-    assert sizes[0] < 12 < 24 < sizes[2]
-
-
-def test_a_constant_texture_has_the_smallest_element():
-    assert texture_element(torch.full((3, 32, 32), 0.4)) == 2.0
 
 
 def holed(size, share=0.3):
@@ -41,20 +26,13 @@ def test_the_element_is_seen_between_holes_whatever_they_hold(period):
     noise = torch.rand(1, 128, 128, generator=torch.Generator().manual_seed(2))
     ramp = torch.linspace(0, 50, 128).expand(1, 128, 128)
     for hole in (noise, ramp, torch.zeros(1)):
-        assert texture_element(torch.where(mask, picture, hole), mask) == pytest.approx(period, abs=1)
-    assert texture_element(picture, torch.ones_like(mask)) == texture_element(picture)
+        exemplar = Exemplar.of([torch.where(mask, picture, hole)], masks=[mask])
+        assert element_size(exemplar) == pytest.approx(period / 2, abs=1)
 
 
 def blobs(size, width):
     noise = torch.rand(1, 1, size + width - 1, size + width - 1, generator=torch.Generator().manual_seed(0))
     return torch.nn.functional.avg_pool2d(noise, width, 1)[0]
-
-
-@pytest.mark.parametrize("width", [3, 9])
-def test_the_element_is_seen_in_small_pieces(width):
-    stripes = torch.arange(400) % 40 < 12  # no two pixels are 20 columns or rows apart
-    seen = texture_element(blobs(400, width), stripes & stripes[:, None])
-    assert seen == pytest.approx(texture_element(blobs(400, width)), abs=4)
 
 
 def test_what_stands_in_a_hole_or_a_gap_has_no_influence_on_the_levels():
@@ -119,3 +97,13 @@ def test_windows_that_do_not_fit_between_holes_are_not_planned():
     mask[::3] = False
     with pytest.raises(InputError, match="no 4x4 window fits between the exemplar's holes"):
         planned_levels(Exemplar.of([image], masks=[mask]), (64, 64), 3)
+
+
+def test_the_coarsest_window_spans_elements_of_one_brightness():
+    stones = MADE["stones"](192, 48).image
+    hidden = torch.ones(192, 192, dtype=torch.bool)
+    hidden[60:100, 60:100] = False
+    painted = torch.where(hidden, stones, 9 * checkerboard(192, 8))
+    for exemplar in (Exemplar.of(stones), Exemplar.of(painted, masks=[hidden])):
+        level = planned_levels(exemplar, (256, 256), 3)[0]
+        assert (level.factor, level.width) == (4, 12)

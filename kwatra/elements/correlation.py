@@ -1,0 +1,95 @@
+"""How like itself a picture is after a move: autocorrelation over all channels, of what is there alone.
+
+Every lag is normalized by what overlaps at it (Padfield 2012, "Masked object registration in the Fourier domain"), so
+that neither a hole's content nor a picture's border counts. Sums over channels do not depend on the axes of the color
+space: a principal component counts with its variance, whichever channels it is mixed from.
+"""
+
+from dataclasses import dataclass
+
+import torch
+import torch.nn.functional as F
+from torch import Tensor
+
+from kwatra.base import total
+from kwatra.exemplar import Exemplar
+
+EDGE_SIGMA = 1.0
+"""Edges are sought in a picture blurred by this many pixels."""
+
+
+@dataclass(frozen=True)
+class Correlation:
+    """Autocorrelation by lag; both (2 R + 1, 2 Q + 1), lags from -R to R down and from -Q to Q right, 0 in the middle.
+
+    value: -1 to 1, the likeness of what overlaps at a lag, 0 where nothing does. overlap: how many pixels overlap.
+    """
+
+    value: Tensor
+    overlap: Tensor
+
+    @property
+    def reach(self) -> tuple[int, int]:
+        """The largest lag down and right."""
+        return self.value.shape[0] // 2, self.value.shape[1] // 2
+
+
+def pictures(exemplar: Exemplar) -> list[tuple[Tensor, Tensor]]:
+    """The exemplar's images that are not copies, (C, ..., H, W) float64, and where they may be looked at, (..., H, W).
+
+    What may not be looked at is 0.
+    """
+    return [
+        (torch.where(inside, exemplar.canvas[(slice(None), *box)], 0.0).double(), inside.double())
+        for box, inside in exemplar.places()
+    ]
+
+
+def edges(picture: Tensor, present: Tensor) -> Tensor:
+    """The strength of edges (1, ..., H, W) in all channels of a picture: the root of the squared differences' sum."""
+    smooth = _blurred(picture) / _blurred(present[None]).clamp(min=1e-6)
+    rim = F.pad(smooth.flatten(0, -3), (1, 1, 1, 1), mode="replicate")
+    down, right = rim[:, 2:, 1:-1] - rim[:, :-2, 1:-1], rim[:, 1:-1, 2:] - rim[:, 1:-1, :-2]
+    return (down.square() + right.square()).view(smooth.shape).sum(0, keepdim=True).sqrt() * present
+
+
+def _blurred(stack: Tensor) -> Tensor:
+    taps = torch.arange(-3, 4, dtype=stack.dtype, device=stack.device)
+    kernel = torch.exp(-0.5 * (taps / EDGE_SIGMA).square())
+    flat = stack.reshape(-1, 1, *stack.shape[-2:])
+    flat = F.conv2d(F.conv2d(flat, kernel.view(1, 1, -1, 1), padding=(3, 0)), kernel.view(1, 1, 1, -1), padding=(0, 3))
+    return flat.view(stack.shape)
+
+
+def autocorrelation(images: list[tuple[Tensor, Tensor]], reach: tuple[int, int]) -> Correlation:
+    """The autocorrelation of pictures (C, ..., H, W), each with its `present` (..., H, W), for lags up to `reach`.
+
+    Pictures, and the frames of a video, are pooled: each counts by how much of it overlaps.
+    """
+    sums = [_products(picture, present, reach) for picture, present in images]
+    together, first, second, overlap = (sum(parts[1:], parts[0]) for parts in zip(*sums, strict=True))
+    scale = (first.clamp(min=0) * second.clamp(min=0)).sqrt()
+    known = (overlap > 0.5) & (scale > 1e-9 * float(first.max()))
+    value = torch.where(known, together / scale.clamp(min=1e-30), 0.0)
+    return Correlation(value.clamp(-1, 1), overlap.round().clamp(min=0))
+
+
+def _products(picture: Tensor, present: Tensor, reach: tuple[int, int]) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+    """Covariance and both variances of what overlaps at each lag, times the overlap, and the overlap."""
+    inside = total(present).clamp(min=1)
+    centered = torch.stack([channel - total(channel) / inside for channel in picture]) * present
+    size = [max(2 * s, s + r, 2 * r + 1) for s, r in zip(picture.shape[-2:], reach, strict=True)]
+    there, values, squares = (torch.fft.rfft2(t, s=size) for t in (present, centered, centered.square()))
+
+    def at_lags(one: Tensor, other: Tensor) -> Tensor:
+        lags = torch.fft.irfft2(one.conj() * other, s=size)
+        down, right = (torch.arange(-r, r + 1, device=lags.device) for r in reach)
+        return lags[..., down, :][..., right].reshape(-1, len(down), len(right))
+
+    overlap = at_lags(there, there).clamp(min=0)
+    each = overlap.repeat(len(picture), 1, 1).clamp(min=0.5)
+    here, moved = at_lags(values, there.expand_as(values)), at_lags(there.expand_as(values), values)
+    first = at_lags(squares, there.expand_as(values)) - here.square() / each
+    second = at_lags(there.expand_as(values), squares) - moved.square() / each
+    together = at_lags(values, values) - here * moved / each
+    return together.sum(0), first.sum(0), second.sum(0), overlap.sum(0)

@@ -1,0 +1,109 @@
+"""What a lattice is good for: pieces laid in step with it, and a periodic picture continued exactly."""
+
+from collections.abc import Sequence
+
+import torch
+from torch import Tensor
+
+from kwatra.elements.lattice import LEAST_OVERLAP, Lattice, reduced
+from kwatra.exemplar import Exemplar
+
+SAME = 1 / 255
+"""Colors that differ by no more are the same: a step of 8 bits."""
+
+MULTIPLES = 4
+"""A picture whose lattice is no whole pixels is periodic in one of so many multiples of its vectors, or in none."""
+
+
+def out_of_step(
+    lattice: Lattice, first: Sequence[float], shape: Sequence[int], grain: Sequence[int] = (1, 1)
+) -> Tensor:
+    """How far translations are from the nearest one in step, in pixels, (*shape).
+
+    The map's translation at (i, j) is `first` + (i, j) * grain, an offset (down, right) between output and exemplar
+    less one that is known to be in step: that of the piece laid first, or of a neighbor. It says nothing of offsets
+    into another image of the exemplar, whose lattice stands elsewhere.
+    """
+    axes = [start + step * torch.arange(size) for start, size, step in zip(first, shape, grain, strict=True)]
+    return lattice.rest(torch.stack(torch.meshgrid(*axes, indexing="ij"))).norm(dim=0)
+
+
+def continued(exemplar: Exemplar, lattice: Lattice, shape: Sequence[int]) -> Tensor | None:
+    """The source map (2, *shape) that continues a periodic image exactly, None where no image is exactly periodic.
+
+    It begins with the upper left corner of the exemplar's first image that is periodic in whole pixels, each color to
+    within a step of 8 bits, and of which a whole cell may be copied.
+    """
+    for box, inside in exemplar.places():
+        image = exemplar.canvas[(slice(None), *box)]
+        vectors = _exact(image, inside, lattice)
+        if vectors is None:
+            continue
+        basis = _triangular(vectors)
+        place = _first_of_cell(inside, basis)
+        if bool((place >= 0).all()) and _alike(image, inside, place[_cell(inside.shape, basis).to(inside.device)]):
+            there = place[_cell(shape, basis).to(place.device)]
+            width = inside.shape[1]
+            return torch.stack([there // width + box[0].start, there % width + box[1].start])
+    return None
+
+
+def _exact(image: Tensor, inside: Tensor, lattice: Lattice) -> Tensor | None:
+    """The shortest whole vectors (2, 2) by which an image is the same where it overlaps itself."""
+    steps = torch.cartesian_prod(*[torch.arange(-MULTIPLES, MULTIPLES + 1)] * 2).double()
+    moves = (steps @ lattice.vectors.cpu()).round().long()
+    moves = moves[moves.square().sum(1).argsort(stable=True)]
+    first: Tensor | None = None
+    for move in moves[moves.any(1)]:
+        if first is not None and int(first[0] * move[1] - first[1] * move[0]) == 0:
+            continue
+        if _repeats(image, inside, move.tolist()):
+            if first is not None:
+                return reduced(torch.stack([first, move]).double()).long()
+            first = move
+    return None
+
+
+def _repeats(image: Tensor, inside: Tensor, move: Sequence[int]) -> bool:
+    """Whether an image moved is the image, where enough of the two overlaps."""
+    here = tuple(slice(max(m, 0), max(s + min(m, 0), 0)) for m, s in zip(move, inside.shape, strict=True))
+    there = tuple(slice(max(-m, 0), max(s - max(m, 0), 0)) for m, s in zip(move, inside.shape, strict=True))
+    both = inside[here] & inside[there]
+    if int(both.sum()) < LEAST_OVERLAP * int(inside.sum()):
+        return False
+    difference = (image[(slice(None), *here)] - image[(slice(None), *there)]).abs().amax(0)
+    return float(difference[both].max()) <= SAME
+
+
+def _triangular(vectors: Tensor) -> tuple[int, int, int]:
+    """The same lattice as whole vectors (2, 2) spanned by (down, right) and (0, along): down, right, along."""
+    (a, b), (c, d) = vectors.tolist()
+    area = abs(a * d - b * c)
+    while c:  # Euclid's algorithm on the first coordinates
+        times = a // c
+        a, b, c, d = c, d, a - times * c, b - times * d
+    down, right = (a, b) if a > 0 else (-a, -b)
+    return down, right, area // down
+
+
+def _cell(shape: Sequence[int], basis: tuple[int, int, int]) -> Tensor:
+    """Number (*shape) of each pixel's place in the lattice's cell; pixels a lattice vector apart have the same."""
+    down, right, along = basis
+    y, x = torch.meshgrid(*(torch.arange(size) for size in shape), indexing="ij")
+    return (y % down) * along + (x - y // down * right) % along
+
+
+def _first_of_cell(inside: Tensor, basis: tuple[int, int, int]) -> Tensor:
+    """For each place in the cell the first of the image's pixels (flat) that has it, -1 without one."""
+    down, _, along = basis
+    pixels = inside.flatten().nonzero()[:, 0]
+    numbers = _cell(inside.shape, basis).to(inside.device).flatten()[pixels]
+    none = inside.numel()
+    first = pixels.new_full((down * along,), none).scatter_reduce(0, numbers, pixels, "amin")
+    return torch.where(first < none, first, -1)
+
+
+def _alike(image: Tensor, inside: Tensor, place: Tensor) -> bool:
+    """Whether an image is the same as with its pixels replaced by those at `place` (flat)."""
+    difference = (image - image.flatten(1)[:, place]).abs().amax(0)
+    return float(difference[inside].max()) <= SAME

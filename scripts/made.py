@@ -1,0 +1,114 @@
+"""Textures made in code, of which is known which element each pixel belongs to: stones, coins, tiles, letters.
+
+Elements are apart by a ground at least two pixels wide, and all of about one size.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+import torch
+from PIL import Image, ImageDraw, ImageFont
+from scipy.ndimage import gaussian_filter
+from scipy.spatial import cKDTree
+from torch import Tensor
+
+GROUND = 0
+CONNECTED = "abcdefghklmnopqrstuvwxyz"
+"""Letters that are of one piece."""
+
+
+class Made(NamedTuple):
+    """image (3, H, W) float32 in [0, 1]; numbers (H, W) int64: of the element a pixel belongs to, 0 for the ground."""
+
+    image: Tensor
+    numbers: Tensor
+
+
+def stones(side: int, size: float, seed: int = 0) -> Made:
+    """Stones `size` pixels across that fill the picture, of one brightness and many colors, darker towards the gaps."""
+    rng = np.random.default_rng(seed)
+    centers = _evenly_scattered(side, size, rng)
+    distance, owner = cKDTree(centers).query(_pixels(side), k=2)
+    depth = (distance[:, 1] - distance[:, 0]).reshape(side, side) / 2
+    gap = max(0.05 * size, 1.0)
+    shade = np.clip(0.25 + 0.75 * depth / (3 * gap), 0.25, 1.0)
+    speckle = gaussian_filter(rng.normal(0, 1, (side, side)), 0.7) * 0.08
+    image = (_colors(len(centers), rng)[owner[:, 0]].reshape(side, side, 3) + speckle[..., None]) * shade[..., None]
+    return _made(image, np.where(depth > gap, owner[:, 0].reshape(side, side) + 1, GROUND))
+
+
+def coins(side: int, size: float, seed: int = 0) -> Made:
+    """Round coins `size` pixels across, apart on dark cloth; a coin and its gap take 1.25 sizes."""
+    rng = np.random.default_rng(seed)
+    centers = _evenly_scattered(side, 1.25 * size, rng)
+    distance, owner = (found.reshape(side, side) for found in cKDTree(centers).query(_pixels(side)))
+    spacing, _ = cKDTree(centers).query(centers, k=2)
+    radius = np.minimum(size / 2, spacing[:, 1] / 2 - 1)[owner]
+    on = distance < radius
+    tone = rng.uniform(0.55, 0.95, len(centers))[owner] * (1 - 0.35 * (distance > 0.8 * radius))
+    metal = tone[..., None] * np.array([1.0, 0.85, 0.55])
+    cloth = 0.12 + gaussian_filter(rng.normal(0, 1, (side, side)), 0.7)[..., None] * 0.05
+    return _made(np.where(on[..., None], metal, cloth), np.where(on, owner + 1, GROUND))
+
+
+def tiles(side: int, size: float, seed: int = 0) -> Made:
+    """Square tiles in many colors with light joints, a tile and its joint `size` pixels wide."""
+    rng = np.random.default_rng(seed)
+    step, joint = round(size), max(round(0.08 * size), 2)
+    row, column = np.divmod(np.arange(side), step)[0], np.arange(side) % step
+    on = (column[:, None] >= joint) & (column >= joint)
+    numbers = row[:, None] * (row.max() + 1) + row
+    grain = gaussian_filter(rng.normal(0, 1, (side, side)), 0.7)[..., None] * 0.04
+    image = np.where(on[..., None], _colors(numbers.max() + 1, rng)[numbers], 0.9) + grain
+    return _made(image, np.where(on, numbers + 1, GROUND))
+
+
+def letters(side: int, size: float, seed: int = 0) -> Made:
+    """Rows of black letters on white, `size` pixels high."""
+    rng = np.random.default_rng(seed)
+    font = ImageFont.load_default(size=size)
+    image, numbers = np.ones((side, side)), np.zeros((side, side), dtype=np.int64)
+    for top in range(0, side, round(1.2 * size)):
+        left = 0
+        while left < side:
+            letter = CONNECTED[rng.integers(len(CONNECTED))]
+            page = Image.new("L", (side, side), 255)
+            ImageDraw.Draw(page).text((left, top), letter, fill=0, font=font)
+            ink = np.asarray(page) / 255
+            numbers = np.where(ink < 0.85, numbers.max() + 1, numbers)
+            image = np.minimum(image, ink)
+            left += round(font.getlength(letter)) + 2
+    return _made(np.repeat(image[..., None], 3, 2), numbers)
+
+
+MADE: dict[str, Callable[..., Made]] = {"stones": stones, "coins": coins, "tiles": tiles, "letters": letters}
+"""By name: what makes a texture of some side, from elements of some size."""
+
+
+def _made(image: np.ndarray, numbers: np.ndarray) -> Made:
+    pixels = torch.from_numpy(np.clip(image, 0, 1).astype(np.float32)).movedim(2, 0)
+    return Made(pixels.contiguous(), torch.from_numpy(numbers.astype(np.int64)))
+
+
+def _pixels(side: int) -> np.ndarray:
+    return np.stack(np.mgrid[:side, :side], -1).reshape(-1, 2)
+
+
+def _colors(count: int, rng: np.random.Generator) -> np.ndarray:
+    """Colors (count, 3) of one brightness."""
+    color = rng.uniform(-0.3, 0.3, (count, 3))
+    return 0.55 + color - color @ np.array([0.299, 0.587, 0.114])[:, None]
+
+
+def _evenly_scattered(side: int, distance: float, rng: np.random.Generator) -> np.ndarray:
+    """Points about `distance` apart, on the picture and around it: random ones, relaxed (Lloyd)."""
+    span = (-distance, side + distance)
+    points = rng.uniform(*span, (int((span[1] - span[0]) ** 2 / (0.92 * distance**2)), 2))
+    sample = rng.uniform(*span, (100 * len(points), 2))
+    for _ in range(12):
+        _, owner = cKDTree(points).query(sample)
+        count = np.bincount(owner, minlength=len(points))
+        sums = np.stack([np.bincount(owner, sample[:, axis], len(points)) for axis in (0, 1)], 1)
+        points = np.where(count[:, None] > 0, sums / np.maximum(count, 1)[:, None], points)
+    return points
