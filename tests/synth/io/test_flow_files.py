@@ -130,7 +130,7 @@ def saved(save: Callable[..., None], *arrays: np.ndarray, **named: np.ndarray) -
         ("a.npy", saved(np.save, np.zeros((3, 4, 5))), r"holds an array \(3, 4, 5\); a flow is \(2, H, W\)"),
         ("a.npy", saved(np.save, np.zeros((2, 0, 5))), r"holds an array \(2, 0, 5\)"),
         ("a.npy", saved(np.save, np.zeros((2, 4, 5), complex)), "holds complex128; a flow is made of numbers"),
-        ("a.npy", saved(np.save, np.full((2, 4, 5), np.nan)), "has 20 vectors that are NaN; write 1e10 for what"),
+        ("a.npy", saved(np.save, np.full((2, 4, 5), np.nan)), "has 20 vectors of NaN; write 1e10 for what"),
         ("a.npz", saved(np.savez), "holds the arrays none; name the one to read flow or velocity"),
         ("a.npz", saved(np.savez, a=np.zeros(3), b=np.zeros(3)), "holds the arrays a, b; name the one to read flow"),
         ("a.npz", saved(np.savez, v_staggered=np.zeros((4, 5, 3))), r"a staggered grid is \(H \+ 1, W \+ 1, 2\)"),
@@ -168,7 +168,7 @@ def test_what_a_format_cannot_hold_is_refused_and_nothing_is_lost(tmp_path: Path
         write_flow(path, steady()[None], overwrite=True)
     with pytest.raises(InputError, match=r"exists; name another file or allow it with --overwrite"):
         write_flow(path, steady())
-    with pytest.raises(InputError, match=r"vectors that are NaN or infinite"):
+    with pytest.raises(InputError, match=r"NaN or infinite vectors"):
         write_flow(path, torch.full((2, *SHAPE), torch.nan), overwrite=True)
     with pytest.raises(InputError, match=r"flows have shape \(5,\)"):
         write_flow(path, torch.zeros(5), overwrite=True)
