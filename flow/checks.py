@@ -20,7 +20,7 @@ def check_vectors(flow: Tensor, shape: Sequence[int] | None = None) -> None:
     finite = flow.isfinite().all(0)
     if not bool(finite.all()):
         raise InputError(
-            f"a flow has NaN or infinite vectors ({int((~finite).sum())}); fill in what is not known, or mend them"
+            f"a flow has {int((~finite).sum())} vectors that are NaN or infinite; fill them with known ones or mend them"
         )
 
 

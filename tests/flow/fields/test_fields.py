@@ -80,7 +80,7 @@ def test_the_speed_of_samples_is_that_of_their_fastest_pixel() -> None:
     [
         (torch.zeros(3, 4, 5), r"flows have shape \(1, 3, 4, 5\); give \(2, H, W\), or \(T, 2, H, W\) in time"),
         (torch.zeros(0, 2, 4, 5), r"flows have shape \(0, 2, 4, 5\)"),
-        (torch.full((2, 4, 5), math.nan), "20 NaN or infinite vectors; fill them"),
+        (torch.full((2, 4, 5), math.nan), "20 vectors that are NaN or infinite; fill them"),
         (torch.full((2, 4, 5), 7.0), "beyond the 5x4 frame"),
     ],
 )

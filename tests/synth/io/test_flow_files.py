@@ -168,7 +168,7 @@ def test_what_a_format_cannot_hold_is_refused_and_nothing_is_lost(tmp_path: Path
         write_flow(path, steady()[None], overwrite=True)
     with pytest.raises(InputError, match=r"exists; name another file or allow it with --overwrite"):
         write_flow(path, steady())
-    with pytest.raises(InputError, match=r"NaN or infinite vectors"):
+    with pytest.raises(InputError, match=r"vectors that are NaN or infinite"):
         write_flow(path, torch.full((2, *SHAPE), torch.nan), overwrite=True)
     with pytest.raises(InputError, match=r"flows have shape \(5,\)"):
         write_flow(path, torch.zeros(5), overwrite=True)
