@@ -1,4 +1,4 @@
-"""`python -m kwatra` runs the program installed under the name kwatra: the engine itself has no command line."""
+"""`python -m kwatra` runs the program installed under the name kwatra; the engine itself has no command line."""
 
 import sys
 from importlib.metadata import entry_points

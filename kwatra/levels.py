@@ -95,5 +95,5 @@ def _between_holes(exemplar: Exemplar, levels: Sequence[Level]) -> tuple[Level, 
 
 def _largest_window(size: int) -> int:
     if size < 4:
-        raise InputError(f"the exemplar or the output is only {size} pixels wide; at least 4 are needed")
+        raise InputError(f"the exemplar or the output is only {size} px wide; at least 4 are needed")
     return size if size < 8 else 8

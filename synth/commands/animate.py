@@ -102,7 +102,7 @@ def run(arguments: argparse.Namespace) -> str:
     frames = frames_of(arguments, inputs, job.total, after)
     done = 0 if after is None else after.number + 1
     if done == job.total and not job.video:
-        return f"{job.output} has its {done} frames already; there is nothing to do"
+        return f"{job.output} has its {counted(done, 'frame')} already; there is nothing to do"
     began = time.perf_counter()
     with work_line(f"{arguments.exemplar.name}, {arguments.flow}") as report:
         job.run(frames, done, report)

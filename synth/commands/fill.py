@@ -10,6 +10,7 @@ from synth import io, texture
 from synth.commands.checks import finish, set_up
 from synth.commands.parsing import Subparsers, add_common, file, whole
 from synth.commands.progress import progress_line
+from synth.words import counted
 
 if TYPE_CHECKING:
     from synth.io import Array, Kind
@@ -59,7 +60,7 @@ def run(arguments: argparse.Namespace) -> str:
     output = arguments.output or Path(f"{path.stem}_fill{path.suffix}")
     io.check_output(output, kind, arguments.overwrite)
     began = time.perf_counter()
-    with progress_line(f"{path.name}, {int(hole.sum())} pixels") as callback:
+    with progress_line(f"{path.name}, {counted(int(hole.sum()), 'pixel')}") as callback:
         filled = texture.fill(
             io.mixed(image, kind),
             hole,
@@ -72,7 +73,7 @@ def run(arguments: argparse.Namespace) -> str:
     took = time.perf_counter() - began
     image[hole] = io.unmixed(filled.image, kind)[hole]
     finish({output: io.array_writer(output, image, kind)})
-    return f"wrote {output}: {int(hole.sum())} pixels filled in {took:.1f} s ({filled.result.stopped})"
+    return f"wrote {output}: {counted(int(hole.sum()), 'pixel')} filled in {took:.1f} s ({filled.result.stopped})"
 
 
 def _exemplar(path: Path, image: Path, kind: "Kind") -> "Array":

@@ -8,7 +8,7 @@ import synth
 from synth import io
 from synth.commands.checks import check_distinct, check_memory, check_size, finish, refuse_unused
 from synth.commands.parsing import Subparsers, file, size, whole
-from synth.words import listed
+from synth.words import counted, listed
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -69,7 +69,7 @@ def run(arguments: argparse.Namespace) -> str:
         writers[drawing] = io.image_writer(drawing, flow.picture(first, seen, arrows=arrows), color)
     finish(writers)
     height, width = first.shape[1:]
-    frames = "" if vectors.ndim == 3 else f" in {len(vectors)} frames"
+    frames = "" if vectors.ndim == 3 else f" in {counted(len(vectors), 'frame')}"
     fastest = float(torch.where(known.unsqueeze(-3), vectors, 0.0).norm(dim=-3).max())
     return f"wrote {listed(outputs)}: {width}x{height}{frames}, up to {fastest:.4g} px per frame"
 
@@ -89,7 +89,11 @@ def _vectors(arguments: argparse.Namespace) -> "tuple[Tensor, Tensor]":
     frames = frames or 1
     check_size((height, width))
     needed = height * width * (_BYTES * frames + _WORK)
-    check_memory(needed, f"a flow of {width}x{height} in {frames} frames", "ask for a smaller --size or fewer --frames")
+    check_memory(
+        needed,
+        f"a flow of {width}x{height} in {counted(frames, 'frame')}",
+        "ask for a smaller --size or fewer --frames",
+    )
     field = io.field_of(arguments.field, speed, resample=True)
     vectors = torch.stack([field(t, (height, width)) for t in range(frames)])
     vectors = vectors[0] if len(vectors) == 1 else vectors

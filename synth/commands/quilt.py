@@ -23,7 +23,7 @@ from synth.commands.parsing import (
 )
 from synth.commands.progress import work_line
 from synth.commands.sewing import add_blending, extra_writers, seams_kind, settings_of, sewn
-from synth.words import listed
+from synth.words import counted, listed
 
 if TYPE_CHECKING:
     from synth.io import Writer
@@ -156,7 +156,9 @@ def _video(arguments: argparse.Namespace) -> str:
     writers |= extra_writers(arguments, result, fps)
     finish(writers)
     made, height, width = result.patch.shape
-    return f"wrote {listed(list(writers))}: {made} frames of {width}x{height} in {took:.1f} s, {sewn(result)}"
+    return (
+        f"wrote {listed(list(writers))}: {counted(made, 'frame')} of {width}x{height} in {took:.1f} s, {sewn(result)}"
+    )
 
 
 def _check_video(arguments: argparse.Namespace, mode: str, larger: bool, settings: "QuiltSettings") -> None:

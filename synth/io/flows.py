@@ -12,6 +12,7 @@ from flow.checks import check_vectors
 from kwatra.base import InputError
 from synth.io.flow_formats import ENCODERS, READERS, UNKNOWN
 from synth.io.outputs import Writer, bytes_writer, check_writable, write_files
+from synth.words import counted
 
 FLOW_SUFFIXES = tuple(READERS)
 
@@ -57,7 +58,7 @@ def read_flow(path: str | Path) -> Recording:
         raise InputError(f"{path} cannot be read ({error.strerror or error}); check its permissions") from error
     bad = int(np.isnan(vectors).any(-3).sum())
     if bad:
-        raise InputError(f"{path} has {bad} vectors that are NaN; write 1e10 for what is not known, or mend them")
+        raise InputError(f"{path} has {counted(bad, 'vector')} of NaN; write 1e10 for what is not known, or mend them")
     flow = torch.from_numpy(np.array(vectors, np.float32))
     known = (flow.abs() <= UNKNOWN).all(-3)
     return Recording(torch.where(known.unsqueeze(-3), flow, 0.0), known)

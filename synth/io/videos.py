@@ -19,6 +19,7 @@ from kwatra.base import InputError
 from synth.io.images import image_writer, read_image
 from synth.io.kinds import MOST_PIXELS, RGB, Kind
 from synth.io.outputs import Writer, check_place, write_files
+from synth.words import counted
 
 VIDEO_SUFFIXES = (".mp4", ".gif")
 _FRAME_SUFFIXES = (".png", ".tif", ".tiff", ".jpg", ".jpeg", ".exr")
@@ -48,7 +49,9 @@ def read_video(path: str | Path, rate: float = 25.0) -> Clip:
     path = Path(path)
     clip = _read_folder(path, rate) if path.is_dir() else _read_file(path)
     if clip.frames.shape[1] < 2:
-        raise InputError(f"{path} has {clip.frames.shape[1]} frames but a video needs at least 2; give a longer one")
+        raise InputError(
+            f"{path} has {counted(clip.frames.shape[1], 'frame')} but a video needs at least 2; give a longer one"
+        )
     return clip
 
 
@@ -106,7 +109,7 @@ def _is_frame(path: Path) -> bool:
 
 
 def _size(pixels: Tensor) -> str:
-    return f"{pixels.shape[2]}x{pixels.shape[1]} with {pixels.shape[0]} channels"
+    return f"{pixels.shape[2]}x{pixels.shape[1]} with {counted(pixels.shape[0], 'channel')}"
 
 
 def _read_file(path: Path) -> Clip:

@@ -79,7 +79,7 @@ def find_loops(clip: Tensor, multiple: int | None = None) -> list[Loop]:
     """
     count = clip.shape[1]
     if count < 4:
-        raise InputError(f"the clip has {count} frames but a transition needs at least 4; give a longer clip")
+        raise InputError(f"the clip has too few frames ({count}): a transition needs at least 4; give a longer clip")
     most = min(LONGEST_WINDOW, MOST_PIXELS // (clip.shape[2] * clip.shape[3]))
     first, last = torch.meshgrid(torch.arange(count), torch.arange(count), indexing="ij")
     length = last - first

@@ -18,6 +18,7 @@ from synth.io.kinds import Array, Kind
 from synth.io.numpy_files import npy_writer
 from synth.io.outputs import Writer
 from synth.texture.images import Synthesis
+from synth.words import counted
 
 SOURCE_SUFFIXES = (".npy", ".png")
 _SOURCE_PNG = Kind("uint16", ("R", "G", "B"))
@@ -58,7 +59,9 @@ def read_guide(request: str, count: int) -> tuple[list[Array], Array]:
         raise InputError(f"--guide is {request!r}; write EXEMPLAR_MAP=OUTPUT_MAP, as labels.png=wanted.png")
     files = [Path(part) for part in (first.split(",") if count > 1 else [first])]
     if len(files) != count:
-        raise InputError(f"--guide names {len(files)} maps for {count} exemplars; give one each, with commas")
+        raise InputError(
+            f"--guide names {counted(len(files), 'map')} for {counted(count, 'exemplar')}; give one each, with commas"
+        )
     files.append(Path(last))
     arrays, kinds = zip(*(read_array(file) for file in files), strict=True)
     for file, kind in zip(files, kinds, strict=True):
@@ -97,7 +100,10 @@ def _split(request: str, count: int) -> tuple[str, list[Path]]:
         raise InputError(f"--also is {request!r}; write NAME=FILE, for example normal=brick_n.png")
     files = [Path(part) for part in (rest.split(",") if count > 1 else [rest])]
     if len(files) != count:
-        raise InputError(f"--also {name} names {len(files)} files for {count} exemplars; give one each, with commas")
+        raise InputError(
+            f"--also {name} names {counted(len(files), 'file')} for {counted(count, 'exemplar')}; "
+            "give one each, with commas"
+        )
     return name, files
 
 

@@ -419,7 +419,7 @@ def test_full_disk_keeps_the_frames_that_are_whole(
     ("arguments", "sentence"),
     [
         ("--flow snik", "'snik' names no flow; give one of uniform, rotation"),
-        ("--flow nan.npy", "nan.npy has 1 vectors that are NaN"),
+        ("--flow nan.npy", "nan.npy has 1 vector of NaN"),
         ("--flow far.npy", "beyond the 48x40 frame; give a lower speed"),
         ("--flow rotation --speed 99", "beyond the 48x40 frame; give a lower speed"),
         ("--flow rotation --speed nan", "a flow's speed is nan"),

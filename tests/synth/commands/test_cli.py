@@ -197,13 +197,13 @@ def test_exemplar_that_is_no_image(folder: Path, refused: Callable[..., str]) ->
 
 def test_exemplar_smaller_than_a_window(folder: Path, refused: Callable[..., str]) -> None:
     write_image("tiny.png", torch.zeros(3, 3, 3), RGB)
-    assert "only 3 pixels" in refused("synth", "tiny.png", *QUICK)
+    assert "only 3 px" in refused("synth", "tiny.png", *QUICK)
 
 
 @pytest.mark.parametrize(
     ("size", "sentence"),
     [
-        ("1x1", "only 1 pixels"),
+        ("1x1", "only 1 px"),
         ("0x64", "'0x64' is no size"),
         ("99999x64", "a size of 99999x64 is too large; ask for at most 65536 a side"),
         ("65536x65536", "is too large; ask for at most 65536 a side and 2^28 pixels in all"),
@@ -244,13 +244,13 @@ def test_map_of_another_size(folder: Path, refused: Callable[..., str]) -> None:
         ("n=", "write NAME=FILE"),
         ("a/b=brick.png", "write NAME=FILE"),
         ("n=none.png", "none.png does not exist"),
-        ("n=brick.png", "names 1 files for 2 exemplars; give one each, with commas"),
+        ("n=brick.png", "names 1 file for 2 exemplars; give one each, with commas"),
         ("n=brick.png,gray.png", "gray.png holds uint8 Y but brick.png holds uint8 RGB; save both maps alike"),
     ],
 )
 def test_map_that_cannot_be_used(folder: Path, refused: Callable[..., str], also: str, sentence: str) -> None:
     write_image("gray.png", texture(1), Kind("uint8", ("Y",)))
-    count = 2 if "," in also or "1 files" in sentence else 1
+    count = 2 if "," in also or "1 file " in sentence else 1
     assert sentence in refused("synth", *["brick.png"] * count, *QUICK, "--also", also)
 
 

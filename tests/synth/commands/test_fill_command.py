@@ -108,5 +108,5 @@ def test_bad_guides_are_refused(folder: Path, refused: Callable[..., str]) -> No
     message = refused("synth", "wall.png", "--guide", "hole.png=small.png", "--size", "60x50")
     assert "the guide's output map is 50x50 but the output 60x50" in message
     assert "holds uint8 RGB" in refused("synth", "wall.png", "--guide", "wall.png=hole.png")
-    assert "names 1 maps for 2 exemplars" in refused("synth", "wall.png", "wall.png", "--guide", "hole.png=hole.png")
+    assert "names 1 map for 2 exemplars" in refused("synth", "wall.png", "wall.png", "--guide", "hole.png=hole.png")
     assert "no number above 0" in refused("synth", "wall.png", "--guide", "a=b", "--guide-weight", "0")

@@ -130,7 +130,7 @@ def saved(save: Callable[..., None], *arrays: np.ndarray, **named: np.ndarray) -
         ("a.npy", saved(np.save, np.zeros((3, 4, 5))), r"holds an array \(3, 4, 5\); a flow is \(2, H, W\)"),
         ("a.npy", saved(np.save, np.zeros((2, 0, 5))), r"holds an array \(2, 0, 5\)"),
         ("a.npy", saved(np.save, np.zeros((2, 4, 5), complex)), "holds complex128; a flow is made of numbers"),
-        ("a.npy", saved(np.save, np.full((2, 4, 5), np.nan)), "has 20 vectors that are NaN; write 1e10 for what"),
+        ("a.npy", saved(np.save, np.full((2, 4, 5), np.nan)), "has 20 vectors of NaN; write 1e10 for what"),
         ("a.npz", saved(np.savez), "holds the arrays none; name the one to read flow or velocity"),
         ("a.npz", saved(np.savez, a=np.zeros(3), b=np.zeros(3)), "holds the arrays a, b; name the one to read flow"),
         ("a.npz", saved(np.savez, v_staggered=np.zeros((4, 5, 3))), r"a staggered grid is \(H \+ 1, W \+ 1, 2\)"),
