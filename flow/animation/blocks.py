@@ -17,9 +17,9 @@ class Blocks:
     """Blocks of `size` x `size` px, halved until one fits into the exemplar."""
 
     def __init__(self, exemplar: Exemplar, size: int) -> None:
-        while size > 1 and not bool(exemplar.corners((size, size)).any()):
-            size //= 2
-        if size < 2:
+        while size > 2 and not bool(exemplar.corners((size, size)).any()):
+            size = max(size // 2, 2)
+        if size < 2 or not bool(exemplar.corners((size, size)).any()):
             raise InputError("no 2x2 block fits into the exemplar; its mask leaves too little to copy from")
         self.size = size
         self._valid = exemplar.corners((size, size)).cpu().numpy()
