@@ -9,7 +9,7 @@ import torch
 from torch import Tensor
 
 from kwatra import Exemplar
-from kwatra.base import InputError
+from kwatra.base import InputError, mean
 from kwatra.pieces import Fit, box_sums
 
 
@@ -25,7 +25,7 @@ class Blocks:
         self._valid = exemplar.corners((size, size)).cpu().numpy()
         self._root = exemplar.share.sqrt()
         known = exemplar.owner >= 0
-        self._middle = exemplar.canvas[:, known].mean(1).view(-1, 1, 1)
+        self._middle = torch.stack([mean(channel[known]) for channel in exemplar.canvas]).view(-1, 1, 1)
         self._fit = Fit(self._scaled(torch.where(known, exemplar.canvas, self._middle)))
 
     def _scaled(self, colors: Tensor) -> np.ndarray:
