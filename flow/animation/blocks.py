@@ -9,7 +9,7 @@ import torch
 from torch import Tensor
 
 from kwatra import Exemplar
-from kwatra.base import InputError
+from kwatra.base import InputError, mean
 from kwatra.pieces import Fit, box_sums
 
 
@@ -17,15 +17,15 @@ class Blocks:
     """Blocks of `size` x `size` px, halved until one fits into the exemplar."""
 
     def __init__(self, exemplar: Exemplar, size: int) -> None:
-        while size > 1 and not bool(exemplar.corners((size, size)).any()):
-            size //= 2
-        if size < 2:
+        while size > 2 and not bool(exemplar.corners((size, size)).any()):
+            size = max(size // 2, 2)
+        if size < 2 or not bool(exemplar.corners((size, size)).any()):
             raise InputError("no 2x2 block fits into the exemplar; its mask leaves too little to copy from")
         self.size = size
         self._valid = exemplar.corners((size, size)).cpu().numpy()
         self._root = exemplar.share.sqrt()
         known = exemplar.owner >= 0
-        self._middle = exemplar.canvas[:, known].mean(1).view(-1, 1, 1)
+        self._middle = torch.stack([mean(channel[known]) for channel in exemplar.canvas]).view(-1, 1, 1)
         self._fit = Fit(self._scaled(torch.where(known, exemplar.canvas, self._middle)))
 
     def _scaled(self, colors: Tensor) -> np.ndarray:

@@ -3,13 +3,8 @@
 import numpy as np
 from torch import Tensor
 
+from flow.animation.stock import counted
 from kwatra.cut import along, best_cut
-
-_COUNTS = 10_000
-"""Costs are counted in whole numbers, so many to one variance of the exemplar."""
-
-_MOST = 1000.0
-"""Costs beyond so many variances are as good as infinite."""
 
 
 def seam_cut(state: Tensor, rough: Tensor, taking: Tensor) -> np.ndarray:
@@ -18,9 +13,7 @@ def seam_cut(state: Tensor, rough: Tensor, taking: Tensor) -> np.ndarray:
     state (H, W): as `kwatra.cut.best_cut` has it. rough: what a seam through each pixel costs; taking: what taking it
     costs, below 0 where it pays; both in variances.
     """
-    rough_counts, taking_counts = (
-        (v.clamp(-_MOST, _MOST) * _COUNTS).round().long().cpu().numpy() for v in (rough, taking)
-    )
+    rough_counts, taking_counts = (counted(values.cpu().numpy()) for values in (rough, taking))
     pairs = []
     for axis in range(2):
         cost = rough_counts[along(axis, None, -1, 2)] + rough_counts[along(axis, 1, None, 2)]

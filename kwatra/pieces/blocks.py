@@ -18,7 +18,7 @@ import torch
 from scipy import ndimage
 from torch import Tensor
 
-from kwatra.base import InputError, total
+from kwatra.base import InputError, mean, total
 from kwatra.exemplar import Exemplar
 from kwatra.pieces.again import Budget, lay_again
 from kwatra.pieces.boxes import Box, box_sums
@@ -43,6 +43,9 @@ CONTINUATION = 0.5
 
 MISMATCH_FLOOR = 0.05
 """Disagreement, as a mean square relative to the exemplar's variance, that is hardly seen."""
+
+OVERLAP = 0.25
+"""The part of a block that lies on those before it: within it the seam is free to run."""
 
 AGAIN, PATIENCE = 1.0, 6
 """Blocks are laid again at most so often, for each that was laid, and until so many in a row have not helped."""
@@ -85,8 +88,8 @@ class BlockStart:
         self.sheet = Sheet(mosaic, self.shape, self.wraps, SeamCost(mosaic))
         block = tuple(min(b, self.sheet.longest(axis)) for axis, b in enumerate(block))
         self.block, self.valid = self._that_fits(block)
-        self.overlap = tuple(max(b // 4, 1) for b in self.block)
-        self.middle = colors.double().flatten(1).mean(1).view(share.shape)
+        self.overlap = tuple(max(round(b * OVERLAP), 1) for b in self.block)
+        self.middle = torch.stack([mean(channel) for channel in colors]).double().view(share.shape)
         self.weights = share.double().sqrt()
         self.fit = Fit(((colors - self.middle) * self.weights).numpy())
         self.used = np.zeros(exemplar.shape)

@@ -13,7 +13,7 @@ from torch import Tensor
 
 import flow
 from flow.animation.fusion import seam_cut
-from flow.animation.renewal import Renewal
+from flow.animation.renewal import Renewal, _starts
 from flow.animation.settings import PRESETS, Renewing
 from flow.animation.stock import COUNTS
 from flow.animation.term import gradient_weight
@@ -292,3 +292,23 @@ def test_a_tone_shown_too_often_is_renewed() -> None:
     assert torch.equal(after, source)
     _, after, _, _ = renewed(source, exemplar=Exemplar.of(exemplar), settings=replace(settings, tones=2.0))
     assert 0.1 < float((after[0] >= 96).float().mean()) < 0.8
+
+
+@pytest.mark.parametrize("side", [2, 3, 4, 5, 6, 7])
+def test_every_pixel_lies_in_a_block_however_small_the_exemplar(side: int) -> None:
+    """Blocks of 3 px that began every 4 px would leave gaps that no block ever fills."""
+    renewal = Renewal(Exemplar.of(brick()[:, :side, :side]), (13, 18), QUICK)
+    covered = [torch.zeros(n, dtype=torch.bool) for n in (13, 18)]
+    for line, n in zip(covered, (13, 18), strict=True):
+        for start in _starts(n, renewal.blocks.size).tolist():
+            line[start : start + renewal.blocks.size] = True
+        assert bool(line.all())
+
+
+def test_a_frame_is_filled_from_a_tiny_exemplar() -> None:
+    source = torch.full((2, 12, 14), -9.0)
+    exemplar = Exemplar.of(brick()[:, :6, :6])
+    inside = torch.ones(12, 14, dtype=torch.bool)
+    renewal = Renewal(exemplar, (12, 14), replace(QUICK, block=3))
+    filled, _, _ = renewal(source, inside, torch.Generator().manual_seed(0))
+    assert bool(owned(exemplar, filled).all())
