@@ -13,16 +13,19 @@ if TYPE_CHECKING:
     from synth.io.flows import Recording, field_of, read_flow, write_flow
     from synth.io.image_formats import Kind
     from synth.io.images import Picture, read_image, write_image
+    from synth.morph.door import Metamorphosis, morph
     from synth.texture.filling import fill
     from synth.texture.images import Synthesis, synthesize
 
 __all__ = [
     "Kind",
+    "Metamorphosis",
     "Picture",
     "Recording",
     "Synthesis",
     "field_of",
     "fill",
+    "morph",
     "read_flow",
     "read_image",
     "synthesize",
@@ -32,11 +35,13 @@ __all__ = [
 
 _HOMES = {
     "Kind": "synth.io.image_formats",
+    "Metamorphosis": "synth.morph.door",
     "Picture": "synth.io.images",
     "Recording": "synth.io.flows",
     "Synthesis": "synth.texture.images",
     "field_of": "synth.io.flows",
     "fill": "synth.texture.filling",
+    "morph": "synth.morph.door",
     "read_flow": "synth.io.flows",
     "read_image": "synth.io.images",
     "synthesize": "synth.texture.images",

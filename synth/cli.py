@@ -1,4 +1,5 @@
-"""The command line: `kwatra synth`, `fill`, `score`, `flow`, `animate`, `quilt` and `merge`.
+"""The command line: `kwatra synth`, `fill`, `score`, `flow`, `animate`, `quilt`, `merge` and
+`morph`.
 
 Bad input ends with one sentence on stderr and exit code 2, Ctrl-C with 130. What takes long to import is imported
 when a command runs, so that `--help` answers at once.
@@ -12,6 +13,7 @@ from pathlib import Path
 from typing import NoReturn, TypeVar
 
 from synth.commands.animate_arguments import add_animate
+from synth.commands.morph import add_morph
 from synth.commands.parsing import add_common, levels, numbers, positive, size, whole
 from synth.commands.quilt_arguments import add_arguments
 
@@ -78,6 +80,10 @@ def _command(name: str) -> Callable[[argparse.Namespace], str]:
         from synth.commands.animate import run_animate
 
         return run_animate
+    if name == "morph":
+        from synth.commands.morph import run_morph
+
+        return run_morph
     if name == "fill":
         from synth.commands.fill import run_fill
 
@@ -106,6 +112,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_flow(commands)
     add_animate(commands)
     add_arguments(commands)
+    add_morph(commands)
     return parser
 
 
