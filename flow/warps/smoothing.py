@@ -1,13 +1,16 @@
 """The operator that makes rough flows dear, L = -alpha Laplacian + gamma, and its inverse, which makes flows smooth.
 
-Both by a fast Fourier transform, in which L is a product. Without flow through the border, each component of a flow is
-continued beyond it: the one across the border odd, so that it is 0 at the border, the one along it even.
+Both by a fast transform in which L is a product: where nothing flows through the border a sine transform in the
+direction of a component, which so is 0 at the border, and a cosine transform along it; where the frame is periodic a
+Fourier transform. They are SciPy's, on the CPU: unlike torch's, the same bits for any number of threads.
 """
 
 import math
 from dataclasses import dataclass
 
+import numpy as np
 import torch
+from scipy import fft
 from torch import Tensor
 
 from kwatra.base import InputError
@@ -38,19 +41,28 @@ class Smoothness:
         return self._filtered(flow, inverse=True)
 
     def _filtered(self, flow: Tensor, inverse: bool) -> Tensor:
-        height, width = flow.shape[-2:]
-        whole = flow if self.wrap else _continued(flow)
-        rows, columns = whole.shape[-2:]
-        down = 2 - 2 * torch.cos(2 * math.pi * torch.fft.fftfreq(rows, dtype=flow.dtype, device=flow.device))
-        across = 2 - 2 * torch.cos(2 * math.pi * torch.fft.rfftfreq(columns, dtype=flow.dtype, device=flow.device))
-        symbol = self.alpha * (down[:, None] + across) + self.gamma
-        spectrum = torch.fft.rfft2(whole)
-        spectrum = spectrum / symbol if inverse else spectrum * symbol
-        return torch.fft.irfft2(spectrum, s=(rows, columns))[..., :height, :width]
+        values = flow.detach().cpu().numpy()
+        filtered = self._periodic(values, inverse) if self.wrap else self._bordered(values, inverse)
+        return torch.from_numpy(filtered).to(flow)
 
+    def _periodic(self, flow: np.ndarray, inverse: bool) -> np.ndarray:
+        rows, columns = flow.shape[-2:]
+        symbol = self._symbol(fft.fftfreq(rows)[:, None], fft.rfftfreq(columns), inverse)
+        filtered: np.ndarray = fft.irfft2(fft.rfft2(flow) * symbol.astype(flow.dtype), s=(rows, columns))
+        return filtered
 
-def _continued(flow: Tensor) -> Tensor:
-    """A flow (..., 2, H, W) as one of twice the size that is periodic: x odd across the sides, y across top, bottom."""
-    signs = torch.tensor([-1.0, 1.0], dtype=flow.dtype, device=flow.device).view(2, 1, 1)
-    wide = torch.cat([flow, signs * flow.flip(-1)], -1)
-    return torch.cat([wide, -signs * wide.flip(-2)], -2)
+    def _bordered(self, flow: np.ndarray, inverse: bool) -> np.ndarray:
+        filtered, sizes = np.empty_like(flow), flow.shape[-2:]
+        for component, across in ((0, -1), (1, -2)):
+            along = -3 - across
+            # the frequencies of the sine transform begin at one half wave, those of the cosine transform at none
+            waves = {axis: (np.arange(sizes[axis]) + (axis == across)) / (2 * sizes[axis]) for axis in (-2, -1)}
+            symbol = self._symbol(waves[-2][:, None], waves[-1], inverse).astype(flow.dtype)
+            spectrum = fft.dct(fft.dst(flow[..., component, :, :], axis=across), axis=along) * symbol
+            filtered[..., component, :, :] = fft.idst(fft.idct(spectrum, axis=along), axis=across)
+        return filtered
+
+    def _symbol(self, down: np.ndarray, across: np.ndarray, inverse: bool) -> np.ndarray:
+        """What L, or its inverse, multiplies each frequency by, in waves per px."""
+        symbol = self.alpha * (4 - 2 * np.cos(2 * math.pi * down) - 2 * np.cos(2 * math.pi * across)) + self.gamma
+        return 1 / symbol if inverse else symbol

@@ -6,14 +6,13 @@ from dataclasses import dataclass, replace
 from typing import Any, Generic
 
 import numpy as np
-import torch
-from torch import Tensor
 
 from kwatra.base import InputError
 from synth.morph.method import Film, Report
-from synth.morph.methods import DEFAULT, METHODS, method as method_of, refuse_unused
+from synth.morph.methods import DEFAULT, refuse_unused
+from synth.morph.methods import method as method_of
 from synth.morph.pairing import Growth, paired
-from synth.morph.retexture import Retexture
+from synth.morph.retexture import PRESETS as RETEXTURE
 from synth.texture.form import Form, Image
 
 
@@ -79,7 +78,7 @@ def morph(
     )
     film = known(pair, moments, seed, parts[1])
     if retexture:
-        film = Retexture.of_preset(preset)(pair, film, seed, parts[2])
+        film = RETEXTURE[preset](pair, film, seed, parts[2])
     frames = [form.restored(frame.cpu()) for frame in film.frames]
     return Metamorphosis(frames, film, form, (*remarks, *film.remarks))
 

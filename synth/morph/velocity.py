@@ -143,8 +143,14 @@ class _Level:
         return control
 
     def _reach(self, control: Tensor) -> float:
-        """How far, in px, the velocity of a control moves pixels, at most."""
-        return float(self.smoothness.inverted(control).norm(dim=1).sum(0).max())
+        """How far, in px, the velocity of a control moves pixels, at most; the same whichever end of time is first."""
+        speed = self.smoothness.inverted(control).norm(dim=1)
+        return float((speed + speed.flip(0)).sum(0).max()) / 2
+
+
+def level_oracle(search: Search, factor: int, lack: Lack) -> Oracle:
+    """The energy of a control and its gradient, where pixels are `factor` times coarser."""
+    return _Level(search, factor, lack).oracle()
 
 
 def _part(report: Report, begin: float, end: float) -> Report:

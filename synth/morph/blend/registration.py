@@ -30,7 +30,7 @@ class Registration:
     """
 
     alpha: float = 15.0
-    gamma: float = 1.0
+    gamma: float = 0.5
     sigma: float = 0.2
     steps: int = 8
     iterations: int = 40

@@ -30,7 +30,7 @@ class Control:
     """
 
     alpha: float = 15.0
-    gamma: float = 1.0
+    gamma: float = 0.5
     sigma: float = 1.0
     find: str = "none"
     steps: int = 8

@@ -19,7 +19,7 @@ from synth.morph.optimal_control.energy import both_ways
 
 
 def frames(velocity: Tensor, a: Tensor, b: Tensor, times: Sequence[float], wrap: bool = False) -> list[Tensor]:
-    """The pictures (C, H, W) at times 0 to 1 along a velocity (N, 2, H, W) from A to B, (C, H, W); clamped to [0, 1]."""
+    """The pictures (C, H, W) in [0, 1] at times 0 to 1 along a velocity (N, 2, H, W) from A to B."""
     done = _changed(velocity, wrap)
     return [_frame(velocity, a, b, time, done, wrap) for time in times]
 
