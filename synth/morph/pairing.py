@@ -16,8 +16,8 @@ from synth.texture.images import synthesize
 LEAST = 16
 """Fewer pixels than this along a side hold no texture to speak of."""
 
-_GUIDE = 0.3
-"""What features count beside the colors when B is synthesized to lie where A does; seen on bricks and stones."""
+_FOUND_GUIDE = 0.3
+"""What found features count beside the colors when B is synthesized to lie where A does; given ones count 1."""
 
 
 def alike(a: Any, b: Any) -> tuple[Any, Any, list[str]]:
@@ -41,6 +41,7 @@ def paired(a: Any, b: Any, features: Sequence[Any] | None, tile: bool) -> tuple[
 
     The larger is cropped to the size of the smaller, at the right and at the bottom.
     """
+    Form.of([a, b])  # says what is no image, before channels are counted
     a, b, done = alike(a, b)
     form: Form[Any] = Form.of([a, b])
     first, second = form.normalized(a), form.normalized(b)
@@ -69,17 +70,18 @@ class Growth:
 
         The features are the pair's, or else blobs that are found.
         """
-        features_a = blobs(pair.a) if pair.features_a is None else pair.features_a
-        features_b = blobs(pair.b) if pair.features_b is None else pair.features_b
-        levels = [_ranked(features_a), _ranked(features_b)]
+        if pair.features_a is None or pair.features_b is None:
+            features, weight = (_ranked(blobs(pair.a)), _ranked(blobs(pair.b))), _FOUND_GUIDE
+        else:
+            features, weight = (pair.features_a, pair.features_b), 1.0
         common: dict[str, Any] = {"preset": self.preset, "seed": self.seed, "tile": pair.tile, "device": self.device}
         a = synthesize(pair.a, size, callback=lambda p: report("synthesizing A", p.fraction / 2), **common)
-        guide = (levels[1], a.take(levels[0]))
+        guide = (features[1], a.take(features[0]))
         b = synthesize(
             pair.b,
             size,
             guide=guide,
-            guide_weight=_GUIDE,
+            guide_weight=weight,
             callback=lambda p: report("synthesizing B where A's features lie", (1 + p.fraction) / 2),
             **common,
         )

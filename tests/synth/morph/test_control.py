@@ -1,5 +1,7 @@
 """Optimal control on pairs of which the way is known; ends, reversal, folds, descent."""
 
+import itertools
+
 import pytest
 import torch
 from pictures import cloud, disc, spots
@@ -174,6 +176,6 @@ def test_no_step_of_the_descent_moves_a_pixel_far():
         points.append(point.at)
         if len(points) == 4:
             break
-    steps = [float((after - before).abs().max()) for before, after in zip(points, points[1:], strict=False)]
+    steps = [float((after - before).abs().max()) for before, after in itertools.pairwise(points)]
     assert steps[0] == pytest.approx(0.25)
     assert max(steps) <= 2.0001
