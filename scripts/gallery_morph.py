@@ -77,12 +77,15 @@ def figure_7(side: int) -> Tensor:
 
 
 def figure_8(side: int) -> Tensor:
-    """Halfway: a dissolve, control by colors, control with the edges as features; two pairs."""
-    pairs = [(pebbles(side), coins(side)), (discs(side, 4, 0.4), 1 - discs(side, 4, 0.3, 0.2))]
+    """Halfway: a dissolve, control by colors alone, and with features: edges above, below the discs, whose tones swap."""
+    stones, light, dark = pebbles(side), discs(side, 4, 0.4), 1 - discs(side, 4, 0.3, 0.2)
     rows = []
-    for a, b in pairs:
-        with_edges = half(a, b, method="control", features=(edges(a), edges(b)), sigma=0.5)
-        rows.append(beside(colored(a), half(a, b, method="blend"), half(a, b), with_edges, colored(b)))
+    for a, b, features in (
+        (stones, coins(side), (edges(stones), edges(coins(side)))),
+        (light, dark, (light, 1 - dark)),
+    ):
+        marked = half(a, b, method="control", features=features, sigma=0.2)
+        rows.append(beside(colored(a), half(a, b, method="blend"), half(a, b), marked, colored(b)))
     return under(*rows)
 
 

@@ -72,7 +72,8 @@ def run_morph(arguments: argparse.Namespace) -> str:
     kind = _kind(arguments, pictures)
     output = arguments.output or Path(f"{arguments.a.stem}_{arguments.b.stem}.png")
     _check(arguments, output, kind)
-    masks = None if arguments.features is None else tuple(read_mask(path) for path in arguments.features)
+    first, second = arguments.features or (None, None)
+    masks = None if first is None else (read_mask(first), read_mask(second))
     began = time.perf_counter()
     with work_line(f"{arguments.a.name} to {arguments.b.name}") as report:
         made = morph(

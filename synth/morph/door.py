@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Generic
 
 import numpy as np
@@ -73,17 +73,12 @@ def morph(
     if size is not None:
         _check_size(size)
         pair = Growth(preset, seed, device)(pair, size, parts[0])
-    pair = replace(
-        pair, **{name: getattr(pair, name).to(device) for name in _TENSORS if getattr(pair, name) is not None}
-    )
-    film = known(pair, moments, seed, parts[1])
+    pair = pair.to(device)
+    film: Film = known(pair, moments, seed, parts[1])
     if retexture:
         film = RETEXTURE[preset](pair, film, seed, parts[2])
     frames = [form.restored(frame.cpu()) for frame in film.frames]
     return Metamorphosis(frames, film, form, (*remarks, *film.remarks))
-
-
-_TENSORS = ("a", "b", "features_a", "features_b")
 
 
 def _times(times: int | Sequence[float]) -> tuple[float, ...]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+import numpy as np
 import torch
 from scipy.ndimage import gaussian_filter, gaussian_gradient_magnitude
 from torch import Tensor
@@ -17,7 +18,7 @@ def blobs(image: Tensor) -> Tensor:
     return _filtered(image, lambda gray: abs(gaussian_filter(gray, 1.5) - gaussian_filter(gray, 4.5)))
 
 
-def _filtered(image: Tensor, apply: Callable) -> Tensor:  # type: ignore[type-arg]
+def _filtered(image: Tensor, apply: Callable[[np.ndarray], np.ndarray]) -> Tensor:
     gray = image.mean(0).cpu().numpy()
     return torch.from_numpy(apply(gray))[None].to(image)
 

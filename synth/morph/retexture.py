@@ -22,7 +22,7 @@ from synth.morph.bands import bands_at
 from synth.morph.method import Film, Pair, Report
 from synth.morph.recolor import Colors, recolored
 
-WEIGHT = 2.5
+WEIGHT = 4.0
 """What a target counts beside the texture where the morph is sure of it; tuned on six pairs of photographs."""
 
 _FLAT = 0.05
