@@ -58,7 +58,7 @@ def figure_4(side: int) -> Tensor:
     for iterations in (2, 8, 40):
         made = synth.morph(a, b, [0.5], method="control", iterations=iterations)
         assert made.film.velocity is not None
-        moved = flow.warps.integration.displacement(made.film.velocity, 0, 1)
+        moved = flow.warps.displacement(made.film.velocity, 0, 1)
         columns.append((colored(made.frames[0]), flow.picture(moved, arrows=max(side // 8, 8))))
     return under(*(beside(*row) for row in zip(*columns, strict=True)))
 
@@ -77,7 +77,7 @@ def figure_7(side: int) -> Tensor:
 
 
 def figure_8(side: int) -> Tensor:
-    """Halfway: a dissolve, control by colors alone, and with features: edges above, below the discs, whose tones swap."""
+    """Halfway: a dissolve, control by colors alone, and with features: edges above, below discs whose tones swap."""
     stones, light, dark = pebbles(side), discs(side, 4, 0.4), 1 - discs(side, 4, 0.3, 0.2)
     rows = []
     for a, b, features in (

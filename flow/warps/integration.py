@@ -26,8 +26,8 @@ def displaced(velocity: Tensor, wrap: bool = False) -> Tensor:
     pixels = pixel_coordinates(velocity.shape[-2:], velocity.device).to(velocity.dtype)
     moved = [torch.zeros_like(velocity[0])]
     for now in velocity:
-        half = sampled(now, pixels + moved[-1], wrap=wrap) / 2
-        moved.append(moved[-1] + sampled(now, pixels + moved[-1] + half, wrap=wrap))
+        half = interpolated(now, pixels + moved[-1], wrap=wrap) / 2
+        moved.append(moved[-1] + interpolated(now, pixels + moved[-1] + half, wrap=wrap))
     return torch.stack(moved)
 
 
@@ -45,7 +45,7 @@ def displacement(velocity: Tensor, start: float, end: float, wrap: bool = False)
     return displaced(velocity[used] * share[used].view(-1, 1, 1, 1), wrap)[-1] if bool(used.any()) else velocity[0] * 0
 
 
-def sampled(image: Tensor, place: Tensor, mode: Interpolation = "bilinear", wrap: bool = False) -> Tensor:
+def interpolated(image: Tensor, place: Tensor, mode: Interpolation = "bilinear", wrap: bool = False) -> Tensor:
     """Read images (..., C, H, W) at places (..., 2, H, W) in px, x first: (..., C, H, W), differentiable in both.
 
     As `flow.warp`, which is sharper, reads one image; this is for many at once, and for derivatives.

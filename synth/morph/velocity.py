@@ -15,16 +15,15 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from flow.warps.smoothing import Smoothness
+from flow.warps import Smoothness
 from kwatra.base import InputError, coarse_shape, resized
 from kwatra.result import Row
 from synth.morph.descent import Oracle, descent, inner
+from synth.morph.method import Report
 
 Lack = Callable[[Tensor], tuple[dict[str, Tensor], Tensor]]
 """What two textures lack of each other after a velocity (N, 2, H, W): energies by name, means over pixels, and the
 least Jacobian of its maps. Differentiable."""
-
-Report = Callable[[str, float], None]
 
 COARSEST, _FEWEST = 8, 12
 _ROOM = 0.25
@@ -74,7 +73,7 @@ class Search:
         rows: list[Row] = []
         for number, factor in enumerate(factors):
             here = coarse_shape(shape, (factor, factor))
-            level = _Level(self, factor, lack(_resized(images, factor, here)))
+            level = SearchLevel(self, factor, lack(_resized(images, factor, here)))
             part = 1 / 4 ** (len(factors) - number)
             start = F.interpolate(control, here, mode="bilinear", align_corners=False)
             found, control = level.run(number, start, _part(report, part, 4 * part))
@@ -88,7 +87,7 @@ class Search:
         return [*(f for f in factors if not self.wrap or all(s % f == 0 for s in shape)), 1]
 
 
-class _Level:
+class SearchLevel:
     """The search where pixels are `factor` times coarser: there alpha counts 1 / factor, gamma factor times as much."""
 
     def __init__(self, search: Search, factor: int, lack: Lack) -> None:
@@ -146,11 +145,6 @@ class _Level:
         """How far, in px, the velocity of a control moves pixels, at most; the same whichever end of time is first."""
         speed = self.smoothness.inverted(control).norm(dim=1)
         return float((speed + speed.flip(0)).sum(0).max()) / 2
-
-
-def level_oracle(search: Search, factor: int, lack: Lack) -> Oracle:
-    """The energy of a control and its gradient, where pixels are `factor` times coarser."""
-    return _Level(search, factor, lack).oracle()
 
 
 def _part(report: Report, begin: float, end: float) -> Report:

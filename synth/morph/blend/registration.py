@@ -13,8 +13,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from flow.warps import pixel_coordinates, warp
-from flow.warps.integration import displaced, displacement, jacobian, sampled
+from flow.warps import displaced, displacement, interpolated, jacobian, pixel_coordinates, warp
 from kwatra.base import InputError, mean
 from kwatra.result import Row
 from synth.morph.method import Film, Pair, Report
@@ -75,7 +74,7 @@ class Mismatch:
         """The energy of the mismatch for a velocity (N, 2, H, W), a mean over pixels, and the least Jacobian."""
         moved = displaced(-velocity.flip(0), self.wrap)
         place = moved[-1] + pixel_coordinates(velocity.shape[-2:], velocity.device).to(velocity.dtype)
-        apart = self.images[1] - sampled(self.images[0], place, "bicubic", self.wrap)
+        apart = self.images[1] - interpolated(self.images[0], place, "bicubic", self.wrap)
         return {"mismatch": mean(apart.square().sum(0)) / self.sigma**2}, jacobian(moved, self.wrap).min()
 
 

@@ -24,9 +24,10 @@ class Control:
     """Metamorphosis by optimal control.
 
     alpha (px^2): how dear it is that neighbors move apart, so that textures rather fade than bend. gamma: how dear all
-    motion is. sigma: how far features may be from matching, in their deviations; the smaller the more they count.
-    find: features beside those of the pair, one of features.FOUND. steps: into so many the time is divided.
-    iterations, tolerance: of each level, see `Search`.
+    motion is; both for colors of deviation 1, tuned with sigma and steps on six pairs of photographs of 128x128 px.
+    sigma: how far features may be from matching, in their deviations; the smaller the more they count. find: features
+    beside those of the pair, one of features.FOUND; on the six pairs edges did not help. steps: into so many the time
+    is divided. iterations, tolerance: of each level, see `Search`.
     """
 
     alpha: float = 15.0

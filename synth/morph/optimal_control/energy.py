@@ -21,11 +21,11 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from flow.warps import pixel_coordinates
-from flow.warps.integration import displaced, jacobian, sampled
+from flow.warps import displaced, interpolated, jacobian, pixel_coordinates
 from kwatra.base import mean
 
 _FLAT = 1e-6
+"""Areas count as no less: where maps fold, the energy has no meaning, and is refused by the search."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Change:
         moved = both_ways(velocity, self.wrap)
         area = jacobian(moved, self.wrap)
         place = moved[-1] + pixel_coordinates(velocity.shape[-2:], velocity.device).to(velocity.dtype)
-        apart = (self.images - sampled(self.images.flip(0), place, "bicubic", self.wrap)).square()
+        apart = (self.images - interpolated(self.images.flip(0), place, "bicubic", self.wrap)).square()
         energies = {"change": _mean(apart[:, : self.colors].sum(1) / _integral(1 / area.clamp(min=_FLAT)))}
         if self.colors < apart.shape[1]:
             energies["features"] = _mean(apart[:, self.colors :].sum(1)) / self.sigma**2

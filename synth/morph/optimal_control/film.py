@@ -13,8 +13,7 @@ from collections.abc import Sequence
 import torch
 from torch import Tensor
 
-from flow.warps import pixel_coordinates, warp
-from flow.warps.integration import displacement, jacobian, sampled
+from flow.warps import displacement, interpolated, jacobian, pixel_coordinates, warp
 from synth.morph.optimal_control.energy import both_ways
 
 
@@ -30,8 +29,8 @@ def _frame(velocity: Tensor, a: Tensor, b: Tensor, time: float, done: Tensor, wr
     pixels = pixel_coordinates(a.shape[1:], a.device)
     from_a = pixels + displacement(velocity, time, 0, wrap)
     from_b = pixels + displacement(velocity, time, 1, wrap)
-    in_a = sampled(_at(done[:, 0], time)[None], from_a, wrap=wrap)
-    in_b = sampled(_at(done[:, 1], 1 - time)[None], from_b, wrap=wrap)
+    in_a = interpolated(_at(done[:, 0], time)[None], from_a, wrap=wrap)
+    in_b = interpolated(_at(done[:, 1], 1 - time)[None], from_b, wrap=wrap)
     share = (1 - time) * (1 - in_b) + time * in_a
     shown = (1 - share) * warp(a, from_a, wrap=wrap) + share * warp(b, from_b, wrap=wrap)
     return shown.clamp(0, 1)

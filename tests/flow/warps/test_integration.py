@@ -6,7 +6,7 @@ import pytest
 import torch
 
 from flow.warps import pixel_coordinates, warp
-from flow.warps.integration import displaced, displacement, jacobian, sampled
+from flow.warps.integration import displaced, displacement, interpolated, jacobian
 
 
 def turning(size: int, radians: float) -> torch.Tensor:
@@ -67,6 +67,6 @@ def test_reading_agrees_with_warp(wrap):
     image = torch.rand(3, 9, 10, generator=generator)
     place = pixel_coordinates((9, 10)) + 4 * torch.randn(2, 9, 10, generator=generator)
     torch.testing.assert_close(
-        sampled(image, place, wrap=wrap), warp(image, place, "bilinear", wrap), atol=2e-6, rtol=0
+        interpolated(image, place, wrap=wrap), warp(image, place, "bilinear", wrap), atol=2e-6, rtol=0
     )
-    torch.testing.assert_close(sampled(image, pixel_coordinates((9, 10)), wrap=wrap), image, atol=2e-6, rtol=0)
+    torch.testing.assert_close(interpolated(image, pixel_coordinates((9, 10)), wrap=wrap), image, atol=2e-6, rtol=0)

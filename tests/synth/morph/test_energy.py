@@ -5,13 +5,13 @@ import torch
 from scipy.ndimage import gaussian_filter
 
 from flow.warps import pixel_coordinates, warp
-from flow.warps.integration import displacement, jacobian, sampled
+from flow.warps.integration import displacement, interpolated, jacobian
 from flow.warps.smoothing import Smoothness
 from kwatra.base import mean
 from synth.morph.blend.registration import Mismatch
 from synth.morph.optimal_control.energy import Change
 from synth.morph.optimal_control.film import frames
-from synth.morph.velocity import Search, level_oracle
+from synth.morph.velocity import Search, SearchLevel
 
 
 def smooth(*shape: int, blur: float, seed: int = 0) -> torch.Tensor:
@@ -30,7 +30,7 @@ def test_the_gradient_is_that_of_finite_differences(kind, wrap):
         "features": Change(images, 2, 0.7, wrap),
         "mismatch": Mismatch(images, 0.5, wrap),
     }[kind]
-    oracle = level_oracle(Search(2.0, 0.5, 3, 1, 0.0, wrap), 1, lack)
+    oracle = SearchLevel(Search(2.0, 0.5, 3, 1, 0.0, wrap), 1, lack).oracle()
     control = 0.4 * smooth(3, 2, 12, 12, blur=1.0, seed=1)
     direction = smooth(3, 2, 12, 12, blur=0.5, seed=2)
     _, gradient = oracle(control)
@@ -55,7 +55,7 @@ def adjoint_gradient(velocity: torch.Tensor, a: torch.Tensor, b: torch.Tensor) -
     def multiplier(velocity: torch.Tensor, source: torch.Tensor, target: torch.Tensor, time: float) -> torch.Tensor:
         """lambda(t) = 2 q(t), carried back with the Jacobian (equation 6)."""
         ahead = displacement(velocity, time, 1)
-        return 2 * jacobian(ahead) * sampled(final(velocity, source, target), pixels + ahead)
+        return 2 * jacobian(ahead) * interpolated(final(velocity, source, target), pixels + ahead)
 
     gradients = []
     for k in range(steps):
@@ -94,7 +94,7 @@ def test_the_least_change_is_the_least():
     velocity = Smoothness(20.0, 1.0).inverted(smooth(4, 2, 24, 24, blur=3.0, seed=1))
     steps = torch.stack([displacement(velocity, 1, k / 4) for k in range(5)])
     area = jacobian(steps)
-    missing = (b - sampled(a, pixel_coordinates((24, 24)).double() + steps[0], "bicubic"))[0]
+    missing = (b - interpolated(a, pixel_coordinates((24, 24)).double() + steps[0], "bicubic"))[0]
     weights = torch.tensor([0.5, 1, 1, 1, 0.5], dtype=torch.float64).view(-1, 1, 1) / 4
     share = (weights / area).sum(0)
     least = mean(missing.square() / share)
