@@ -13,7 +13,11 @@ Phi_{1,t} is X_t, the map from coordinates at time 1 to those at t, and |D Phi^r
 
 The same from B to A, with the same v, gives equation 9 its second half. Were both q's free under its weights 1 - t and
 t, all change would wait for t = 1, where it costs nothing; the paper weighs solutions of the unweighted problem
-(eq. 10). Those agree but for rounding, and so do one half of each energy and eq. 9, which is what is minimized here.
+(eq. 10). Those agree but for rounding, so that half of the one's energy and half of the other's is that of eq. 9; it is
+what is minimized here. Its gradient, 2 L^T L v + lambda DI^T, is left to automatic differentiation of the sums below.
+
+Where the paper slips: by (9) algorithm 1 means (8), by "lambda 2" half of lambda; and omega(1) in (15) needs the other
+sign, that of lambda(1) = 2 q(1), since both carry what is lacking at time 1.
 """
 
 from dataclasses import dataclass
