@@ -72,8 +72,7 @@ def run_morph(arguments: argparse.Namespace) -> str:
     kind = _kind(arguments, pictures)
     output = arguments.output or Path(f"{arguments.a.stem}_{arguments.b.stem}.png")
     _check(arguments, output, kind)
-    first, second = arguments.features or (None, None)
-    masks = None if first is None else (read_mask(first), read_mask(second))
+    masks = None if arguments.features is None else (read_mask(arguments.features[0]), read_mask(arguments.features[1]))
     began = time.perf_counter()
     with work_line(f"{arguments.a.name} to {arguments.b.name}") as report:
         made = morph(

@@ -11,7 +11,7 @@ from kwatra.base import InputError
 from synth.morph.method import Film, Report
 from synth.morph.methods import DEFAULT, refuse_unused
 from synth.morph.methods import method as method_of
-from synth.morph.pairing import Growth, paired
+from synth.morph.pairing import Given, Growth
 from synth.morph.retexture import PRESETS as RETEXTURE
 from synth.texture.form import Form, Image
 
@@ -68,7 +68,8 @@ def morph(
     refuse_unused(method, "features", features is not None)
     refuse_unused(method, "tile", tile)
     report = callback or _silent
-    pair, form, remarks = paired(a, b, features, tile)
+    given: Given = Given.of(a, b, features, tile)
+    pair = given.pair
     parts = _shares(report, (size is not None, 3.0), (True, 4.0), (retexture, 6.0))
     if size is not None:
         _check_size(size)
@@ -77,8 +78,8 @@ def morph(
     film: Film = known(pair, moments, seed, parts[1])
     if retexture:
         film = RETEXTURE[preset](pair, film, seed, parts[2])
-    frames = [form.restored(frame.cpu()) for frame in film.frames]
-    return Metamorphosis(frames, film, form, (*remarks, *film.remarks))
+    frames = [given.form.restored(frame.cpu()) for frame in film.frames]
+    return Metamorphosis(frames, film, given.form, (*given.remarks, *film.remarks))
 
 
 def _times(times: int | Sequence[float]) -> tuple[float, ...]:

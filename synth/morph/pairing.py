@@ -36,25 +36,31 @@ def alike(a: Any, b: Any) -> tuple[Any, Any, list[str]]:
     return _colored(a), _colored(b), [f"{gray} is gray and was made color like the other"]
 
 
-def paired(a: Any, b: Any, features: Sequence[Any] | None, tile: bool) -> tuple[Pair, Form[Any], list[str]]:
-    """The pair, the form of its images, and what was done to make them alike.
+@dataclass(frozen=True)
+class Given:
+    """A pair as it was given, made alike; the form of its images, which leads back; what was done to them."""
 
-    The larger is cropped to the size of the smaller, at the right and at the bottom.
-    """
-    Form.of([a, b])  # says what is no image, before channels are counted
-    a, b, done = alike(a, b)
-    form: Form[Any] = Form.of([a, b])
-    first, second = form.normalized(a), form.normalized(b)
-    masks = (None, None) if features is None else _masks(features, first, second)
-    height, width = (min(p, q) for p, q in zip(first.shape[1:], second.shape[1:], strict=True))
-    if min(height, width) < LEAST:
-        raise InputError(f"A and B have {width}x{height} px in common; give textures of at least {LEAST}x{LEAST}")
-    if first.shape != second.shape:
-        done = [*done, f"A is {_size(first)} and B {_size(second)}, both were cropped to {width}x{height}"]
-    cropped = [None if t is None else t[:, :height, :width].contiguous() for t in (first, second, *masks)]
-    assert cropped[0] is not None
-    assert cropped[1] is not None
-    return Pair(cropped[0], cropped[1], cropped[2], cropped[3], tile), form, done
+    pair: Pair
+    form: Form[Any]
+    remarks: tuple[str, ...]
+
+    @classmethod
+    def of(cls, a: Any, b: Any, features: Sequence[Any] | None, tile: bool) -> "Given":
+        """Two images of one kind; the larger is cropped to the size of the smaller, at the right and at the bottom."""
+        Form.of([a, b])  # says what is no image, before channels are counted
+        a, b, done = alike(a, b)
+        form: Form[Any] = Form.of([a, b])
+        first, second = form.normalized(a), form.normalized(b)
+        masks = (None, None) if features is None else _masks(features, first, second)
+        height, width = (min(p, q) for p, q in zip(first.shape[1:], second.shape[1:], strict=True))
+        if min(height, width) < LEAST:
+            raise InputError(f"A and B have {width}x{height} px in common; give textures of at least {LEAST}x{LEAST}")
+        if first.shape != second.shape:
+            done = [*done, f"A is {_size(first)} and B {_size(second)}, both were cropped to {width}x{height}"]
+        cropped = [None if t is None else t[:, :height, :width].contiguous() for t in (first, second, *masks)]
+        assert cropped[0] is not None
+        assert cropped[1] is not None
+        return cls(Pair(cropped[0], cropped[1], cropped[2], cropped[3], tile), form, tuple(done))
 
 
 @dataclass(frozen=True)
