@@ -18,9 +18,7 @@ def check_vectors(flow: Tensor, shape: Sequence[int] | None = None) -> None:
         )
     finite = flow.isfinite().all(0)
     if not bool(finite.all()):
-        raise InputError(
-            f"a flow has {int((~finite).sum())} vectors that are NaN or infinite; fill them with known ones or mend them"
-        )
+        raise InputError(f"a flow has {int((~finite).sum())} vectors that are NaN or infinite; fill them or mend them")
 
 
 def check_flow(flow: Tensor, shape: Sequence[int] | None = None) -> None:

@@ -86,7 +86,7 @@ def progress(text: str) -> None:
 
 
 def line(exemplar: str, method: str, cells: Iterable[str], width: int) -> str:
-    return "  ".join([exemplar.ljust(width), method.ljust(14), *(cell.rjust(11) for cell in cells)])
+    return "  ".join([exemplar.ljust(width), method.ljust(18), *(cell.rjust(11) for cell in cells)])
 
 
 def row_line(row: Row, names: Sequence[str], width: int) -> str:

@@ -68,6 +68,19 @@ def test_the_gravel_flows_goes_on_and_loops():
     assert len(names["again"]) == 8
 
 
+def test_gravel_turns_into_grass():
+    names: dict = {}
+    exec(BLOCKS[6], names)
+    made, gravel, grass = (names[name] for name in ("made", "gravel", "grass"))
+    assert np.array_equal(made.frames[0], gravel)
+    assert np.array_equal(made.frames[4], grass)
+    assert names["half"].dtype == np.uint8
+    assert names["way"].shape == (8, 2, 64, 64)
+    result, mask, target = (names[name] for name in ("result", "mask", "target"))
+    assert not result.image[:, ~mask].any()
+    assert float((result.image - target.target)[:, mask].abs().mean()) < 0.1
+
+
 def test_every_picture_the_readme_shows_is_there():
     pictures = re.findall(r"!\[.*?\]\((.*?)\)", README)
     assert pictures

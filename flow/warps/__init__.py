@@ -1,8 +1,25 @@
 """Pictures moved along a flow."""
 
+from flow.warps.integration import displaced, displacement, interpolated, jacobian
 from flow.warps.inverse import Lookup, lookup
 from flow.warps.seen import BORDER, end_point_error, seen
+from flow.warps.smoothing import Smoothness
 from flow.warps.unknown import filled
 from flow.warps.warp import Warp, pixel_coordinates, warp
 
-__all__ = ["BORDER", "Lookup", "Warp", "end_point_error", "filled", "lookup", "pixel_coordinates", "seen", "warp"]
+__all__ = [
+    "BORDER",
+    "Lookup",
+    "Smoothness",
+    "Warp",
+    "displaced",
+    "displacement",
+    "end_point_error",
+    "filled",
+    "interpolated",
+    "jacobian",
+    "lookup",
+    "pixel_coordinates",
+    "seen",
+    "warp",
+]

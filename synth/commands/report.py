@@ -58,7 +58,8 @@ def _plot(energies: Sequence[Row]) -> bytes:
     for level in _levels(energies):
         row, x = energies[level[0]], place(level[0], 10.0**low)[0]
         draw.line([(x, _MARGIN), (x, _HEIGHT - _MARGIN)], _LEVELS)
-        draw.text((x + 4, _MARGIN), f"scale 1/{row['factor']}, width {row['width']}", _AXES, font, "ld")
+        window = f", width {row['width']}" if "width" in row else ""
+        draw.text((x + 4, _MARGIN), f"scale 1/{row['factor']}{window}", _AXES, font, "ld")
     for number, (name, curve) in enumerate(curves.items()):
         color = _CURVES[number % len(_CURVES)]
         for level in _levels(energies):

@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
+import torch
 from torch import Tensor
 
 from kwatra.result import Row
@@ -29,6 +30,16 @@ class Pair:
     features_a: Tensor | None = None
     features_b: Tensor | None = None
     tile: bool = False
+
+    def to(self, device: torch.device | str) -> "Pair":
+        """The same pair on another device."""
+        a, b, features_a, features_b = (
+            None if tensor is None else tensor.to(device)
+            for tensor in (self.a, self.b, self.features_a, self.features_b)
+        )
+        assert a is not None
+        assert b is not None
+        return Pair(a, b, features_a, features_b, self.tile)
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,176 @@
+"""`kwatra morph`: a film, a folder of frames, a contact sheet or one frame from one texture to another."""
+
+import argparse
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import synth
+from synth import io
+from synth.commands.checks import check_distinct, check_size, finish, set_up
+from synth.commands.parsing import Subparsers, add_common, file, rate, size, whole
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+    from synth.io import Kind, Picture, Writer
+    from synth.morph.door import Metamorphosis
+
+LOADS = ("synth.morph.door", "synth.io.images")
+
+_FRAMES = 11
+_FLOWS = (".npz", ".npy")
+_VIDEOS = (".mp4", ".gif")
+_EPILOG = """examples:
+  kwatra morph brick.png stone.png                     11 frames in one picture, as brick_stone.png
+  kwatra morph brick.png stone.png -o film.mp4 --frames 48 --there-and-back
+  kwatra morph brick.png stone.png -o half.png --at 0.5 --retexture
+  kwatra morph leaf.png moss.png --features leaf_veins.png moss_tufts.png --flow way.npz -o frames/
+"""
+
+
+def add(commands: Subparsers) -> None:
+    """Add the command's arguments."""
+    parser = commands.add_parser(
+        "morph",
+        help="a metamorphosis from one texture to another",
+        description="Lead from texture A to texture B over frames that are textures themselves.",
+        epilog=_EPILOG,
+    )
+    add = parser.add_argument
+    add("a", type=file, metavar="A", help="image of the texture to begin with")
+    add("b", type=file, metavar="B", help="image of the texture to end with")
+    add("-o", "--output", type=file, metavar="OUT", help="an .mp4 or .gif; a folder for the frames as they are; or an "
+        "image for all frames in one (default: A_B.png in this folder)")  # fmt: skip
+    add("--method", metavar="NAME", help="control (the default), registration or blend; another name lists them all")
+    length = parser.add_mutually_exclusive_group()
+    length.add_argument("--frames", type=whole(1), metavar="N", help=f"how many, A and B included (default: {_FRAMES})")
+    length.add_argument("--at", type=_moment, metavar="T", help="one frame only, at this time from 0 (A) to 1 (B)")
+    add("--there-and-back", action="store_true", help="and back to A, so that the film can run in a loop")
+    add("--size", type=size, metavar="WIDTHxHEIGHT", help="synthesize A at this size, B with its features where A's "
+        "lie, and morph these (default: what A and B have in common)")  # fmt: skip
+    add("--features", type=file, nargs=2, metavar=("A_MASK", "B_MASK"), help="images of A's and B's size, white where "
+        "what is to move onto each other lies")  # fmt: skip
+    add("--tile", action="store_true", help="A and B repeat seamlessly, and so do the frames")
+    add("--retexture", action="store_true", help="make what the method shows texture again, frame by frame")
+    add("--energy", type=file, metavar="FILE", help="write the energy per iteration as .csv or drawn as .png")
+    add("--flow", type=file, metavar="FILE", help="write the velocity, one flow per time step, as .npz or .npy")
+    add("--fps", type=rate, default=25.0, metavar="F", help="frames a second of a video (default: 25)")
+    add("--seed", type=whole(0), default=0, metavar="N", help="another seed, another texture (default: 0)")
+    add("--preset", choices=("fast", "default", "best"), default="default", help="how much work to spend")
+    add_common(parser)
+
+
+def run(arguments: argparse.Namespace) -> str:
+    """The summary."""
+    from synth.commands.progress import work_line
+    from synth.morph.door import morph
+    from synth.morph.methods import DEFAULT
+
+    set_up(arguments)
+    pictures = [io.read_image(path) for path in (arguments.a, arguments.b)]
+    kind = _kind(arguments, pictures)
+    output = arguments.output or Path(f"{arguments.a.stem}_{arguments.b.stem}.png")
+    _check(arguments, output, kind)
+    features = arguments.features
+    masks = None if features is None else (io.read_mask(features[0]), io.read_mask(features[1]))
+    began = time.perf_counter()
+    with work_line(f"{arguments.a.name} to {arguments.b.name}") as report:
+        made = morph(
+            pictures[0].pixels,
+            pictures[1].pixels,
+            [arguments.at] if arguments.at is not None else arguments.frames or _FRAMES,
+            method=arguments.method or DEFAULT,
+            size=arguments.size,
+            features=masks,
+            tile=arguments.tile,
+            retexture=arguments.retexture,
+            preset=arguments.preset,
+            seed=arguments.seed,
+            device=arguments.device,
+            callback=report,
+        )
+        frames = made.frames + (made.frames[-2:0:-1] if arguments.there_and_back else [])
+        finish(_writers(arguments, output, kind, made, frames))
+    took = time.perf_counter() - began
+    height, width = frames[0].shape[1:]
+    told = "".join(f"\n{remark}" for remark in made.remarks)
+    return f"wrote {output}: {len(frames)} frames of {width}x{height} in {took:.1f} s{told}"
+
+
+def _moment(text: str) -> float:
+    """A time from 0 to 1."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = -1.0
+    if not 0 <= value <= 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is no time from 0 (A) to 1 (B)")
+    return value
+
+
+def _kind(arguments: argparse.Namespace, pictures: "list[Picture]") -> "Kind":
+    """How frames are kept: with the channels and the depth of the one of A and B that has more."""
+    from dataclasses import replace
+
+    first, second = (picture.kind for picture in pictures)
+    if first.dtype.startswith("f") != second.dtype.startswith("f"):
+        raise synth.InputError(f"{arguments.a} holds {first} but {arguments.b} {second}; save both in the same way")
+    richer = second if len(second.channels) > len(first.channels) else first
+    sizes = {"bool": 1, "uint8": 8, "uint16": 16, "float16": 16, "float32": 32, "float64": 64}
+    return replace(richer, dtype=max(first.dtype, second.dtype, key=lambda name: max(sizes[name], 8)))
+
+
+def _check(arguments: argparse.Namespace, output: Path, kind: "Kind") -> None:
+    """Refuse before any work what could not be written after it."""
+    from synth.commands.report import ENERGY_SUFFIXES
+    from synth.morph.methods import DEFAULT, refuse_unused
+
+    if arguments.size is not None:
+        check_size(arguments.size)
+    if arguments.at is not None and (arguments.there_and_back or not _is_image(output)):
+        raise synth.InputError("--at makes one frame; name an image for it with -o, and leave --there-and-back out")
+    if _is_image(output):
+        io.check_output(output, kind, arguments.overwrite)
+    else:
+        io.check_video_output(output, arguments.overwrite)
+    method = arguments.method or DEFAULT
+    refuse_unused(method, "energies", arguments.energy is not None)
+    refuse_unused(method, "moves", arguments.flow is not None)
+    if arguments.energy is not None:
+        io.check_output(arguments.energy, None, arguments.overwrite, ENERGY_SUFFIXES)
+    if arguments.flow is not None:
+        if arguments.flow.suffix.lower() not in _FLOWS:
+            raise synth.InputError(f"{arguments.flow} cannot hold a flow in time; end it with {' or '.join(_FLOWS)}")
+        io.check_flow_output(arguments.flow, arguments.overwrite)
+    check_distinct([path for path in (output, arguments.energy, arguments.flow) if path is not None])
+
+
+def _writers(
+    arguments: argparse.Namespace, output: Path, kind: "Kind", made: "Metamorphosis[Tensor]", frames: "list[Tensor]"
+) -> "dict[Path, Writer]":
+    """What writes each file."""
+    from synth.commands.report import energy_writer
+    from synth.morph.sheet import contact_sheet
+
+    writers: dict[Path, Writer] = {}
+    if _is_image(output):
+        writers[output] = io.image_writer(output, contact_sheet(frames), kind)
+    else:
+        measured = kind.dtype.startswith("f") and _is_video(output)
+        low, high = (made.form.low, made.form.high) if measured else (0.0, 1.0)
+        shown = ((frame - low) / ((high - low) or 1.0) for frame in frames)
+        writers[output] = io.video_writer(output, shown, arguments.fps, kind)
+    if arguments.energy is not None:
+        writers[arguments.energy] = energy_writer(arguments.energy, made.film.energies)
+    if arguments.flow is not None and made.film.velocity is not None:
+        writers[arguments.flow] = io.flow_writer(arguments.flow, made.film.velocity)
+    return writers
+
+
+def _is_video(output: Path) -> bool:
+    return output.suffix.lower() in _VIDEOS
+
+
+def _is_image(output: Path) -> bool:
+    return bool(output.suffix) and not _is_video(output)

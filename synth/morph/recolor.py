@@ -1,0 +1,59 @@
+"""Colors on their way from one texture's to another's: the optimal transport of one Gaussian to another.
+
+A texture's colors are taken for a Gaussian of mean m and covariance S. The cheapest way to turn A's into B's moves a
+color x to m_B + T (x - m_A) with T = S_A^-1/2 (S_A^1/2 S_B S_A^1/2)^1/2 S_A^-1/2 (Olkin and Pukelsheim, The distance
+between two random vectors with given dispersion matrices, 1982); a part t of the way is x + t (that - x).
+"""
+
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from kwatra.base import mean
+
+_FLOOR = 1e-5
+"""The least variance of a color: below, a texture is all one color, and its deviations lead nowhere."""
+
+
+@dataclass(frozen=True)
+class Colors:
+    """A texture's colors as a Gaussian: center (C, 1), covariance (C, C), in double precision."""
+
+    center: Tensor
+    covariance: Tensor
+
+    @classmethod
+    def of(cls, image: Tensor) -> "Colors":
+        """Those of an image (C, H, W)."""
+        values = image.flatten(1).double()
+        center = torch.stack([mean(v) for v in values])[:, None]
+        apart = values - center
+        covariance = torch.stack([torch.stack([mean(p * q) for q in apart]) for p in apart])
+        return cls(center, covariance + _FLOOR * torch.eye(len(values), dtype=torch.float64, device=image.device))
+
+    def toward(self, other: "Colors", part: float) -> "Colors":
+        """The Gaussian a part (0 to 1) of the way to another."""
+        moved = torch.lerp(torch.eye(len(self.center)).to(self.center), transport(self, other), part)
+        return Colors(torch.lerp(self.center, other.center, part), moved @ self.covariance @ moved.T)
+
+
+def transport(own: Colors, other: Colors) -> Tensor:
+    """The matrix T (C, C) that turns one Gaussian's deviations into the other's."""
+    root, inverse = _power(own.covariance, 0.5), _power(own.covariance, -0.5)
+    return inverse @ _power(root @ other.covariance @ root, 0.5) @ inverse
+
+
+def recolored(image: Tensor, own: Colors, other: Colors, part: float = 1.0) -> Tensor:
+    """An image (C, H, W) of colors `own`, a part (0 to 1) of the way to `other`."""
+    if part == 0:
+        return image
+    values = image.flatten(1).double()
+    moved = other.center + transport(own, other) @ (values - own.center)
+    return torch.lerp(values, moved, part).to(image).view_as(image)
+
+
+def _power(matrix: Tensor, exponent: float) -> Tensor:
+    """A power of a symmetric positive definite matrix."""
+    values, vectors = torch.linalg.eigh(matrix)
+    return (vectors * values.clamp(min=_FLOOR**2).pow(exponent)) @ vectors.T
