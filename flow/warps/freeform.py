@@ -20,7 +20,6 @@ from kwatra.base import InputError
 BOUND = 0.48
 """Share of a lattice's spacing that control points may move without a fold."""
 _REPEATS = 8
-_FINEST = 1.0
 _GAIN = 0.98
 
 
@@ -29,13 +28,14 @@ def free_form(
     displacements: Tensor,
     shape: tuple[int, int] | torch.Size,
     tolerance: float = 0.5,
+    finest: float = 1.0,
     wrap: bool = False,
 ) -> Tensor:
     """The displacement (2, H, W) of every pixel of a frame, x first, that meets the displacements of some points.
 
     points (N, 2) and displacements (N, 2): x and y in pixels; points may lie outside of the frame, where the border's
     displacement holds. shape: (height, width). tolerance: px; lattices are refined, from one cell as wide as the frame
-    down to cells of a pixel, until every point arrives so near to where it should. wrap: the frame is periodic.
+    down to cells of `finest` px, until every point arrives so near to where it should. wrap: the frame is periodic.
     Points that ask for a fold are met as far as none results.
 
     Raises InputError if points and displacements are not finite and of one shape (N, 2), or N is 0.
@@ -50,7 +50,7 @@ def free_form(
     target = place + displacements.double()
     pixels = pixel_coordinates(shape, points.device).flatten(1).T.double()
     moved, extent = pixels, torch.tensor([shape[1], shape[0]], dtype=torch.float64, device=points.device)
-    for lattice in _lattices(place, target, extent if wrap else extent - 1, tolerance, wrap):
+    for lattice in _lattices(place, target, extent if wrap else extent - 1, tolerance, finest, wrap):
         moved = moved + lattice(moved)
     return (moved - pixels).T.reshape(2, *shape).to(points.dtype)
 
@@ -73,12 +73,14 @@ class _Lattice:
         return moved
 
 
-def _lattices(place: Tensor, target: Tensor, extent: Tensor, tolerance: float, wrap: bool) -> list[_Lattice]:
+def _lattices(
+    place: Tensor, target: Tensor, extent: Tensor, tolerance: float, finest: float, wrap: bool
+) -> list[_Lattice]:
     """Lattices, coarse to fine, each repeated while that brings the points (N, 2) nearer to their targets."""
     lattices: list[_Lattice] = []
     width = float(extent.max())
     far = float((target - place).norm(dim=1).max())
-    while width >= _FINEST and far > tolerance:
+    while width >= finest and far > tolerance:
         cells = tuple(max(1, round(float(side) / width)) for side in extent)
         for _ in range(_REPEATS):
             lattice = _fitted(place, target - place, extent, (cells[0], cells[1]), wrap)

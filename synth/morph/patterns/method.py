@@ -15,7 +15,7 @@ from flow.warps import free_form
 from kwatra.base import InputError
 from synth.morph.method import Film, Pair, Report
 from synth.morph.patterns.correspondence import Correspondence, corresponding
-from synth.morph.patterns.film import crowding, median, phases, warped, within
+from synth.morph.patterns.film import FINEST, crowding, dissolved, median, phases, warped, within
 from synth.morph.patterns.finding import patterns_of
 from synth.morph.patterns.landmarks import Patterns
 from synth.morph.patterns.outlines import resampled
@@ -79,7 +79,7 @@ class PatternMorph:
                 warped(image[:, :height, :width], landmarks(end), landmarks(t), pair.tile)
                 for image, end in ((pair.a, 0.0), (pair.b, 1.0))
             )
-            frames.append(torch.lerp(a, b, part))
+            frames.append(dissolved(a, b, part))
         if scale < 1:
             remarks += (f"elements are crowded: they are scaled by {scale:.2f} while they move",)
         velocity = _velocity(landmarks, max(1, len(times) - 1), (height, width), pair.tile)
@@ -121,4 +121,5 @@ def _alike(a: Patterns, b: Patterns) -> tuple[np.ndarray, np.ndarray]:
 def _velocity(landmarks: _Landmarks, steps: int, size: tuple[int, int], tile: bool) -> Tensor:
     """The motion (N, 2, H, W) from each of N steps to the next, through the landmarks."""
     points = [landmarks(k / steps) for k in range(steps + 1)]
-    return torch.stack([free_form(points[k], points[k + 1] - points[k], size, wrap=tile).float() for k in range(steps)])
+    ways = [(points[k], points[k + 1] - points[k]) for k in range(steps)]
+    return torch.stack([free_form(here, way, size, finest=FINEST, wrap=tile).float() for here, way in ways])
