@@ -1,4 +1,4 @@
-"""The command line: `kwatra synth`, `fill`, `score`, `flow`, `animate`, `quilt` and `merge`.
+"""The command line: `kwatra synth`, `fill`, `score`, `flow`, `animate`, `quilt`, `merge` and `patterns`.
 
 Bad input ends with one sentence on stderr and exit code 2, Ctrl-C with 130. What takes long to import is imported
 when a command runs, so that `--help` answers at once.
@@ -13,6 +13,7 @@ from typing import NoReturn, TypeVar
 
 from synth.commands.animate_arguments import add_animate
 from synth.commands.parsing import add_common, levels, numbers, positive, size, whole
+from synth.commands.patterns import add_patterns
 from synth.commands.quilt_arguments import add_arguments
 
 T = TypeVar("T")
@@ -78,6 +79,10 @@ def _command(name: str) -> Callable[[argparse.Namespace], str]:
         from synth.commands.animate import run_animate
 
         return run_animate
+    if name == "patterns":
+        from synth.commands.patterns import run_patterns
+
+        return run_patterns
     if name == "fill":
         from synth.commands.fill import run_fill
 
@@ -106,6 +111,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_flow(commands)
     add_animate(commands)
     add_arguments(commands)
+    add_patterns(commands)
     return parser
 
 

@@ -23,6 +23,8 @@ SPECK = 20
 _SMOOTHING = (0.7, 1.5)
 _MERGED = 0.85
 """Solidity below which two elements are taken to touch; of discs that touch it is .85 to .9."""
+_TINY = 0.1
+"""Share of the median element below which a part is a crumb."""
 _ENOUGH = 12
 """So many elements count as many."""
 
@@ -53,7 +55,7 @@ def elements(image: Image) -> Elements:
 
 
 def of_mask(mask: Mask, image: Image) -> Elements:
-    """The elements of an image (H, W, C) of which a mask (H, W) is given: cleaned of specks, parted where they touch."""
+    """The elements of an image (H, W, C) given their mask (H, W): without specks, parted where they touch."""
     mask = without_specks(mask)
     labels = _parted(mask)
     return Elements(labels > 0, labels, _sureness(labels, image))
@@ -97,11 +99,10 @@ def _parted(mask: Mask) -> Labels:
         tops = morphology.h_maxima(deep, 0.5)
         cut = segmentation.watershed(-deep, measure.label(tops), mask=inside, watershed_line=True)
         labels = measure.label((labels > 0) & ~(inside & (cut == 0)), connectivity=1)
-    return segmentation.relabel_sequential(np.where(np.isin(labels, _specks(labels)), 0, labels))[0].astype(np.int64)
-
-
-def _specks(labels: Labels) -> NDArray[np.int64]:
-    return np.flatnonzero(np.bincount(labels.ravel()) < SPECK)
+    area = np.bincount(labels.ravel())
+    least = max(SPECK, _TINY * float(np.median(area[1:]))) if len(area) > 1 else SPECK
+    kept = np.where(np.isin(labels, np.flatnonzero(area < least)), 0, labels)
+    return segmentation.relabel_sequential(kept)[0].astype(np.int64)
 
 
 def _sureness(labels: Labels, image: Image) -> float:

@@ -122,7 +122,10 @@ def _distance(looks: Array, offsets: Array, shapes: Array, size: float) -> Array
     scale = np.sqrt((own**2).sum(2).mean(1)) / size
     unlike = np.linalg.norm(own / np.maximum(scale, 1e-6)[:, None, None] - offsets, axis=2).mean(1) / size
     height, width = looks.shape[1:]
-    x, y = np.rint(shapes[..., 0]).astype(int).clip(0, width - 1), np.rint(shapes[..., 1]).astype(int).clip(0, height - 1)
+    x, y = (
+        np.rint(shapes[..., 0]).astype(int).clip(0, width - 1),
+        np.rint(shapes[..., 1]).astype(int).clip(0, height - 1),
+    )
     return _SHAPE * unlike + looks[np.arange(len(offsets)), y, x].mean(1)
 
 

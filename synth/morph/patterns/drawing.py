@@ -35,7 +35,9 @@ def _draw(canvas: np.ndarray, landmarks: np.ndarray, closed: bool, color: tuple[
     _paint(canvas, rows, columns, np.ones(len(rows)), _FIRST)
 
 
-def _paint(canvas: np.ndarray, rows: np.ndarray, columns: np.ndarray, weight: np.ndarray, color: tuple[float, ...]) -> None:
+def _paint(
+    canvas: np.ndarray, rows: np.ndarray, columns: np.ndarray, weight: np.ndarray, color: tuple[float, ...]
+) -> None:
     inside = (rows >= 0) & (rows < canvas.shape[0]) & (columns >= 0) & (columns < canvas.shape[1])
     rows, columns, weight = rows[inside], columns[inside], weight[inside, None]
     canvas[rows, columns] = (1 - weight) * canvas[rows, columns] + weight * np.array(color)

@@ -13,7 +13,8 @@ from synth.morph.patterns.correspondence import Correspondence
 
 _PHASE = 0.2
 """Part of the time in which crowded patterns are scaled down before they move, and again up after."""
-_LEAST = 0.5
+_LEAST, _CROWDED = 0.5, 0.8
+"""Patterns that pass each other at .8 of their distance need no scaling: stones and pebbles judge better without."""
 _STEPS = 11
 FINEST = 3.0
 """Px of the finest lattice: landmarks that contradict each other swirl in finer ones (bricks, pebbles)."""
@@ -58,11 +59,12 @@ def _bands(image: Tensor) -> list[Tensor]:
 
 
 def crowding(ways: Correspondence) -> float:
-    """The scale, 0.5 to 1, at which patterns come no nearer to each other on their way than they are at its ends."""
+    """The scale at which most patterns come no nearer to each other on their way than at its ends; 1 from 0.8 on."""
     near = [_nearest(ways.at(k / (_STEPS - 1))[: ways.pairs].mean(1)) for k in range(_STEPS)]
     ends = np.minimum(near[0], near[-1])
     squeezed = np.min(near, axis=0) / np.maximum(ends, 1e-9)
-    return float(np.clip(np.quantile(squeezed, 0.1), _LEAST, 1.0))
+    scale = float(np.quantile(squeezed, 0.1))
+    return max(_LEAST, scale) if scale < _CROWDED else 1.0
 
 
 def phases(t: float, scale: float) -> tuple[float, float]:

@@ -1,5 +1,7 @@
 """The patterns of a texture without being told: its elements, each with its outline as landmarks."""
 
+from dataclasses import dataclass, replace
+
 import numpy as np
 from numpy.typing import NDArray
 from skimage import measure
@@ -20,35 +22,47 @@ SURE = 0.18
 """Elements are distinct from here on: brick, stones, tiles and pebbles lie at .2 to .6, bands of onyx at .1 to .15."""
 
 
+@dataclass(frozen=True)
+class Found:
+    """The patterns of a texture, all of them; sure, 0 to 1, that they are, or None where a person said so."""
+
+    patterns: Patterns
+    every: Array
+    sure: float | None
+
+    @property
+    def remark(self) -> str:
+        """What was found, in words."""
+        return f"{len(self.every)} patterns" + ("" if self.sure is None else f", sure by {self.sure:.2f} of 1")
+
+
 def patterns_of(
     image: Array, given: Patterns | None = None, threshold: float | None = None, name: str = "the image"
-) -> tuple[Patterns, float]:
-    """The patterns of an image (H, W, C) in [0, 1], and how sure it is that they are, 0 to 1.
+) -> Found:
+    """The patterns of an image (H, W, C) in [0, 1].
 
-    given: landmarks of one of them, for which the others are detected, or all of them, which are taken as they are
-    (both are sure). threshold: of `detect`. Without any they are the elements of the image.
+    given: landmarks of one of them, for which the others are detected, or all of them, which are taken as they are.
+    threshold: of `detect`. Without any they are the elements of the image.
 
     Raises InputError if fewer than 4 are found, or what is found is hardly distinct elements.
     """
-    if given is not None and given.size != image.shape[:2]:
+    if given is None:
+        return _own(image, name)
+    if given.size != image.shape[:2]:
         raise InputError(
             f"the patterns are of an image of {given.size[1]}x{given.size[0]} but {name} is "
             f"{image.shape[1]}x{image.shape[0]}; give those of this image"
         )
-    patterns, sure = _own(image, name) if given is None else (given, 1.0)
-    if patterns.found is None:
-        found = detect(image, patterns.landmarks, threshold).landmarks
-        patterns = Patterns(patterns.size, patterns.landmarks, found, patterns.closed)
-    count = 0 if patterns.found is None else len(patterns.found)
-    if count < LEAST:
+    found = detect(image, given.landmarks, threshold).landmarks if given.found is None else given.found
+    if len(found) < LEAST:
         raise InputError(
-            f"found {count} patterns in {name}; patterns needs at least {LEAST}: give landmarks of one that repeats, or "
-            "a higher threshold"
+            f"found {len(found)} patterns in {name}; patterns needs at least {LEAST}: give landmarks of one that "
+            "repeats, or a higher threshold"
         )
-    return patterns, sure
+    return Found(replace(given, found=found), found, None)
 
 
-def _own(image: Array, name: str) -> tuple[Patterns, float]:
+def _own(image: Array, name: str) -> Found:
     """The elements of an image as patterns; the representative one is the most like all others."""
     split = elements(image)
     if split.count < LEAST:
@@ -58,13 +72,14 @@ def _own(image: Array, name: str) -> tuple[Patterns, float]:
         )
     if split.sure < SURE:
         raise InputError(
-            f"found no distinct elements in {name} (sure by {split.sure:.2f}, {SURE} is needed); give landmarks of a "
-            "pattern that repeats, or use another method"
+            f"found no distinct elements in {name} (sure by {split.sure:.2f} of 1, {SURE} is needed); give landmarks of "
+            "a pattern that repeats, or use another method"
         )
     outlines = _outlines(split)
     own = outlines - outlines.mean(1, keepdims=True)
     middle = np.square(own - np.median(own, 0)).sum((1, 2)).argmin()
-    return Patterns((image.shape[0], image.shape[1]), outlines[middle], outlines, closed=True), split.sure
+    patterns = Patterns((image.shape[0], image.shape[1]), outlines[middle], outlines, closed=True)
+    return Found(patterns, outlines, split.sure)
 
 
 def _outlines(split: Elements) -> Array:

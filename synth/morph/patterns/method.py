@@ -7,7 +7,6 @@ assignment says which becomes which, and a warp through all landmarks carries ev
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-import numpy as np
 import torch
 from torch import Tensor
 
@@ -18,7 +17,7 @@ from synth.morph.patterns.correspondence import Correspondence, corresponding
 from synth.morph.patterns.film import FINEST, crowding, dissolved, median, phases, warped, within
 from synth.morph.patterns.finding import patterns_of
 from synth.morph.patterns.landmarks import Patterns
-from synth.morph.patterns.outlines import resampled
+from synth.morph.patterns.outlines import alike
 
 _Landmarks = Callable[[float], Tensor]
 
@@ -63,59 +62,44 @@ class PatternMorph:
 
         Raises InputError if fewer than 4 patterns are found in a texture, or they are hardly distinct.
         """
-        height, width = (min(pair.a.shape[axis], pair.b.shape[axis]) for axis in (1, 2))
-        ways, remarks = self._ways(pair, (height, width), report)
+        a, b = (image[:, : pair.b.shape[1], : pair.b.shape[2]].cpu() for image in (pair.a, pair.b))
+        b = b[:, : a.shape[1], : a.shape[2]]
+        size = (a.shape[1], a.shape[2])
+        ways, remarks = self._ways(pair, size, report)
         scale = crowding(ways) if self.scale_elements is None else self.scale_elements
 
         def landmarks(t: float) -> Tensor:
-            moved, size = phases(within(t, self.warping), scale)
-            return torch.from_numpy(ways.at(moved, size).reshape(-1, 2))
+            moved, smaller = phases(within(t, self.warping), scale)
+            return torch.from_numpy(ways.at(moved, smaller).reshape(-1, 2))
 
         frames = []
         for number, t in enumerate(times):
             report("warping", 0.2 + 0.8 * number / len(times))
-            part = within(t, self.dissolving)
-            a, b = (
-                warped(image[:, :height, :width], landmarks(end), landmarks(t), pair.tile)
-                for image, end in ((pair.a, 0.0), (pair.b, 1.0))
-            )
-            frames.append(dissolved(a, b, part))
+            now = landmarks(t)
+            from_a, from_b = warped(a, landmarks(0), now, pair.tile), warped(b, landmarks(1), now, pair.tile)
+            frames.append(dissolved(from_a, from_b, within(t, self.dissolving)))
         if scale < 1:
             remarks += (f"elements are crowded: they are scaled by {scale:.2f} while they move",)
-        velocity = _velocity(landmarks, max(1, len(times) - 1), (height, width), pair.tile)
-        return Film(tuple(median(frames, self.median)), tuple(times), velocity, remarks=remarks)
+        velocity = _velocity(landmarks, max(1, len(times) - 1), size, pair.tile).to(pair.a.device)
+        shown = [frame.to(pair.a.device) for frame in median(frames, self.median)]
+        return Film(tuple(shown), tuple(times), velocity, remarks=remarks)
 
     def _ways(self, pair: Pair, size: tuple[int, int], report: Report) -> tuple[Correspondence, tuple[str, ...]]:
         """Which pattern becomes which, in a frame of (height, width), and what was found."""
-        sets, remarks = [], []
+        sets = []
         for name, image, given in (("A", pair.a, self.patterns_a), ("B", pair.b, self.patterns_b)):
             report(f"finding patterns in {name}", 0.1 * len(sets))
-            found, sure = patterns_of(image.permute(1, 2, 0).double().numpy(), given, self.threshold, name)
-            sets.append(found)
-            how = "" if given is not None else f" (sure by {sure:.2f})"
-            remarks.append(f"{len(_all(found))} patterns in {name}{how}")
-        (a, b), closed = _alike(*sets), sets[0].closed or sets[1].closed
-        a, b = (each[(each.mean(1) <= [size[1] - 1, size[0] - 1]).all(1)] for each in (a, b))
-        ways = corresponding(a, b, size, closed)
-        lonely = len(ways.in_a) - ways.pairs
+            sets.append(patterns_of(image.permute(1, 2, 0).double().cpu().numpy(), given, self.threshold, name))
+        a, b = (
+            each[(each.mean(1) <= [size[1] - 1, size[0] - 1]).all(1)]
+            for each in alike(sets[0].every, sets[1].every, sets[0].patterns.closed, sets[1].patterns.closed)
+        )
+        if not (len(a) and len(b)):
+            raise InputError("no pattern lies in the part that A and B have in common; crop them to one size")
+        ways = corresponding(a, b, size, sets[0].patterns.closed or sets[1].patterns.closed)
+        found = tuple(f"{name}: {each.remark}" for name, each in zip("AB", sets, strict=True))
         grown = "grow from nothing" if len(b) > len(a) else "shrink to nothing"
-        return ways, (*remarks, f"{ways.pairs} are paired, {lonely} {grown}")
-
-
-def _all(patterns: Patterns) -> np.ndarray:
-    assert patterns.found is not None
-    return patterns.found
-
-
-def _alike(a: Patterns, b: Patterns) -> tuple[np.ndarray, np.ndarray]:
-    """All patterns of both with equally many landmarks: outlines are sampled anew."""
-    counts = [each.landmarks.shape[0] for each in (a, b)]
-    count = counts[1] if a.closed and not b.closed else counts[0] if not a.closed else max(counts)
-    sampled = [
-        np.stack([resampled(each, count) for each in _all(patterns)]) if patterns.closed else _all(patterns)
-        for patterns in (a, b)
-    ]
-    return sampled[0], sampled[1]
+        return ways, (*found, f"{ways.pairs} patterns are paired, {len(ways.in_a) - ways.pairs} {grown}")
 
 
 def _velocity(landmarks: _Landmarks, steps: int, size: tuple[int, int], tile: bool) -> Tensor:
@@ -123,3 +107,7 @@ def _velocity(landmarks: _Landmarks, steps: int, size: tuple[int, int], tile: bo
     points = [landmarks(k / steps) for k in range(steps + 1)]
     ways = [(points[k], points[k + 1] - points[k]) for k in range(steps)]
     return torch.stack([free_form(here, way, size, finest=FINEST, wrap=tile).float() for here, way in ways])
+
+
+PRESETS = dict.fromkeys(("fast", "default", "best"), PatternMorph())
+"""The same for all: it takes a second a frame."""

@@ -32,6 +32,16 @@ def resampled(contour: Array, count: int) -> Array:
     return np.stack([np.interp(places, along, closed[:, axis]) for axis in range(2)], 1)
 
 
+def alike(a: Array, b: Array, closed_a: bool, closed_b: bool) -> tuple[Array, Array]:
+    """Patterns a (n, m, 2) and b (n', m', 2) with equally many landmarks: those that are outlines are sampled anew."""
+    count = b.shape[1] if closed_a and not closed_b else a.shape[1]
+    sampled = [
+        np.stack([resampled(each, count) for each in patterns]) if closed and patterns.shape[1] != count else patterns
+        for patterns, closed in ((a, closed_a), (b, closed_b))
+    ]
+    return sampled[0], sampled[1]
+
+
 def best_order(outlines: Array, others: Array) -> NDArray[np.int64]:
     """For each outline (n, m, 2) the order (n, m) of the other one's landmarks (n, m, 2) that fits it best.
 
