@@ -99,11 +99,10 @@ def _moved(looks: Array, shapes: Array, reach: int) -> Array:
     """Each landmark where it looks best within `reach` px."""
     steps = np.stack(np.meshgrid(*[np.arange(-reach, reach + 1)] * 2), -1).reshape(-1, 2)
     steps = steps[(steps**2).sum(1) <= reach**2]
-    places = np.rint(shapes)[:, :, None].astype(int) + steps
-    height, width = looks.shape[1:]
-    x, y = places[..., 0].clip(0, width - 1), places[..., 1].clip(0, height - 1)
+    places = np.rint(shapes)[:, :, None] + steps
+    x, y = _pixels(places, looks)
     best = looks[np.arange(looks.shape[0])[:, None], y, x].argmin(2)
-    return np.take_along_axis(places, best[..., None, None], 2)[:, :, 0].astype(float)
+    return np.take_along_axis(places, best[..., None, None], 2)[:, :, 0]
 
 
 def _fitted(offsets: Array, shapes: Array) -> Array:
@@ -121,17 +120,20 @@ def _distance(looks: Array, offsets: Array, shapes: Array, size: float) -> Array
     own = shapes - shapes.mean(1, keepdims=True)
     scale = np.sqrt((own**2).sum(2).mean(1)) / size
     unlike = np.linalg.norm(own / np.maximum(scale, 1e-6)[:, None, None] - offsets, axis=2).mean(1) / size
-    height, width = looks.shape[1:]
-    x, y = (
-        np.rint(shapes[..., 0]).astype(int).clip(0, width - 1),
-        np.rint(shapes[..., 1]).astype(int).clip(0, height - 1),
-    )
+    x, y = _pixels(shapes, looks)
     return _SHAPE * unlike + looks[np.arange(len(offsets)), y, x].mean(1)
+
+
+def _pixels(places: Array, looks: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """The x and y of the pixels of maps (m, H, W) nearest to places (..., 2)."""
+    height, width = looks.shape[1:]
+    nearest = np.rint(places).astype(int)
+    return nearest[..., 0].clip(0, width - 1), nearest[..., 1].clip(0, height - 1)
 
 
 def _inside(shapes: Array, image: tuple[int, ...]) -> NDArray[np.bool_]:
     edge = np.array([image[1] - 1, image[0] - 1])
-    return ((shapes >= 0) & (shapes <= edge)).all((1, 2))
+    return np.asarray(((shapes >= 0) & (shapes <= edge)).all((1, 2)))
 
 
 def _single(shapes: Array, far: Array, apart: float) -> tuple[Array, Array]:

@@ -1,11 +1,16 @@
 """Patterns drawn over their image."""
 
+from typing import Any
+
 import numpy as np
 import torch
+from numpy.typing import NDArray
 from skimage.draw import disk, line_aa
 from torch import Tensor
 
 from synth.morph.patterns.landmarks import Patterns
+
+_Array = NDArray[Any]
 
 ZOOM = 4
 _FOUND, _GIVEN, _FIRST = (1.0, 0.0, 1.0), (0.0, 1.0, 0.3), (1.0, 1.0, 0.0)
@@ -25,7 +30,7 @@ def drawn(image: Tensor, patterns: Patterns) -> Tensor:
     return torch.from_numpy(canvas).permute(2, 0, 1).contiguous()
 
 
-def _draw(canvas: np.ndarray, landmarks: np.ndarray, closed: bool, color: tuple[float, ...]) -> None:
+def _draw(canvas: _Array, landmarks: _Array, closed: bool, color: tuple[float, ...]) -> None:
     points = np.rint(landmarks * ZOOM + (ZOOM - 1) / 2).astype(int)
     ends = np.roll(points, -1, 0) if closed else points[1:]
     for (x, y), (to_x, to_y) in zip(points, ends, strict=False):
@@ -35,9 +40,7 @@ def _draw(canvas: np.ndarray, landmarks: np.ndarray, closed: bool, color: tuple[
     _paint(canvas, rows, columns, np.ones(len(rows)), _FIRST)
 
 
-def _paint(
-    canvas: np.ndarray, rows: np.ndarray, columns: np.ndarray, weight: np.ndarray, color: tuple[float, ...]
-) -> None:
+def _paint(canvas: _Array, rows: _Array, columns: _Array, weight: _Array, color: tuple[float, ...]) -> None:
     inside = (rows >= 0) & (rows < canvas.shape[0]) & (columns >= 0) & (columns < canvas.shape[1])
     rows, columns, weight = rows[inside], columns[inside], weight[inside, None]
     canvas[rows, columns] = (1 - weight) * canvas[rows, columns] + weight * np.array(color)

@@ -72,8 +72,8 @@ def _own(image: Array, name: str) -> Found:
         )
     if split.sure < SURE:
         raise InputError(
-            f"found no distinct elements in {name} (sure by {split.sure:.2f} of 1, {SURE} is needed); give landmarks of "
-            "a pattern that repeats, or use another method"
+            f"found no distinct elements in {name} (sure by {split.sure:.2f} of 1, {SURE} is needed); give landmarks "
+            "of a pattern that repeats, or use another method"
         )
     outlines = _outlines(split)
     own = outlines - outlines.mean(1, keepdims=True)
@@ -88,5 +88,5 @@ def _outlines(split: Elements) -> Array:
     found = []
     for part in measure.regionprops(split.labels):
         top, left, _, _ = part.bbox
-        found.append(outline(part.image_filled, COUNT) + [left, top])
+        found.append(outline(part.image_filled, COUNT) + np.array([left, top]))
     return np.clip(np.stack(found), 0, [shape[1] - 1, shape[0] - 1])

@@ -86,7 +86,11 @@ def patterns_writer(patterns: Patterns) -> Writer:
         lines[-1] += ","
         lines += [' "patterns": [', ",\n".join(f"  {_points(each)}" for each in patterns.found), " ]"]
     text = "\n".join(lines) + "}\n"
-    return lambda target: target.write_text(text, "utf-8") and None
+
+    def write(target: Path) -> None:
+        target.write_text(text, "utf-8")
+
+    return write
 
 
 def _patterns(content: Any) -> Patterns:

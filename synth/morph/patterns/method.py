@@ -15,7 +15,7 @@ from kwatra.base import InputError
 from synth.morph.method import Film, Pair, Report
 from synth.morph.patterns.correspondence import Correspondence, corresponding
 from synth.morph.patterns.film import FINEST, crowding, dissolved, median, phases, warped, within
-from synth.morph.patterns.finding import patterns_of
+from synth.morph.patterns.finding import Found, patterns_of
 from synth.morph.patterns.landmarks import Patterns
 from synth.morph.patterns.outlines import alike
 
@@ -86,7 +86,7 @@ class PatternMorph:
 
     def _ways(self, pair: Pair, size: tuple[int, int], report: Report) -> tuple[Correspondence, tuple[str, ...]]:
         """Which pattern becomes which, in a frame of (height, width), and what was found."""
-        sets = []
+        sets: list[Found] = []
         for name, image, given in (("A", pair.a, self.patterns_a), ("B", pair.b, self.patterns_b)):
             report(f"finding patterns in {name}", 0.1 * len(sets))
             sets.append(patterns_of(image.permute(1, 2, 0).double().cpu().numpy(), given, self.threshold, name))
