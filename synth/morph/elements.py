@@ -21,8 +21,8 @@ Labels = NDArray[np.int64]
 SPECK = 20
 """Px: what is smaller is no element."""
 _SMOOTHING = (0.7, 1.5)
-_MERGED = 0.85
-"""Solidity below which two elements are taken to touch; of discs that touch it is .85 to .9."""
+_MERGED = 0.9
+"""Solidity below which elements are taken to touch; that of two discs that do is .88."""
 _TINY = 0.1
 """Share of the median element below which a part is a crumb."""
 _ENOUGH = 12

@@ -16,6 +16,7 @@ _WAVELENGTHS = (0.7, 1.4)
 """In root mean square radii of the pattern: of .5 to 2, on discs and crosses in noise."""
 _SHORTEST = 4.0
 _ORIENTATIONS = 6
+_FAINT = 1e-6
 
 
 def radius(landmarks: Array) -> float:
@@ -34,7 +35,8 @@ def features(image: Array, size: float) -> Array:
         bank = [_kernel(wavelength, np.pi * k / _ORIENTATIONS) for k in range(_ORIENTATIONS)]
         responses = np.stack([_filtered(image[..., c], kernel) for c in range(image.shape[2]) for kernel in bank])
         parts = np.concatenate([responses.real, responses.imag])
-        maps.append(parts / (parts.std() or 1.0))
+        strength = parts.std()
+        maps.append(parts / strength if strength > _FAINT else np.zeros_like(parts))
     return np.concatenate(maps)
 
 
@@ -42,13 +44,15 @@ def distances(maps: Array, shapes: Array) -> Array:
     """How unlike pixels are to the landmarks of shapes (n, m, 2), by maps (K, H, W): (m, H, W).
 
     The distance of the responses from their mean over the shapes, over the length of that: 0 alike, 1 as no response.
+    A landmark where nothing responds is unlike everything.
     """
     x, y = np.moveaxis(np.rint(shapes).astype(int), -1, 0)
     own = maps[:, y, x].mean(1).T
     square = (maps**2).sum(0)
     cross = np.tensordot(own, maps, 1)
     length = (own**2).sum(1)[:, None, None]
-    return np.sqrt(np.maximum(square[None] - 2 * cross + length, 0) / np.maximum(length, 1e-12))
+    apart = np.maximum(square[None] - 2 * cross + length, 0)
+    return np.sqrt(np.divide(apart, length, out=np.ones_like(apart), where=length > _FAINT))
 
 
 def _kernel(wavelength: float, angle: float) -> NDArray[np.complex128]:

@@ -76,10 +76,18 @@ def _own(image: Array, name: str) -> Found:
             "of a pattern that repeats, or use another method"
         )
     outlines = _outlines(split)
-    own = outlines - outlines.mean(1, keepdims=True)
-    middle = np.square(own - np.median(own, 0)).sum((1, 2)).argmin()
-    patterns = Patterns((image.shape[0], image.shape[1]), outlines[middle], outlines, closed=True)
+    representative = outlines[_most_typical(outlines, split)]
+    patterns = Patterns((image.shape[0], image.shape[1]), representative, outlines, closed=True)
     return Found(patterns, outlines, split.sure)
+
+
+def _most_typical(outlines: Array, split: Elements) -> int:
+    """The number of the outline (n, m, 2) nearest to the median shape, of those that the border does not cut if any."""
+    own = outlines - outlines.mean(1, keepdims=True)
+    away = np.square(own - np.median(own, 0)).sum((1, 2))
+    cut = np.unique(np.concatenate([split.labels[[0, -1]].ravel(), split.labels[:, [0, -1]].ravel()]))
+    whole = ~np.isin(np.arange(1, len(outlines) + 1), cut)
+    return int(np.where(whole | ~whole.any(), away, np.inf).argmin())
 
 
 def _outlines(split: Elements) -> Array:
