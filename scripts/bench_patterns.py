@@ -28,7 +28,7 @@ class Made:
 
 
 def made(kind: str, seed: int = 0, size: int = 192, pitch: int = 32, noise: float = 0.08) -> Made:
-    """Discs or crosses of radius 9 about a lattice: up to 4 px off it, turned by 10 degrees, scaled by a tenth; some lack."""
+    """Discs or crosses of radius 9, up to 4 px off a lattice, turned by 10 degrees, scaled by a tenth; some lack."""
     random = np.random.default_rng(seed)
     image = np.full((size, size), 0.35)
     rows = np.arange(pitch / 2 + 2, size - RADIUS - 3, pitch)

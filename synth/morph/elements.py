@@ -57,7 +57,7 @@ def elements(image: Image) -> Elements:
 def of_mask(mask: Mask, image: Image) -> Elements:
     """The elements of an image (H, W, C) given their mask (H, W): without specks, parted where they touch."""
     mask = without_specks(mask)
-    labels = _parted(mask)
+    labels = labeled(mask)
     return Elements(labels > 0, labels, _sureness(labels, image))
 
 
@@ -89,8 +89,8 @@ def _splits(image: Image) -> Iterator[Mask]:
             yield ~mask
 
 
-def _parted(mask: Mask) -> Labels:
-    """Labels (H, W) of the parts of a mask; parts that are not convex are cut at their waists."""
+def labeled(mask: Mask) -> Labels:
+    """The elements of a mask (H, W), numbered from 1 on: what is not convex is cut at its waists, crumbs go."""
     labels = measure.label(mask, connectivity=1)
     touching = [part.label for part in measure.regionprops(labels) if part.solidity < _MERGED]
     if touching:

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
 from flow.warps import free_form, warp
+from synth.morph.assignment import assigned
 from synth.morph.patterns.outlines import best_order, clockwise
 
 Array = NDArray[np.float64]
@@ -29,16 +29,6 @@ class Correspondence:
         between = (1 - t) * self.in_a + t * self.in_b
         middle = between.mean(1, keepdims=True)
         return middle + scale * (between - middle)
-
-
-def assigned(a: Array, b: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """The numbers of the patterns with centroids a (n, 2) and b (n', 2) that are partners: min(n, n') of each.
-
-    The virtual patterns of the paper, which make both equally many, cost nothing wherever they go. So leaving them
-    out, and with them their partners, is the same assignment.
-    """
-    ways = np.square(a[:, None] - b[None]).sum(2)
-    return linear_sum_assignment(ways)
 
 
 def corresponding(a: Array, b: Array, size: tuple[int, int], closed: bool) -> Correspondence:

@@ -4,11 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 import torch
-from scipy.ndimage import gaussian_filter
 from torch import Tensor
 
 from flow.warps import free_form, pixel_coordinates, warp
-from kwatra.base import mean
 from synth.morph.patterns.correspondence import Correspondence
 
 _PHASE = 0.2
@@ -18,8 +16,6 @@ _LEAST, _CROWDED = 0.5, 0.8
 _STEPS = 11
 FINEST = 3.0
 """Px of the finest lattice: landmarks that contradict each other swirl in finer ones (bricks, pebbles)."""
-_SCALES = (1.0, 2.0, 4.0)
-_GAIN = 1.6
 
 
 def warped(image: Tensor, there: Tensor, now: Tensor, tile: bool) -> Tensor:
@@ -32,30 +28,6 @@ def warped(image: Tensor, there: Tensor, now: Tensor, tile: bool) -> Tensor:
     if not tile:
         places = torch.stack([_mirrored(places[0], size[1]), _mirrored(places[1], size[0])])
     return warp(image, places, "bicubic", wrap=tile).clamp(0, 1)
-
-
-def dissolved(a: Tensor, b: Tensor, part: float) -> Tensor:
-    """The mixture (C, H, W) of two frames, `part` of it b, with the contrast of neither lost.
-
-    Where details of the two are unlike their mean is weaker than both. Each band of frequencies (differences of
-    Gaussians) is strengthened to the mean of its strengths in the two, by up to 1.6.
-    """
-    if part in (0, 1):
-        return b if part else a
-    mixed = torch.lerp(a, b, part)
-    bands = [_bands(image) for image in (mixed, a, b)]
-    whole = bands[0][-1]
-    for both, one, other in zip(*(each[:-1] for each in bands), strict=True):
-        strength, left, right = (float(mean(band.square()).sqrt()) for band in (both, one, other))
-        gain = ((1 - part) * left + part * right) / max(strength, 1e-9)
-        whole = whole + both * min(_GAIN, max(1.0, gain))
-    return whole.clamp(0, 1)
-
-
-def _bands(image: Tensor) -> list[Tensor]:
-    """An image (C, H, W) as bands, fine to coarse, that sum to it."""
-    blurs = [torch.from_numpy(gaussian_filter(image.numpy(), (0, sigma, sigma))) for sigma in _SCALES]
-    return [finer - coarser for finer, coarser in zip([image, *blurs], blurs, strict=False)] + [blurs[-1]]
 
 
 def crowding(ways: Correspondence) -> float:

@@ -12,9 +12,10 @@ from torch import Tensor
 
 from flow.warps import free_form
 from kwatra.base import InputError
+from synth.morph.dissolve import dissolved
 from synth.morph.method import Film, Pair, Report
 from synth.morph.patterns.correspondence import Correspondence, corresponding
-from synth.morph.patterns.film import FINEST, crowding, dissolved, median, phases, warped, within
+from synth.morph.patterns.film import FINEST, crowding, median, phases, warped, within
 from synth.morph.patterns.finding import Found, patterns_of
 from synth.morph.patterns.landmarks import Patterns
 from synth.morph.patterns.outlines import alike

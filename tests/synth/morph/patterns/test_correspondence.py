@@ -5,7 +5,8 @@ from itertools import permutations
 import numpy as np
 import pytest
 
-from synth.morph.patterns.correspondence import SEED, assigned, corresponding
+from synth.morph.assignment import assigned
+from synth.morph.patterns.correspondence import SEED, corresponding
 from synth.morph.patterns.film import crowding, phases
 from synth.morph.patterns.outlines import alike, best_order, outline, resampled
 

@@ -8,9 +8,10 @@ from torch import Tensor
 
 from flow.warps import end_point_error
 from kwatra import InputError
+from synth.morph.dissolve import dissolved
 from synth.morph.method import Film, Pair
 from synth.morph.patterns import PatternMorph, Patterns
-from synth.morph.patterns.film import dissolved, median, within
+from synth.morph.patterns.film import median, within
 
 SIDE, PITCH, RADIUS = 96, 24, 7.0
 
