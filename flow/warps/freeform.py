@@ -7,8 +7,8 @@ mean shift and all lattices.
 
 A lattice whose control points move by less than 0.48 of its spacing along each axis is one-to-one (Lee, Chwa and
 Shin, Image Metamorphosis Using Snakes and Free-Form Deformations, 1995), and so is a composition of such; control
-points are held to that, and lattices are repeated for what they could not reach at once. Nothing folds; but where much is
-squeezed between two pixels, their samples of the warp may cross.
+points are held to that, and lattices are repeated for what they could not reach at once. Nothing folds; but where
+much is squeezed between two pixels, their samples of the warp may cross.
 """
 
 from dataclasses import dataclass
@@ -38,7 +38,7 @@ def free_form(
     points (N, 2) and displacements (N, 2): x and y in pixels; points may lie outside of the frame, where the border's
     displacement holds. shape: (height, width). tolerance: px; lattices are refined, from one cell as wide as the frame
     down to cells of `finest` px, until every point arrives so near to where it should. wrap: the frame is periodic.
-    Points that ask for a fold are met as far as none results. Time grows with pixels and points, not with their product.
+    Points that ask for a fold are met as far as none results.
 
     Raises InputError if points and displacements are not finite and of one shape (N, 2), or N is 0.
     """
