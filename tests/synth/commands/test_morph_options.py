@@ -30,16 +30,8 @@ def test_patterns_are_read(tmp_path: Path) -> None:
     for name, x in (("a", 5), ("b", 9)):
         landmarks = [[x, 5], [20, 5], [20, 15]]
         (tmp_path / f"{name}.json").write_text(json.dumps(content | {"landmarks": landmarks}))
-    words = (
-        "--patterns",
-        str(tmp_path / "a.json"),
-        str(tmp_path / "b.json"),
-        "--median",
-        "3",
-        "--scale-elements",
-        ".5",
-    )
-    made = PatternMorph(**options("patterns", *words))
+    files = str(tmp_path / "a.json"), str(tmp_path / "b.json")
+    made = PatternMorph(**options("patterns", "--patterns", *files, "--median", "3", "--scale-elements", ".5"))
     assert made.patterns_a.landmarks[0, 0] == 5
     assert made.patterns_b.landmarks[0, 0] == 9
     assert (made.median, made.scale_elements) == (3, 0.5)
@@ -76,7 +68,7 @@ def test_what_does_not_fit_is_refused(method: str, words: list[str], match: str)
         options(method, *words)
 
 
-@pytest.mark.parametrize("text", ["red", "1,2", "256,0,0", "1,2,3,4", "-1,0,0", ""])
+@pytest.mark.parametrize("text", ["red", "1,2", "256,0,0", "1,2,3,4", "1.5,0,0", ""])
 def test_colors_that_are_none_are_refused(text: str) -> None:
     with pytest.raises(argparse.ArgumentError, match="is no color"):
         options("textons", "--colors", text, "0", "0", "0")
