@@ -62,7 +62,9 @@ def of_mask(mask: Mask, image: Image) -> Elements:
 
 
 def two_colors(image: Image) -> Mask:
-    """Where an image (H, W, C) belongs to the smaller of its two clusters of colors."""
+    """Where an image (H, W, C) belongs to the smaller of its two clusters of colors; nowhere if it has one color."""
+    if np.ptp(image) == 0:
+        return np.zeros(image.shape[:2], bool)
     pixels = image.reshape(-1, image.shape[2])
     brightness = pixels.mean(1)
     ends = [pixels[brightness <= np.quantile(brightness, 0.1)], pixels[brightness >= np.quantile(brightness, 0.9)]]

@@ -49,5 +49,6 @@ def test_two_colors_of_one_brightness_are_told_apart() -> None:
 
 def test_a_flat_image_has_none_and_noise_is_not_sure() -> None:
     assert elements(np.full((40, 40, 3), 0.5)).count == 0
+    assert not two_colors(np.full((40, 40, 3), 0.5)).any()
     grass = data.grass()[:96, :96, None] / 255
     assert elements(grass).sure < 0.18

@@ -118,6 +118,11 @@ def test_the_published_search_is_exhaustive() -> None:
         assert tuple(best) == np.unravel_index(allowed.argmin(), mask.shape)
 
 
+def test_a_texture_of_one_color_has_no_mask() -> None:
+    with pytest.raises(InputError, match="mask of A is no foreground"):
+        film(Pair(torch.full((3, *SIZE), 0.5), B))
+
+
 @pytest.mark.parametrize(
     ("settings", "match"),
     [
