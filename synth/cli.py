@@ -1,4 +1,5 @@
-"""The command line: `kwatra synth`, `fill`, `score`, `flow`, `animate`, `quilt`, `merge` and `morph`.
+"""The command line: `kwatra synth`, `fill`, `score`, `flow`, `animate`, `quilt`, `merge`, `morph` and
+`patterns`.
 
 Bad input ends with one sentence on stderr and exit code 2, Ctrl-C with 130 from the first instruction on. What takes
 long to import is imported when a command runs, so that `--help` answers at once.

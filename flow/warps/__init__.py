@@ -1,5 +1,6 @@
 """Pictures moved along a flow."""
 
+from flow.warps.freeform import free_form
 from flow.warps.integration import displaced, displacement, interpolated, jacobian
 from flow.warps.inverse import Lookup, lookup
 from flow.warps.seen import BORDER, end_point_error, seen
@@ -16,6 +17,7 @@ __all__ = [
     "displacement",
     "end_point_error",
     "filled",
+    "free_form",
     "interpolated",
     "jacobian",
     "lookup",

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import synth
 from synth import io
 from synth.commands.checks import check_distinct, check_size, finish, set_up
+from synth.commands.morph_options import add_method_options, method_options
 from synth.commands.parsing import Subparsers, add_common, file, rate, size, whole
 
 if TYPE_CHECKING:
@@ -42,7 +43,7 @@ def add(commands: Subparsers) -> None:
     add("b", type=file, metavar="B", help="image of the texture to end with")
     add("-o", "--output", type=file, metavar="OUT", help="an .mp4 or .gif; a folder for the frames as they are; or an "
         "image for all frames in one (default: A_B.png in this folder)")  # fmt: skip
-    add("--method", metavar="NAME", help="control (the default), registration or blend; another name lists them all")
+    add("--method", metavar="NAME", help="control (the default), registration, blend, patterns or textons")
     length = parser.add_mutually_exclusive_group()
     length.add_argument("--frames", type=whole(1), metavar="N", help=f"how many, A and B included (default: {_FRAMES})")
     length.add_argument("--at", type=_moment, metavar="T", help="one frame only, at this time from 0 (A) to 1 (B)")
@@ -59,6 +60,7 @@ def add(commands: Subparsers) -> None:
     add("--seed", type=whole(0), default=0, metavar="N", help="another seed, another texture (default: 0)")
     add("--preset", choices=("fast", "default", "best"), default="default", help="how much work to spend")
     add_common(parser)
+    add_method_options(parser)
 
 
 def run(arguments: argparse.Namespace) -> str:
@@ -72,6 +74,7 @@ def run(arguments: argparse.Namespace) -> str:
     kind = _kind(arguments, pictures)
     output = arguments.output or Path(f"{arguments.a.stem}_{arguments.b.stem}.png")
     _check(arguments, output, kind)
+    options = method_options(arguments, arguments.method or DEFAULT)
     features = arguments.features
     masks = None if features is None else (io.read_mask(features[0]), io.read_mask(features[1]))
     began = time.perf_counter()
@@ -89,6 +92,7 @@ def run(arguments: argparse.Namespace) -> str:
             seed=arguments.seed,
             device=arguments.device,
             callback=report,
+            **options,
         )
         frames = made.frames + (made.frames[-2:0:-1] if arguments.there_and_back else [])
         finish(_writers(arguments, output, kind, made, frames))

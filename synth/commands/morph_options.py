@@ -1,0 +1,75 @@
+"""What single methods of `kwatra morph` are told: patterns and texton masks, as arguments and as their options."""
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+import synth
+from synth import io
+from synth.commands.parsing import file, positive, whole
+
+_METHODS = {
+    "patterns": ("patterns", "threshold", "scale_elements", "median"),
+    "textons": ("masks", "colors", "tolerance", "published", "window_a", "window_b"),
+}
+_PAIRS = ("patterns", "masks")
+
+
+def add_method_options(parser: argparse.ArgumentParser) -> None:
+    """Add a group of arguments for each method that has some."""
+    add = parser.add_argument_group("--method patterns: elements of A become elements of B").add_argument
+    add("--patterns", type=file, nargs=2, metavar=("A_JSON", "B_JSON"), help="files of kwatra patterns; where one has "
+        "landmarks only, the patterns are detected (default: the elements that are found)")  # fmt: skip
+    add("--threshold", type=positive, metavar="T", help="how far from the landmarks' pattern others may be")
+    add("--scale-elements", type=positive, metavar="S", help="scale elements by this, up to 1, while they move "
+        "(default: as keeps them apart)")  # fmt: skip
+    add("--median", type=whole(1), metavar="N", help="median over N frames, an odd number (default: 1, none)")
+    add = parser.add_argument_group("--method textons: texture of A and of B under one mask").add_argument
+    either = parser.add_mutually_exclusive_group()
+    either.add_argument("--masks", type=file, nargs=2, metavar=("A_MASK", "B_MASK"), help="images, white in elements")
+    either.add_argument("--colors", type=color, nargs=4, metavar=("FG_A", "BG_A", "FG_B", "BG_B"), help="foreground "
+        "and background of A and of B as R,G,B from 0 to 255 (default: elements are found)")  # fmt: skip
+    add("--tolerance", type=positive, metavar="X", help="with --colors: count as foreground what is nearer to the "
+        "background by up to X, where black to white is 1.73")  # fmt: skip
+    add("--published", action="store_const", const=True, help="pixel by pixel as Tonietto and Walter; takes minutes")
+    add("--window-a", type=whole(3), metavar="PX", help="its windows' width in A, odd (default: 11)")
+    add("--window-b", type=whole(3), metavar="PX", help="its windows' width in B, odd (default: 17)")
+
+
+def method_options(arguments: argparse.Namespace, method: str) -> dict[str, Any]:
+    """The options that were given, by name, as the method takes them.
+
+    Raises InputError for options of another method, and for files that cannot be used.
+    """
+    given = {name: value for names in _METHODS.values() for name in names
+             if (value := getattr(arguments, name)) is not None}  # fmt: skip
+    for name in given:
+        owner = next(owner for owner, names in _METHODS.items() if name in names)
+        if owner != method:
+            raise synth.InputError(f"--{name.replace('_', '-')} belongs to --method {owner}; the method is {method}")
+    if "tolerance" in given and "colors" not in given:
+        raise synth.InputError("--tolerance says how colors are told apart; give --colors too, or leave it out")
+    options = {name: value for name, value in given.items() if name not in (*_PAIRS, "colors")}
+    for name in _PAIRS:
+        if name in given:
+            options |= _read(name, given[name])
+    if "colors" in given:
+        a, on_a, b, on_b = given["colors"]
+        options |= {"colors_a": (a, on_a), "colors_b": (b, on_b)}
+    return options
+
+
+def color(text: str) -> tuple[float, ...]:
+    """R,G,B, or one gray, from 0 to 255, as values in [0, 1]."""
+    parts = text.split(",")
+    if len(parts) not in (1, 3) or not all(part.isdecimal() and int(part) <= 255 for part in parts):
+        raise argparse.ArgumentTypeError(f"{text!r} is no color; write R,G,B from 0 to 255, as 200,30,30, or one gray")
+    return tuple(int(part) / 255 for part in parts)
+
+
+def _read(name: str, paths: list[Path]) -> dict[str, Any]:
+    if name == "patterns":
+        from synth.morph.patterns import read_patterns
+
+        return {"patterns_a": read_patterns(paths[0]), "patterns_b": read_patterns(paths[1])}
+    return {"mask_a": io.read_mask(paths[0]).numpy(), "mask_b": io.read_mask(paths[1]).numpy()}

@@ -1,0 +1,153 @@
+"""The patterns of a texture, and the file that a person, or a drawing tool, reads and writes.
+
+The file is JSON:
+
+    {"format": "kwatra patterns", "version": 1, "width": 128, "height": 128,
+     "closed": false,
+     "landmarks": [[12.5, 40], [20, 44], [14, 51.5]],
+     "patterns": [
+      [[40.2, 38.9], [47.8, 43], [42, 50.4]]
+     ]}
+
+width and height are the image's. Coordinates are pixels, x first; [0, 0] is the center of the top left pixel. landmarks
+is one representative pattern: at least 3 points in order. The first of one texture becomes the first of the other, and
+so on. With closed (false where left out) they are an outline whose order may begin anywhere: the best beginning is
+found. patterns are all of them, each with as many landmarks; where it is left out they are to be detected.
+"""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kwatra.base import InputError
+from synth.io.outputs import Writer
+
+Array = NDArray[np.float64]
+
+FORMAT, VERSION = "kwatra patterns", 1
+LEAST = 3
+_KEYS = ("format", "version", "width", "height", "closed", "landmarks", "patterns")
+_NEEDED = ("format", "version", "width", "height", "landmarks")
+
+
+@dataclass(frozen=True)
+class Patterns:
+    """The patterns of an image of size (height, width).
+
+    landmarks (m, 2): the representative one, x first, in px. found (n, m, 2): all of them; None where they are yet to
+    be detected. closed: landmarks are an outline whose order may begin anywhere.
+    """
+
+    size: tuple[int, int]
+    landmarks: Array
+    found: Array | None = None
+    closed: bool = False
+
+    def __post_init__(self) -> None:
+        _check_landmarks("the pattern", self.landmarks, self.size)
+        if self.found is not None:
+            for number, each in enumerate(self.found):
+                _check_landmarks(f"pattern {number + 1}", each, self.size)
+
+
+def read_patterns(path: str | Path) -> Patterns:
+    """Read a patterns file.
+
+    Raises InputError if it is missing or no JSON, is of another format or version, has unknown keys, or landmarks are
+    fewer than 3, outside of the image, or not as many in every pattern.
+    """
+    try:
+        content = json.loads(Path(path).read_text("utf-8"))
+    except FileNotFoundError:
+        raise InputError(f"{path} does not exist; check the name") from None
+    except OSError as error:
+        raise InputError(f"{path} cannot be read ({error.strerror or error}); check its permissions") from error
+    except ValueError as error:
+        raise InputError(f"{path} is no JSON ({error}); write it as `kwatra patterns` does") from error
+    try:
+        return _patterns(content)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def patterns_writer(patterns: Patterns) -> Writer:
+    """What writes a patterns file, one pattern a line; see `synth.io.outputs.write_files`."""
+    lines = [
+        f'{{"format": "{FORMAT}", "version": {VERSION}, "width": {patterns.size[1]}, "height": {patterns.size[0]},',
+        f' "closed": {json.dumps(patterns.closed)},',
+        f' "landmarks": {_points(patterns.landmarks)}',
+    ]
+    if patterns.found is not None:
+        lines[-1] += ","
+        lines += [' "patterns": [', ",\n".join(f"  {_points(each)}" for each in patterns.found), " ]"]
+    text = "\n".join(lines) + "}\n"
+
+    def write(target: Path) -> None:
+        target.write_text(text, "utf-8")
+
+    return write
+
+
+def _patterns(content: Any) -> Patterns:
+    if not isinstance(content, Mapping) or content.get("format") != FORMAT:
+        raise InputError(f'it is no patterns file; its "format" is "{FORMAT}"')
+    if content.get("version") != VERSION:
+        raise InputError(f"its version is {content.get('version')!r}; this program reads version {VERSION}")
+    unknown = [repr(key) for key in content if key not in _KEYS]
+    if unknown:
+        raise InputError(f"it has unknown keys {', '.join(unknown)}; the keys are {', '.join(_KEYS)}")
+    missing = [repr(key) for key in _NEEDED if key not in content]
+    if missing:
+        raise InputError(f"it lacks {', '.join(missing)}; add that")
+    size = (content["height"], content["width"])
+    if not all(type(side) is int and side > 0 for side in size) or type(content.get("closed", False)) is not bool:
+        raise InputError("its width and height are whole numbers of pixels above 0 and closed is true or false")
+    landmarks = _array("landmarks", content["landmarks"])
+    found = [_array(f"pattern {number}", each) for number, each in enumerate(_listed(content.get("patterns")), 1)]
+    unequal = [number for number, each in enumerate(found, 1) if len(each) != len(landmarks)]
+    if unequal:
+        raise InputError(
+            f"pattern {unequal[0]} has {len(found[unequal[0] - 1])} landmarks but the first one {len(landmarks)}; "
+            "give every pattern as many"
+        )
+    listed = "patterns" in content
+    every = np.stack(found) if found else np.empty((0, *landmarks.shape))
+    return Patterns(size, landmarks, every if listed else None, content.get("closed", False))
+
+
+def _listed(patterns: Any) -> list[Any]:
+    if not isinstance(patterns, list | None):
+        raise InputError('"patterns" is a list of patterns, each a list of [x, y]; leave it out to have them detected')
+    return patterns or []
+
+
+def _array(name: str, points: Any) -> Array:
+    try:
+        array = np.asarray(points, dtype=float)
+    except (TypeError, ValueError):
+        array = np.empty(0)
+    if array.ndim != 2 or array.shape[1] != 2:
+        raise InputError(f"{name} is no list of [x, y]; write it as [[12, 40], [20, 44], [14, 51.5]]")
+    return array
+
+
+def _check_landmarks(name: str, landmarks: Array, size: tuple[int, int]) -> None:
+    if len(landmarks) < LEAST:
+        raise InputError(f"{name} has {len(landmarks)} landmarks; give at least {LEAST}")
+    outside = ~((landmarks >= 0) & (landmarks <= [size[1] - 1, size[0] - 1])).all(1)
+    if outside.any():
+        x, y = landmarks[outside][0]
+        raise InputError(
+            f"{name} has a landmark at ({x:.6g}, {y:.6g}), outside of the {size[1]}x{size[0]} image; move it inside"
+        )
+    if np.ptp(landmarks, 0).max() < 1:
+        raise InputError(f"{name} has all landmarks at one place; move them apart")
+
+
+def _points(points: Array) -> str:
+    return json.dumps([[round(float(x), 2), round(float(y), 2)] for x, y in points])
