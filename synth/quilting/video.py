@@ -71,12 +71,7 @@ def quilt_video(
     _check(clip, frames, size, mode, loop, hold)
     settings = settings or default_settings(mode)
     if size != tuple(clip.shape[-2:]):
-        larger = enlarged(clip, size, settings, report)
-        way = "transition" if loop and frames is None else mode
-        frames = 2 * clip.shape[1] if way == mode and frames is None else frames
-        rest = dataclasses.replace(settings, rotate=(), mirror=False, scale=None, perspective=False)
-        outer = quilt_video(larger.image, frames, mode=way, loop=loop, hold=hold, settings=rest, report=report)
-        return composed(outer, larger)
+        return _of_size(clip, size, frames, mode, loop, hold, settings, report)
     if mode == "transition":
         return seam_transition(clip, frames, loop, settings, report)
     length = 2 * clip.shape[1] if frames is None else frames
@@ -93,6 +88,25 @@ def quilt_video(
     else:
         sheet, history, stopped = _moved(clip, begun, bool(held), settings, report)
     return result_of(sheet, settings, history, stopped, first=held)
+
+
+def _of_size(
+    clip: Tensor,
+    size: tuple[int, ...],
+    frames: int | None,
+    mode: str,
+    loop: bool,
+    hold: int | None,
+    settings: QuiltSettings,
+    report: Report,
+) -> Quilt:
+    """The video of a clip whose frames are enlarged first."""
+    larger = enlarged(clip, size, settings, report)
+    way = "transition" if loop and frames is None else mode
+    frames = 2 * clip.shape[1] if way == mode and frames is None else frames
+    rest = dataclasses.replace(settings, rotate=(), mirror=False, scale=None, perspective=False)
+    outer = quilt_video(larger.image, frames, mode=way, loop=loop, hold=hold, settings=rest, report=report)
+    return composed(outer, larger)
 
 
 def _moved(

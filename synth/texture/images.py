@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, Generic, TypeVar
 
 import numpy as np
@@ -93,10 +94,7 @@ def synthesize(
     counts beside the colors; 0.1 to 0.3 suits maps that vary smoothly. Same seed, same bits, for any number of threads.
     Raises InputError for what cannot be used.
     """
-    images = [exemplar] if isinstance(exemplar, (Tensor, np.ndarray)) else list(exemplar)
-    if not images:
-        raise InputError("no exemplar was given; give at least one image")
-    form = Form.of(images)
+    images, form = _images(exemplar)
     if preset not in PRESETS:
         raise InputError(f"the preset is {preset!r}; allowed are {', '.join(PRESETS)}")
     settings, tries = PRESETS[preset]
@@ -107,25 +105,23 @@ def synthesize(
     guidance = None if guide is None else Guide.of(guide, guide_weight, pictures)
     size = _size_of(size, guidance)
     if guidance is not None:
-        settings = guidance.settings(settings, pictures, size)
-        terms = guidance.terms(terms, channels, device)
+        settings, terms = guidance.settings(settings, pictures, size), guidance.terms(terms, channels, device)
         pictures, weights = guidance.joined(pictures), guidance.weights(channels)
         begin = None if begin is None else guidance.beside(begin)
     source = Exemplar.of(pictures, weights=weights, mirror=mirror, rotate=rotate, scale=scale, device=device)
-    result = _Runs(tries, callback, channels).best(
-        lambda number, call: kwatra.optimize(
-            source,
-            size,
-            settings=settings,
-            terms=terms,
-            mask=None if mask is None else torch.as_tensor(mask).to(device),
-            start=None if begin is None else begin.to(device),
-            seed=seed + 1000 * number,
-            callback=call,
-        ),
-        source,
-    )
+    hidden = None if mask is None else torch.as_tensor(mask).to(device)
+    begin = None if begin is None else begin.to(device)
+    run = partial(kwatra.optimize, source, size, settings=settings, terms=terms, mask=hidden, start=begin)
+    result = _Runs(tries, seed, callback, channels).best(run, source)
     return Synthesis(form.restored(result.image.cpu()), result.source.cpu().numpy(), result, form)
+
+
+def _images(exemplar: Image | Sequence[Image]) -> tuple[list[Image], Form[Image]]:
+    """The exemplar's images, one or several, and their form."""
+    images: list[Image] = [exemplar] if isinstance(exemplar, (Tensor, np.ndarray)) else list(exemplar)
+    if not images:
+        raise InputError("no exemplar was given; give at least one image")
+    return images, Form.of(images)
 
 
 def _size_of(size: tuple[int, int] | None, guidance: Guide | None) -> tuple[int, int]:
@@ -143,17 +139,17 @@ def _size_of(size: tuple[int, int] | None, guidance: Guide | None) -> tuple[int,
 class _Runs:
     """Several runs of which the best is kept; of images, only the first `channels` are."""
 
-    def __init__(self, count: int, callback: Callable[[Progress], None] | None, channels: int) -> None:
-        self.count, self.callback, self.channels = count, callback, channels
+    def __init__(self, count: int, seed: int, callback: Callable[[Progress], None] | None, channels: int) -> None:
+        self.count, self.seed, self.callback, self.channels = count, seed, callback, channels
 
-    def best(self, run: Callable[[int, Callable[[Progress], None] | None], Result], source: Exemplar) -> Result:
-        """The run whose result measures best against the exemplar."""
+    def best(self, run: Callable[..., Result], source: Exemplar) -> Result:
+        """The run, told its seed and callback, whose result measures best against the exemplar."""
         if self.count == 1:
-            return self._image_of(run(0, self.callback))
+            return self._image_of(run(seed=self.seed, callback=self.callback))
         best, least = None, float("inf")
         pictures = [picture[: self.channels] for picture in source.pictures()]
         for number in range(self.count):
-            result = self._image_of(run(number, self._part(number)))
+            result = self._image_of(run(seed=self.seed + 1000 * number, callback=self._part(number)))
             overall = kwatra.measure(result.image.cpu(), pictures)["overall"]
             if best is None or overall < least:
                 best, least = result, overall
