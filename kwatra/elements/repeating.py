@@ -40,7 +40,7 @@ def continued(exemplar: Exemplar, lattice: Lattice, shape: Sequence[int]) -> Ten
         if vectors is None:
             continue
         basis = _triangular(vectors)
-        place = _first_of_cell(inside, basis)
+        place = _innermost_of_cell(inside, basis)
         if bool((place >= 0).all()) and _alike(image, inside, place[_cell(inside.shape, basis).to(inside.device)]):
             there = place[_cell(shape, basis).to(place.device)]
             width = inside.shape[1]
@@ -93,14 +93,18 @@ def _cell(shape: Sequence[int], basis: tuple[int, int, int]) -> Tensor:
     return (y % down) * along + (x - y // down * right) % along
 
 
-def _first_of_cell(inside: Tensor, basis: tuple[int, int, int]) -> Tensor:
-    """For each place in the cell the first of the image's pixels (flat) that has it, -1 without one."""
+def _innermost_of_cell(inside: Tensor, basis: tuple[int, int, int]) -> Tensor:
+    """For each place in the cell that of the image's pixels (flat) which has it farthest inside, -1 without one."""
     down, _, along = basis
     pixels = inside.flatten().nonzero()[:, 0]
+    height, width = inside.shape
+    y, x = pixels // width, pixels % width
+    margin = torch.stack([y, height - 1 - y, x, width - 1 - x]).amin(0)
+    pixels = pixels[(-margin).argsort(stable=True)]
     numbers = _cell(inside.shape, basis).to(inside.device).flatten()[pixels]
-    none = inside.numel()
-    first = pixels.new_full((down * along,), none).scatter_reduce(0, numbers, pixels, "amin")
-    return torch.where(first < none, first, -1)
+    order = torch.arange(len(pixels), device=pixels.device)
+    first = order.new_full((down * along,), len(pixels)).scatter_reduce(0, numbers, order, "amin")
+    return torch.where(first < len(pixels), pixels[first.clamp(max=len(pixels) - 1)], -1)
 
 
 def _alike(image: Tensor, inside: Tensor, place: Tensor) -> bool:

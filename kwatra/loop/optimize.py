@@ -18,7 +18,7 @@ from kwatra.exemplar import Exemplar
 from kwatra.levels import Level
 from kwatra.loop.scene import Estimate, Scene
 from kwatra.loop.task import Task
-from kwatra.pieces import block_start
+from kwatra.pieces import block_start, repeated
 from kwatra.result import Progress, Result, Row, Stage
 from kwatra.settings import Settings
 from kwatra.source import Prepared, Texture, sourcemap
@@ -53,11 +53,8 @@ def optimize(
     task = Task.of(texture, shape, settings or Settings(), terms, mask, seed)
     if start is not None:
         task.check_start(start)
-    report = _Report(task.levels, callback)
-    image, where, factors = start, None, (1,) * len(task.shape)
-    if start is None and task.settings.start in ("aligned", "blocks") and task.texture.exemplar is not None:
-        where, factors = block_start(task, task.texture.exemplar)
-    stopped = ""
+    task, image, where, factors = _begun(task, start)
+    report, stopped = _Report(task.levels, callback), ""
     for number, level in enumerate(task.levels):
         scene = Scene(task, number)
         estimate, stopped = _iterate(scene, scene.enter(image, where, factors), report, between)
@@ -65,6 +62,21 @@ def optimize(
         report.stages.append(Stage(number, level.factor, level.width, image))
     assert image is not None  # there is at least one level
     return _result(task, image, where, factors, start, report, stopped)
+
+
+def _begun(task: Task, start: Tensor | None) -> tuple[Task, Tensor | None, Tensor | None, tuple[int, ...]]:
+    """What the first level begins with: an image, a source map, both or neither, and their resolution.
+
+    A picture that is exactly periodic is continued before any level, of which only the finest are left to do.
+    """
+    factors, exemplar = (1,) * len(task.shape), task.texture.exemplar
+    if start is not None or exemplar is None or task.settings.start not in ("aligned", "blocks"):
+        return task, start, None, factors
+    where = repeated(task, exemplar)
+    if where is not None:
+        finest = tuple(level for level in task.levels if level.factor == 1)
+        return replace(task, levels=finest), sourcemap.look_up(exemplar.canvas, where), where, factors
+    return task, None, *block_start(task, exemplar)
 
 
 def _iterate(scene: Scene, estimate: Estimate, report: "_Report", between: Between | None) -> tuple[Estimate, str]:

@@ -8,7 +8,7 @@ from kwatra.pieces.mosaic import Mosaic
 from kwatra.pieces.regions import Regions
 from kwatra.pieces.seams import SeamCost
 from kwatra.pieces.sheet import Cut, Patch, Sheet
-from kwatra.pieces.start import block_start
+from kwatra.pieces.start import block_start, repeated
 from kwatra.pieces.stock import Stock
 
 __all__ = [
@@ -26,5 +26,6 @@ __all__ = [
     "block_start",
     "box_sums",
     "lay_again",
+    "repeated",
     "totals",
 ]

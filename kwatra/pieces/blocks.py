@@ -226,10 +226,9 @@ class BlockStart:
             tuple(s - m for s, m in zip(box.start, self.margin, strict=True)),
             tuple(e + 2 * m for e, m in zip(box.extent, self.margin, strict=True)),
         )
-        spans = zip(wide.start, wide.extent, self.shape, strict=True)
-        part = (
-            wide.clipped(self.shape, self.sheet.periodic) if not self.wrap or all(e <= n for _, e, n in spans) else box
-        )
+        # around a closed axis nothing may come twice
+        fits = not any(self.wraps) or all(e <= n for e, n in zip(wide.extent, self.shape, strict=True))
+        part = wide.clipped(self.shape, self.wraps) if fits else box
         at = self.sheet.indices(part)
         known = self.sheet.filled[at]
         place = self.sheet.sources.coordinates(self.sheet.places[at])[1]

@@ -7,6 +7,7 @@ import torch
 from torch import Tensor
 
 from kwatra.base import factors_of
+from kwatra.elements import continued, find_lattice
 from kwatra.exemplar import Exemplar
 from kwatra.pieces.blocks import BlockStart
 
@@ -15,6 +16,9 @@ if TYPE_CHECKING:
 
 LARGE = 160
 """Exemplars are halved until they have at most so many pixels across."""
+
+LOOKED_AT = 2**17
+"""Exemplars with more pixels are not looked at for a period: that would take longer than laying their blocks."""
 
 LEAST = 8
 """Blocks are at least so many pixels wide, or as wide as the exemplar: smaller ones are thousands."""
@@ -46,6 +50,19 @@ def block_start(task: "Task", exemplar: Exemplar) -> tuple[Tensor, tuple[int, ..
         wish=controls.wish(torch.zeros(task.channels, *controls.shape, device=here.canvas.device)),
     )
     return blocks.run(), factors
+
+
+def repeated(task: "Task", exemplar: Exemplar) -> Tensor | None:
+    """The source map (2, *shape), at full resolution, of an exactly periodic picture continued exactly.
+
+    None where it is not periodic, or is to be something else.
+    """
+    plain = not task.terms and not any(task.wraps) and task.settings.start == "aligned" and len(task.shape) == 2
+    fine = any(level.factor == 1 for level in task.levels)
+    if not plain or not fine or exemplar.owner.numel() > LOOKED_AT:
+        return None
+    lattice = find_lattice(exemplar)
+    return None if lattice is None else continued(exemplar, lattice, task.shape)
 
 
 def block_size(exemplar: Exemplar, shape: Sequence[int], share: float, grain: Sequence[int]) -> tuple[int, ...]:

@@ -7,7 +7,7 @@ import torch
 from skimage import data
 from torch import Tensor
 
-from kwatra import Exemplar, InputError, Settings
+from kwatra import Exemplar, InputError, Settings, optimize
 from kwatra.loop.task import Task
 from kwatra.pieces import BlockStart, block_start, blocks
 from kwatra.pieces.start import block_size
@@ -183,3 +183,15 @@ def test_a_tiny_exemplar_takes_few_blocks(side, rotate, monkeypatch):
         exemplar = Exemplar.of(colors, rotate=rotate)
         blocks = laid(monkeypatch, exemplar, (50, 40)).sheet.patches
         assert len(blocks) <= 2.2 * math.ceil(50 / (0.75 * min(side, 8))) * math.ceil(40 / (0.75 * min(side, 8)))
+
+
+@pytest.mark.parametrize("shape", [(150, 170), (40, 61)])
+def test_an_exactly_periodic_picture_is_continued_exactly(shape):
+    """Cells of 32 px in a picture of 85: hardly more than one period."""
+    cells = checkers(85, 85, 32)
+    made = optimize(Exemplar.of(cells), shape, seed=3)
+    assert torch.allclose(made.image, checkers(*shape, 32), atol=1e-6)
+    nearly = cells + 0.1 * torch.rand(1, 85, 85, generator=torch.Generator().manual_seed(0))
+    assert not torch.equal(
+        optimize(Exemplar.of(nearly), shape, seed=3).image, optimize(Exemplar.of(nearly), shape).image
+    )
