@@ -16,7 +16,7 @@ from synth.texture.images import synthesize
 LEAST = 16
 """Fewer pixels than this along a side hold no texture to speak of."""
 
-_FOUND_GUIDE = 0.3
+_FOUND_GUIDE = 0.1
 """What found features count beside the colors when B is synthesized to lie where A does; given ones count 1."""
 
 

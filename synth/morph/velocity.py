@@ -45,9 +45,9 @@ class Found:
 class Search:
     """How to look for a velocity.
 
-    alpha (px^2), gamma: what L counts, see `flow.warps.Smoothness`. steps: so many from time 0 to 1.
-    iterations: at most so many on each level. tolerance: a level ends when an iteration lowers the energy by less than
-    this share. wrap: the textures tile.
+    alpha (px^2), gamma: what L counts, see `flow.warps.Smoothness`. steps: into so many the time from 0 to 1 is
+    divided. iterations: at most so many on each level. tolerance: a level ends when an iteration lowers the energy by
+    less than this share. wrap: the textures tile.
     """
 
     alpha: float
