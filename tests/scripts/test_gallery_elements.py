@@ -10,7 +10,7 @@ from synth import read_image
 
 def test_the_gallery_makes_every_figure(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(gallery_elements, "TIMES", (0.0, 1.0))
-    gallery_elements.main(["--out", str(tmp_path), "--side", "48"])
+    gallery_elements.main(["--out", str(tmp_path), "--side", "72"])
     made = sorted(path.stem for path in tmp_path.iterdir())
     assert made == sorted(figure.__name__ for figure in gallery_elements.FIGURES)
     for path in tmp_path.iterdir():
