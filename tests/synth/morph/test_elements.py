@@ -43,8 +43,9 @@ def test_specks_and_pinholes_go() -> None:
 
 def test_two_colors_of_one_brightness_are_told_apart() -> None:
     mask = discs([(30, 40), (70, 70)], 12)
-    image = np.where(mask[..., None], [0.7, 0.2, 0.3], [0.1, 0.2, 0.9])
-    assert np.array_equal(two_colors(image), mask)
+    colors = [0.7, 0.2, 0.3], [0.1, 0.2, 0.9]
+    for inside, outside in (colors, colors[::-1]):
+        assert np.array_equal(two_colors(np.where(mask[..., None], inside, outside)), mask)
 
 
 def test_a_flat_image_has_none_and_noise_is_not_sure() -> None:
