@@ -30,7 +30,7 @@ METHODS = {
     "control": Entry("synth.morph.optimal_control.control", features=True, tile=True, moves=True, energies=True),
     "registration": Entry("synth.morph.blend.registration", tile=True, moves=True, energies=True),
     "blend": Entry("synth.morph.blend.dissolve", tile=True),
-    "patterns": Entry("synth.morph.patterns.method"),
+    "patterns": Entry("synth.morph.patterns.method", tile=True, moves=True),
     "textons": Entry("synth.morph.textons.method"),
 }
 DEFAULT = "control"
