@@ -44,9 +44,6 @@ CONTINUATION = 0.5
 MISMATCH_FLOOR = 0.05
 """Disagreement, as a mean square relative to the exemplar's variance, that is hardly seen."""
 
-CONTEXT = 0.5
-"""So much of a block's size around it is compared as well: what repeats is laid in step with what is there."""
-
 OVERLAP = 0.25
 """The part of a block that lies on those before it: within it the seam is free to run."""
 
@@ -95,11 +92,6 @@ class BlockStart:
         self.middle = torch.stack([mean(channel) for channel in colors]).double().view(share.shape)
         self.weights = share.double().sqrt()
         self.fit = Fit(((colors - self.middle) * self.weights).numpy())
-        alone = int(exemplar.owner.max()) == 0  # beside one copy of several on a canvas lies another
-        self.margin = tuple(round(CONTEXT * b) if alone else 0 for b in self.block)
-        rim = [(m, m) for m in self.margin]
-        around = np.pad((exemplar.owner >= 0).cpu().numpy(), rim)
-        self.whole = Fit(np.pad(self.fit.image, [(0, 0), *rim]), around)
         self.used = np.zeros(exemplar.shape)
         self.wish = self._scaled(wish) if wish is not None and bool((wish.weight > 0).any()) else None
         variance = exemplar.variances.cpu() * share.flatten()
@@ -179,9 +171,9 @@ class BlockStart:
         Where there is no seam to compare, or a wish decides, a block of about the least cost is drawn.
         """
         at = self.sheet.indices(box)
-        known = self.sheet.filled[at]
+        known = self.sheet.filled_at(at)
         place = self.sheet.sources.coordinates(self.sheet.places[at])[1]
-        mismatch = self._mismatch(box)
+        mismatch = self._mismatch(known, place, at)
         again = self._continuations(known, place)
         # in units of what agreement this texture affords: rows that can line up are not torn for the sake of even use
         others = mismatch[self.valid & ~again]
@@ -204,14 +196,16 @@ class BlockStart:
         """Values for all corners, of those at which a block may start."""
         return values[tuple(slice(None, g * n, g) for g, n in zip(self.grain, self.valid.shape, strict=True))]
 
-    def _mismatch(self, box: Box) -> np.ndarray:
+    def _mismatch(self, known: np.ndarray, place: np.ndarray, at: tuple[np.ndarray, ...]) -> np.ndarray:
         """How little the blocks at all places agree with what is known, and with the wish, relative to the variance.
 
         Each is a mean square of its own, so that neither is diluted by the other; weights below 1 scale the wish's.
         """
-        mismatch, at = np.zeros(self.valid.shape), self.sheet.indices(box)
-        if self.aligned and self.sheet.filled[at].any():
-            mismatch = self._agreement(box)
+        mismatch = np.zeros(self.valid.shape)
+        if self.aligned and known.any():
+            content = self.fit.image[each(np.where(known, place, 0))]
+            squares = self._on_grain(self.fit.inside(content, known.astype(np.float64)))
+            mismatch = squares / (known.sum() * self.variance)
         if self.wish is not None:
             weight, value = (part[each(at)] for part in self.wish)
             share = self.weights.square().numpy()
@@ -219,24 +213,6 @@ class BlockStart:
             if count > 0:
                 mismatch = mismatch + self._on_grain(self.fit.inside(value, weight)) / (count * self.variance)
         return np.round(mismatch, 9)  # what agrees equally well stays a tie, whatever the transform rounds
-
-    def _agreement(self, box: Box) -> np.ndarray:
-        """The mean square by which the blocks at all places, and what is around them, differ from what is known."""
-        wide = Box(
-            tuple(s - m for s, m in zip(box.start, self.margin, strict=True)),
-            tuple(e + 2 * m for e, m in zip(box.extent, self.margin, strict=True)),
-        )
-        # around a closed axis nothing may come twice
-        fits = not any(self.wraps) or all(e <= n for e, n in zip(wide.extent, self.shape, strict=True))
-        part = wide.clipped(self.shape, self.wraps) if fits else box
-        at = self.sheet.indices(part)
-        known = self.sheet.filled[at]
-        place = self.sheet.sources.coordinates(self.sheet.places[at])[1]
-        cost, area = self.whole.common(self.fit.image[each(np.where(known, place, 0))], known.astype(np.float64))
-        first = (m - (b - s) for m, b, s in zip(self.margin, box.start, part.start, strict=True))
-        there = tuple(slice(f, f + g * n, g) for f, g, n in zip(first, self.grain, self.valid.shape, strict=True))
-        mean_square: np.ndarray = cost[there] / (np.maximum(area[there], 1) * self.variance)
-        return mean_square
 
     def _continuations(self, known: np.ndarray, place: np.ndarray) -> np.ndarray:
         """Which blocks would only continue a copy that is there already, shaped as `valid`."""
@@ -256,7 +232,7 @@ class BlockStart:
         if not self.aligned:
             return self.sheet.cut(patch, must=np.ones(box.extent, bool)), cost
         cut = self.sheet.cut(patch, taking=self._taking(patch))
-        known = int(self.sheet.filled[self.sheet.indices(box)].sum())
+        known = int(self.sheet.filled_at(self.sheet.indices(box)).sum())
         length = max(known / min(self.overlap), 1.0)
         return cut, cost + cut.price / (self.contrast * length)
 

@@ -1,7 +1,6 @@
 """How well every placement of an image fits what is there: correlations, by FFT and summed-area tables (thesis 3.2).
 
     inside: sum over a region of  w(p) |I(x + p) - O(p)|^2,  for every x at which the region lies in the image  (eq. 4)
-    common: the same where the image is valid, and the sum of w there
     under:  sum over the filled part of a stretch of  |I(p) - O(x + p)|^2,  wherever the image lies in it       (eq. 2)
 
 A transform costs its size times its logarithm, however large the region; memory is a few arrays of the image's size or
@@ -17,16 +16,12 @@ from kwatra.pieces.boxes import box_sums
 
 
 class Fit:
-    """An image (C, *S) to be placed, in any number of dimensions; keeps its transforms.
+    """An image (C, *S) to be placed, in any number of dimensions; keeps its transforms."""
 
-    valid (*S): boolean, where `common` looks at it; by default everywhere.
-    """
-
-    def __init__(self, image: np.ndarray, valid: np.ndarray | None = None) -> None:
-        self.image, self.valid = image, np.ones(image.shape[1:], bool) if valid is None else valid
+    def __init__(self, image: np.ndarray) -> None:
+        self.image = image
         self._spectra: dict[tuple[int, ...], np.ndarray] = {}
         self._squared: np.ndarray | None = None
-        self._common: np.ndarray | None = None
 
     def inside(self, content: np.ndarray, weight: np.ndarray) -> np.ndarray:
         """The weighted squared difference of a region's content (C, *E) to each place of the image, (S - E + 1).
@@ -46,22 +41,6 @@ class Fit:
         room = tuple(n - e + 1 for n, e in zip(shape, extent, strict=True))
         constant = (known * np.where(weight > 0, content, 0)).sum(dtype=np.float64)
         return np.maximum(_inverse(spectrum, size, room) + constant, 0)
-
-    def common(self, content: np.ndarray, weight: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """As `inside`, counting only what is valid of the image, and how much of the weight (*E) that is."""
-        shape, extent = self.image.shape[1:], content.shape[1:]
-        size = _fast(shape)
-        if self._common is None:
-            masked = self.image * self.valid
-            self._common = np.stack([_forward(p, size) for p in (*masked, (masked**2).sum(0), self.valid)])
-        known = np.where(weight > 0, content, 0)
-        mass = np.conj(_forward(weight, size))
-        spectrum = mass * self._common[-2] + np.conj(_forward((known**2).sum(0) * weight, size)) * self._common[-1]
-        for plane, color in zip(self._common, known, strict=False):
-            spectrum -= 2 * np.conj(_forward(color * weight, size)) * plane
-        room = tuple(n - e + 1 for n, e in zip(shape, extent, strict=True))
-        cost, area = (_inverse(both, size, room) for both in (spectrum, mass * self._common[-1]))
-        return np.maximum(cost, 0), np.maximum(area, 0)
 
     def under(self, content: np.ndarray, mask: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The squared difference of the image to each part of a stretch (C, *R), (R - S + 1), and on how many pixels.

@@ -23,6 +23,8 @@ class Regions:
         self.sheet, self.generator = sheet, generator
         self.extent = tuple(min(e, sheet.longest(d)) for d, e in enumerate(extent))
         self.tried = np.ones(sheet.shape, np.float32)
+        self._scores: np.ndarray | None = None
+        self._known = 0
 
     def first(self) -> Box:
         """Where an empty sheet begins: its middle."""
@@ -45,13 +47,35 @@ class Regions:
 
     def costliest(self) -> Box | None:
         """The region whose seams cost most, regions lately visited counting less; None without seams."""
-        seams = self.sheet.seams.sum(0, dtype=np.int64)
-        sums = box_sums(wrapped(seams, self.extent, self.sheet.periodic), self.extent)
-        sums = sums * self.tried[tuple(slice(0, n) for n in sums.shape)]
-        if sums.max() <= 0:
-            return None
-        spot = np.unravel_index(int(np.argmax(sums)), sums.shape)
-        return Box(tuple(int(i) for i in spot), self.extent)
+        if self._scores is None:
+            self._scores = np.zeros([n if w else n - e + 1 for n, e, w in self._axes])
+            self._score(Box((0,) * len(self.extent), self.sheet.shape))
+        else:  # only what patches laid since then may have changed
+            for patch in self.sheet.patches[self._known :]:
+                self._score(Box(tuple(s - 1 for s in patch.box.start), tuple(e + 2 for e in patch.box.extent)))
+        self._known = len(self.sheet.patches)
+        spot = np.unravel_index(int(np.argmax(self._scores)), self._scores.shape)
+        return Box(tuple(int(i) for i in spot), self.extent) if self._scores[spot] > 0 else None
+
+    @property
+    def _axes(self) -> list[tuple[int, int, bool]]:
+        """Per axis the sheet's length, the region's, and whether it wraps."""
+        return list(zip(self.sheet.shape, self.extent, self.sheet.periodic, strict=True))
+
+    def _score(self, box: Box) -> None:
+        """Score anew all regions that touch a box: the cost of their seams, less where it was tried."""
+        spans = []
+        for start, stop, (n, e, wraps) in zip(box.start, box.stop, self._axes, strict=True):
+            low, high = start - e + 1, stop
+            spans.append((low, min(high, low + n)) if wraps else (max(low, 0), min(high, n - e + 1)))
+        if self._scores is None or any(high <= low for low, high in spans):
+            return
+        at = np.ix_(*[np.arange(*span) % n for span, (n, _, _) in zip(spans, self._axes, strict=True)])
+        under = np.ix_(
+            *[np.arange(low, high + e - 1) % n for (low, high), (n, e, _) in zip(spans, self._axes, strict=True)]
+        )
+        sums = box_sums(sum(seams[under].astype(np.int64) for seams in self.sheet.seams), self.extent)
+        self._scores[at] = sums * self.tried[at]
 
     def anywhere(self) -> Box:
         """A region drawn at random."""
@@ -64,6 +88,7 @@ class Regions:
             tuple(s - e // 2 for s, e in zip(region.start, region.extent, strict=True)), region.extent
         ).clipped(self.sheet.shape, self.sheet.periodic)
         self.tried[self.sheet.indices(around)] *= 0.5
+        self._score(around)
 
     def _below(self, count: int) -> int:
         return int(torch.randint(count, (1,), generator=self.generator))

@@ -91,6 +91,11 @@ class Sheet(Generic[S]):
         """The pixels that have a patch."""
         return self.label >= 0
 
+    def filled_at(self, at: tuple[np.ndarray, ...]) -> np.ndarray:
+        """Which of some pixels (open mesh) have a patch."""
+        there: np.ndarray = self.label[at] >= 0
+        return there
+
     def longest(self, axis: int) -> int:
         """The longest patch an axis admits: around a closed axis it must leave both its neighbors distinct."""
         return max(self.shape[axis] - 2, 1) if self.periodic[axis] else self.shape[axis]

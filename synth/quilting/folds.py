@@ -32,7 +32,7 @@ def folded(sheet: Sheet[Mosaic], number: int, span: Box, reach: Box) -> np.ndarr
         at = sheet.indices(slab)
         home, shown = sources.coordinates(sheet.places[at])
         for other in sources.mirrored(number):
-            here = sheet.filled[at] & (home == other)
+            here = sheet.filled_at(at) & (home == other)
             pixel = np.stack(np.nonzero(here)) + np.array(slab.start)[:, None]
             vote = pixel - sources.moved(shown[:, here], other, number) - low[:, None]
             vote = vote[:, ((vote >= 0) & (vote < np.array(size)[:, None])).all(0)]

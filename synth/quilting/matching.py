@@ -61,12 +61,12 @@ class Matcher:
         """The sheet in a box: colours (0 where empty or outside) and the mask of filled pixels, both float32."""
         sheet = self.sheet
         at = sheet.indices(box)
-        inside = self._inside(box) & sheet.filled[at]
+        inside = self._inside(box) & sheet.filled_at(at)
         mask = inside.astype(np.float32)
         return sheet.sources.matching_at(sheet.places[at]) * mask, mask
 
     def _vacant(self, box: Box) -> np.ndarray:
-        return (self._inside(box) & ~self.sheet.filled[self.sheet.indices(box)]).astype(np.float32)
+        return (self._inside(box) & ~self.sheet.filled_at(self.sheet.indices(box))).astype(np.float32)
 
     def _inside(self, box: Box) -> np.ndarray:
         lines = zip(box.start, box.stop, self.sheet.shape, self.sheet.periodic, strict=True)

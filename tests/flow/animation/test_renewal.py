@@ -24,7 +24,7 @@ from kwatra.cut.minimum import FREE, KEEP, TAKE, VOID
 
 SHAPE = (60, 64)
 WHOLE = torch.ones(SHAPE, dtype=torch.bool)
-QUICK = Renewing(blocks=6, block=24, window=12, step=6, tones=0)
+QUICK = Renewing(blocks=6, block=24, window=12, step=6, tones=0, flow_weight=0.025)
 
 
 def brick(side: int = 96) -> Tensor:

@@ -41,16 +41,3 @@ def test_the_image_is_compared_with_every_part_of_a_stretch(shape: tuple[int, ..
     np.testing.assert_allclose(cost, expected, atol=1e-9)
     np.testing.assert_array_equal(count, there.sum(axes))
     np.testing.assert_allclose(totals(image[0], mask), (there * image[0]).sum(axes), atol=1e-9)
-
-
-@pytest.mark.parametrize(("shape", "extent"), SHAPES)
-def test_only_what_is_valid_of_the_image_is_compared(shape: tuple[int, ...], extent: tuple[int, ...]) -> None:
-    rng = np.random.default_rng(2)
-    valid = rng.random(shape) < 0.6
-    image, content, weight = rng.random((2, *shape)), rng.random((2, *extent)), rng.random(extent)
-    weight[(0,) * len(extent)] = 0
-    axes = tuple(range(-len(extent) - 1, 0))
-    there = weight * windows(valid[None], extent)
-    cost, area = Fit(image, valid).common(content, weight)
-    np.testing.assert_allclose(cost, (there * (windows(image, extent) - content) ** 2).sum(axes), atol=1e-9)
-    np.testing.assert_allclose(area, there.sum(axes), atol=1e-9)

@@ -308,7 +308,7 @@ def test_seams_are_drawn_in_red_and_elsewhere_nothing_changes() -> None:
     ("call", "reason"),
     [
         (lambda: quilt(texture(1, 5, 5), (9, 9)), "smaller than the overlap"),
-        (lambda: quilt(texture(1, 16, 16), (9, 9, 9)), "must be 2 positive numbers"),
+        (lambda: quilt(texture(1, 16, 16), (9, 9, 9)), "give 2 whole numbers of pixels"),
         (lambda: quilt(texture(1, 16, 16) / 0, (9, 9)), "NaN or infinite"),
         (lambda: quilt(texture(1, 16, 16), (5, 5), QuiltSettings(tile=True)), "cannot meet itself"),
         (lambda: quilt_video(texture(1, 1, 16, 16)), "one frame"),
