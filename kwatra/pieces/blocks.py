@@ -47,7 +47,7 @@ MISMATCH_FLOOR = 0.05
 OVERLAP = 0.25
 """The part of a block that lies on those before it: within it the seam is free to run."""
 
-AGAIN, PATIENCE = 1.0, 6
+AGAIN, PATIENCE = 0.3, 6
 """Blocks are laid again at most so often, for each that was laid, and until so many in a row have not helped."""
 
 MOST = 1000.0
