@@ -13,7 +13,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from kwatra.base import AVERAGE, LARGEST, InputError, mean
+from kwatra.base import AVERAGE, LARGEST, InputError, mean, turned
 
 ALIGNMENT = 8
 """Images start at multiples of this on the canvas, so that their pyramids sample them in phase."""
@@ -57,7 +57,7 @@ class Exemplar:
         pieces = []
         for index, (image, mask) in enumerate(zip(images, masks, strict=True)):
             piece = _original(image.to(device, torch.float32), mask, index)
-            pieces += _copies(piece, mirror, rotate, scale)
+            pieces += _variants(piece, mirror, rotate, scale)
         channels = images[0].shape[0]
         weight = torch.ones(channels) if weights is None else torch.tensor(weights, dtype=torch.float32)
         if weight.shape != (channels,) or bool((weight < 0).any()) or not bool(weight.isfinite().all()):
@@ -168,14 +168,14 @@ def _original(image: Tensor, mask: Tensor | None, index: int) -> _Piece:
     return _Piece(image, whole if mask is None else mask.to(image.device), torch.cat([number, place]))
 
 
-def _copies(piece: _Piece, mirror: bool, rotate: Sequence[float], scale: Sequence[float]) -> list[_Piece]:
-    """The piece itself and its transformed copies."""
+def _variants(piece: _Piece, mirror: bool, rotate: Sequence[float], scale: Sequence[float]) -> list[_Piece]:
+    """The piece itself, and mirrored, turned and resized variants of it."""
     pieces = [piece]
     if mirror:
         pieces.append(_Piece(*(t.flip(-1) for t in (piece.image, piece.mask, piece.origin))))
-    turned = [_resampled(p, angle, 1.0) for angle in rotate for p in pieces]
+    rotated = [_resampled(p, angle, 1.0) for angle in rotate for p in pieces]
     sized = [_resampled(p, 0.0, factor) for factor in scale for p in pieces]
-    return pieces + turned + sized
+    return pieces + rotated + sized
 
 
 def _resampled(piece: _Piece, degrees: float, factor: float) -> _Piece:
@@ -190,25 +190,22 @@ def _resampled(piece: _Piece, degrees: float, factor: float) -> _Piece:
     cos, sin = math.cos(angle), math.sin(angle)
     out_h = max(round(factor * (height * abs(cos) + width * abs(sin))), 1)
     out_w = max(round(factor * (width * abs(cos) + height * abs(sin))), 1)
-    y, x = torch.meshgrid(
-        torch.arange(out_h, dtype=torch.float32) - (out_h - 1) / 2,
-        torch.arange(out_w, dtype=torch.float32) - (out_w - 1) / 2,
-        indexing="ij",
-    )
-    from_x, from_y = (cos * x - sin * y) / factor, (sin * x + cos * y) / factor
-    where = torch.stack([from_x * 2 / width, from_y * 2 / height], -1)[None].to(piece.image.device)
-
-    def sample(stack: Tensor, mode: str) -> Tensor:
-        flat = stack.reshape(1, -1, height, width)
-        if factor < 1 and mode == "bicubic":
-            flat = F.interpolate(flat, scale_factor=factor, mode="area")
-        return F.grid_sample(flat, where, mode, "zeros", align_corners=False).view(*stack.shape[:-2], out_h, out_w)
-
-    inside = sample(piece.mask.float(), "bilinear") > 1 - 1e-3
+    size = (out_h, out_w)
+    inside = turned(piece.mask.float(), size, degrees, factor, "bilinear") > 1 - 1e-3
     # nearest sampling of coordinates stays exact in float32 up to 2^24
-    origin = sample(piece.origin.float(), "nearest").round().long()
+    origin = turned(piece.origin.float(), size, degrees, factor, "nearest").round().long()
     low, high = piece.image.amin(), piece.image.amax()
-    return _Piece(sample(piece.image, "bicubic").clamp(low, high), inside, origin)
+    image = turned(_smoothed(piece.image, factor), size, degrees, factor, span=(height, width))
+    return _Piece(image.clamp(low, high), inside, origin)
+
+
+def _smoothed(image: Tensor, factor: float) -> Tensor:
+    """An image (..., H, W) averaged down to where it is to be made smaller, so that detail does not alias."""
+    if factor >= 1:
+        return image
+    height, width = image.shape[-2:]
+    small = F.interpolate(image.reshape(1, -1, height, width), scale_factor=factor, mode="area")
+    return small.view(*image.shape[:-2], *small.shape[-2:])
 
 
 def _packed(pieces: Sequence[_Piece], weights: Tensor) -> Exemplar:

@@ -3,6 +3,7 @@
 from kwatra.base.axes import AVERAGE, CONVOLUTION, LARGEST, coarse_shape, enlarged, factors_of, resized
 from kwatra.base.errors import InputError, check_mask
 from kwatra.base.reductions import mean, total
+from kwatra.base.resampling import turned
 from kwatra.base.seeds import generator_of
 from kwatra.base.sizes import whole_sizes
 from kwatra.base.solver import Solution, conjugate_gradients
@@ -22,5 +23,6 @@ __all__ = [
     "mean",
     "resized",
     "total",
+    "turned",
     "whole_sizes",
 ]

@@ -20,7 +20,7 @@ from synth.quilting.blendseams import FRAMES_PER_PIXEL, blending_reach, ending_r
 from synth.quilting.growth import Report, fill, refine
 from synth.quilting.loops import unrolled
 from synth.quilting.placement import Placer, Rule
-from synth.quilting.variants import Copy, bands, copies, scales_between
+from synth.quilting.variants import Variant, bands, scales_between, variants
 
 PLACEMENTS = ("random", "whole", "sub")
 SCALES = 5
@@ -139,10 +139,10 @@ def check_exemplar(exemplar: Tensor) -> None:
 def sources_of(exemplar: Tensor, settings: QuiltSettings) -> Mosaic:
     """The exemplar and the copies of it that the settings ask for."""
     scales = [1.0] if settings.scale is None else scales_between(*settings.scale, SCALES)
-    made: list[Copy] = []
+    made: list[Variant] = []
     parts: list[tuple[float, float]] = []
     for scale, part in zip(scales, bands(len(scales)), strict=True):
-        more = copies(exemplar, scale, settings.rotate, settings.mirror)
+        more = variants(exemplar, scale, settings.rotate, settings.mirror)
         made += more
         parts += [part] * len(more)
     for copy in made:

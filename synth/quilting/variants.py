@@ -1,6 +1,6 @@
-"""Mirrored, rotated and scaled copies of an exemplar (thesis 3.4 A), made before the synthesis starts.
+"""Mirrored, rotated and scaled variants of an exemplar (thesis 3.4 A), made before the synthesis starts.
 
-Mirroring and quarter turns move pixels without resampling them; of a copy turned by another angle the largest upright
+Mirroring and quarter turns move pixels without resampling them; of one turned by another angle the largest upright
 rectangle is used. Only the two last axes, the picture plane, are transformed: time keeps its direction.
 """
 
@@ -15,23 +15,23 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from kwatra.base import InputError
+from kwatra.base import InputError, turned
 
 
 @dataclass(frozen=True)
-class Copy:
+class Variant:
     """A transformed exemplar. At (y, x) from its center it shows what the exemplar has at `matrix` (y, x) from its."""
 
     image: Tensor
     matrix: np.ndarray
 
 
-def copies(exemplar: Tensor, scale: float, rotate: Sequence[float], mirror: bool) -> list[Copy]:
-    """The scaled exemplar, copies turned by the angles of `rotate`, with `mirror` the left-right image of each."""
+def variants(exemplar: Tensor, scale: float, rotate: Sequence[float], mirror: bool) -> list[Variant]:
+    """The scaled exemplar, variants turned by the angles of `rotate`, with `mirror` the left-right image of each."""
     base = scaled(exemplar, scale)
-    turned = [Copy(rotated(base, angle) if angle else base, _turn(angle) / scale) for angle in (0.0, *rotate)]
+    made = [Variant(rotated(base, angle) if angle else base, _turn(angle) / scale) for angle in (0.0, *rotate)]
     flip = np.diag([1.0, -1.0])
-    return turned + ([Copy(copy.image.flip(-1), copy.matrix @ flip) for copy in turned] if mirror else [])
+    return made + ([Variant(one.image.flip(-1), one.matrix @ flip) for one in made] if mirror else [])
 
 
 def _turn(degrees: float) -> np.ndarray:
@@ -48,11 +48,8 @@ def rotated(exemplar: Tensor, degrees: float) -> Tensor:
     height, width = exemplar.shape[-2:]
     sin, cos = math.sin(math.radians(degrees)), math.cos(math.radians(degrees))
     high, wide = _inscribed(height, width, abs(sin), abs(cos))
-    y, x = torch.meshgrid(torch.arange(high) - (high - 1) / 2, torch.arange(wide) - (wide - 1) / 2, indexing="ij")
-    where = torch.stack([(cos * x - sin * y) * 2 / width, (sin * x + cos * y) * 2 / height], -1)[None]
-    flat = exemplar.reshape(1, -1, height, width)
-    turned = F.grid_sample(flat, where, "bicubic", "reflection", align_corners=False)
-    return turned.clamp(exemplar.amin(), exemplar.amax()).reshape(*exemplar.shape[:-2], high, wide)
+    found = turned(exemplar, (high, wide), degrees, beyond="reflection")
+    return found.clamp(exemplar.amin(), exemplar.amax())
 
 
 def _inscribed(height: int, width: int, sin: float, cos: float) -> tuple[int, int]:

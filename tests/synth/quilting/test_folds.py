@@ -9,7 +9,7 @@ from kwatra.pieces.sheet import Patch
 from synth.quilting import QuiltSettings, placement, quilt
 from synth.quilting.folds import RADIUS, folded
 from synth.quilting.synthesis import new_sheet, sources_of
-from synth.quilting.variants import copies
+from synth.quilting.variants import variants
 
 
 def coordinates(high: int, wide: int) -> torch.Tensor:
@@ -20,7 +20,7 @@ def coordinates(high: int, wide: int) -> torch.Tensor:
 @pytest.mark.parametrize("angle", [90.0, 180.0, 30.0])
 def test_a_copy_knows_where_each_of_its_pixels_is_from(angle: float) -> None:
     exemplar = coordinates(24, 30)
-    for copy in copies(exemplar, 1.0, (angle,), True):
+    for copy in variants(exemplar, 1.0, (angle,), True):
         size = copy.image.shape[1:]
         center = (np.array(size) - 1) / 2
         at = coordinates(*size).numpy() - center[:, None, None]
