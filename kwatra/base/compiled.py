@@ -8,12 +8,25 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import cached_property
 from itertools import pairwise
-from typing import Any
+from typing import Any, TypeVar
 
 import torch
 
+Function = TypeVar("Function", bound=Callable[..., Any])
+
 _FEW = 256
 """Fewer items than this are not shared among threads."""
+
+
+def jitted(function: Function, **options: Any) -> Function:
+    """A function compiled by numba, kept on the disk where there is a place for it."""
+    import numba  # heavy: only where something is computed
+
+    try:
+        made: Function = numba.njit(cache=True, nogil=True, **options)(function)
+    except RuntimeError:  # neither beside the program nor in the user's folder may anything be written
+        made = numba.njit(nogil=True, **options)(function)
+    return made
 
 
 class Compiled:
@@ -24,10 +37,7 @@ class Compiled:
 
     @cached_property
     def _compiled(self) -> Callable[..., None]:
-        import numba  # heavy: only where something is computed
-
-        made: Callable[..., None] = numba.njit(cache=True, nogil=True, fastmath={"reassoc", "contract"})(self._function)
-        return made
+        return jitted(self._function, fastmath={"reassoc", "contract"})
 
     def __call__(self, items: int, *arguments: Any) -> None:
         """Work on all items, shared among torch's threads; tensors are given as they are, contiguous on the CPU."""

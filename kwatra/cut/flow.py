@@ -2,16 +2,17 @@
 
 The network is a grid: every node has the same few directions, direction d leads back as `back[d]`. Nodes hang on one of
 two terminals each. The tree S grows from the source and the tree T from the sink along arcs that are not full; where
-they touch, a path is filled, and the nodes it cuts off look for a new parent, or become free. Distances to the terminal
-and the time of their last check (section 3.2.2 of the implementation's description) keep trees short.
+they touch, a path is filled, and the nodes it cuts off look for a new parent, or become free. Each node remembers how
+far it is from its terminal and when that was checked last: so trees stay short.
 
 This module is compiled by numba when first used, so it is imported where a cut is solved.
 """
 
 from typing import Any
 
-import numba
 import numpy as np
+
+from kwatra.base.compiled import jitted
 
 FREE, SOURCE, SINK = 0, 1, 2
 """The tree a node belongs to."""
@@ -20,8 +21,6 @@ TERMINAL, NONE, ORPHAN = -2, -1, -3
 """What a node's parent is when it is no neighbor."""
 
 FAR = 1 << 30
-
-compiled = numba.njit(cache=True, nogil=True)
 
 
 def sink_side(weight: np.ndarray, capacity: np.ndarray, neighbor: np.ndarray, back: np.ndarray) -> np.ndarray:
@@ -34,7 +33,7 @@ def sink_side(weight: np.ndarray, capacity: np.ndarray, neighbor: np.ndarray, ba
     return _trees(left, np.ascontiguousarray(capacity, np.int64).copy(), neighbor.astype(np.int32), back) == SINK
 
 
-@compiled
+@jitted
 def _trees(left: Any, cap: Any, near: Any, back: Any) -> Any:
     """Fill the network; the trees (N,) at the end. `left` and `cap` become what is left."""
     count = len(left)
@@ -64,7 +63,7 @@ def _trees(left: Any, cap: Any, near: Any, back: Any) -> Any:
     return tree
 
 
-@compiled
+@jitted
 def _activate(i: Any, queue: Any, queued: Any, state: Any) -> None:
     if not queued[i]:
         queued[i] = True
@@ -72,13 +71,13 @@ def _activate(i: Any, queue: Any, queued: Any, state: Any) -> None:
         state[1] = (state[1] + 1) % len(queue)
 
 
-@compiled
+@jitted
 def _open(i: Any, d: Any, j: Any, tree: Any, cap: Any, back: Any) -> Any:
     """Whether the arc between i and its neighbor j lets anything through, away from i's terminal's side."""
     return cap[i, d] > 0 if tree == SOURCE else cap[j, back[d]] > 0
 
 
-@compiled
+@jitted
 def _grown(
     i: Any, tree: Any, parent: Any, cap: Any, near: Any, back: Any, seen: Any, far: Any, queue: Any, queued: Any,
     state: Any,
@@ -98,7 +97,7 @@ def _grown(
     return -1
 
 
-@compiled
+@jitted
 def _filled(i: Any, d: Any, left: Any, cap: Any, near: Any, back: Any, parent: Any, orphans: Any) -> Any:
     """Fill the path through the arc d of i, which leads from the tree S to the tree T; how many nodes it cuts off."""
     j = near[i, d]
@@ -120,7 +119,7 @@ def _filled(i: Any, d: Any, left: Any, cap: Any, near: Any, back: Any, parent: A
     return _branch_filled(j, most, SINK, left, cap, near, back, parent, orphans, count)
 
 
-@compiled
+@jitted
 def _branch_filled(
     a: Any, most: Any, tree: Any, left: Any, cap: Any, near: Any, back: Any, parent: Any, orphans: Any, count: Any
 ) -> Any:
@@ -144,7 +143,7 @@ def _branch_filled(
         a = up
 
 
-@compiled
+@jitted
 def _rooted(k: Any, parent: Any, near: Any, seen: Any, far: Any, now: Any) -> Any:
     """How many steps k is from its tree's terminal, FAR if it hangs on an orphan."""
     steps = 0
@@ -161,7 +160,7 @@ def _rooted(k: Any, parent: Any, near: Any, seen: Any, far: Any, now: Any) -> An
         k = near[k, p]
 
 
-@compiled
+@jitted
 def _adopted(
     count: Any, orphans: Any, tree: Any, parent: Any, cap: Any, near: Any, back: Any, seen: Any, far: Any, queue: Any,
     queued: Any, state: Any,

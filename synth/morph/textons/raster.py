@@ -12,8 +12,9 @@ from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from kwatra.base.compiled import jitted
 
 Array = NDArray[np.float32]
 Index = NDArray[np.int64]
@@ -109,7 +110,7 @@ def _windows(mask: Array, offsets: Index) -> Array:
     return np.stack(rolled, 1)
 
 
-@njit(cache=True)
+@jitted
 def _scan(
     frame: Array, share: float, a: _Source, value_a: Array, found_a: Index, b: _Source, value_b: Array, found_b: Index
 ) -> None:
@@ -126,7 +127,7 @@ def _scan(
                 frame[y, x, c] = share * one + (1 - share) * two
 
 
-@njit(cache=True)
+@jitted
 def _window(frame: Array, y: int, x: int, source: _Source) -> Array:
     """The weighted window (K * C,) of a frame at (y, x), channel by channel."""
     height, width, channels = frame.shape
@@ -139,7 +140,7 @@ def _window(frame: Array, y: int, x: int, source: _Source) -> Array:
     return window
 
 
-@njit(cache=True)
+@jitted
 def _nearest(window: Array, source: _Source, wanted: float, found: Index, y: int, x: int) -> Index:
     """The place (2,) of a source, of the wanted mask value, whose window is nearest to a window (K * C,).
 
@@ -168,7 +169,7 @@ def _nearest(window: Array, source: _Source, wanted: float, found: Index, y: int
     return best
 
 
-@njit(cache=True)
+@jitted
 def _beyond(along: Array, other: Array, least: Any) -> bool:
     """Whether two windows (D,), along the axes, are farther apart than the least; D is a multiple of four."""
     away = np.float32(0)
@@ -181,7 +182,7 @@ def _beyond(along: Array, other: Array, least: Any) -> bool:
     return False
 
 
-@njit(cache=True)
+@jitted
 def _away(window: Array, source: _Source, row: int, column: int, least: Any) -> Any:
     """The squared distance of a window (K * C,) from a source's, or what exceeds the least."""
     reach, count, channels = -source.taps[-1, 0], len(source.roots), source.padded.shape[2]
