@@ -5,12 +5,18 @@ only while the texture's detail survives there; which ones do follows from an es
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from kwatra.base import InputError, factors_of
 from kwatra.elements import element_size
 from kwatra.exemplar import ALIGNMENT, Exemplar
 from kwatra.source import ROUTES
+
+FINISHING = 2
+"""Iterations after blocks laid at full resolution; four changed no score by more than .0003 on eight textures."""
+
+LAID_FINE = 320
+"""Images with up to so many pixels across have their blocks laid at full resolution; of larger ones that takes long."""
 
 FEWEST = 64
 """A level needs at least so many windows to choose from."""
@@ -75,6 +81,15 @@ def planned_levels(exemplar: Exemplar, shape: Sequence[int], iterations: int) ->
         fit = [w for w in widths if w <= least // factor] or [_largest_window(least // factor)]
         levels += [Level(factor, w, iterations) for w in fit]
     return _between_holes(exemplar, levels)
+
+
+def finishing(levels: Sequence[Level]) -> tuple[Level, ...]:
+    """What planned levels leave to do after blocks that were laid at full resolution: the last, at most twice.
+
+    Coarser levels and larger windows then undo more seams than they mend: without them eight textures of one panel
+    scored the same with a quarter less copied, and eight of another a quarter better, at half the cost.
+    """
+    return (replace(levels[-1], iterations=min(levels[-1].iterations, FINISHING)),)
 
 
 def _between_holes(exemplar: Exemplar, levels: Sequence[Level]) -> tuple[Level, ...]:

@@ -50,7 +50,7 @@ def optimize(
     exemplar, never with their product. Raises InputError for what cannot be done, FloatingPointError should the energy
     or the image cease to be finite.
     """
-    task = Task.of(texture, shape, settings or Settings(), terms, mask, seed)
+    task = Task.of(texture, shape, settings or Settings(), terms, mask, seed, start is not None)
     if start is not None:
         task.check_start(start)
     task, image, where, factors = _begun(task, start)

@@ -8,7 +8,7 @@ from torch import Tensor
 
 from kwatra.base import InputError, check_mask, generator_of, whole_sizes
 from kwatra.exemplar import Exemplar
-from kwatra.levels import Level, planned_levels
+from kwatra.levels import LAID_FINE, Level, finishing, planned_levels
 from kwatra.settings import Settings
 from kwatra.source import Bags, Prepared, Texture
 from kwatra.terms import Controls, Sum, TermLike, check_controls, parts_of
@@ -39,14 +39,15 @@ class Task:
         terms: TermLike | Sum | Sequence[TermLike | Sum],
         mask: Tensor | None,
         seed: int,
+        started: bool = False,
     ) -> "Task":
-        """The task, checked; InputError for what cannot be done."""
+        """The task, checked; started: whether an image is given to begin with. InputError for what cannot be done."""
         texture = Prepared(texture) if isinstance(texture, Exemplar) else texture
         shape = whole_sizes(shape, _axes(texture, shape))
         if mask is not None:
             check_mask(mask, shape)
             mask = None if bool(mask.all()) else mask
-        levels = _levels(texture, shape, settings)
+        levels = _levels(texture, shape, settings, bool(parts_of(terms)) or started)
         generator = generator_of(seed)
         task = cls(texture, shape, settings, levels, parts_of(terms), mask, generator)
         per_axis(settings.wrap, len(shape))
@@ -86,12 +87,18 @@ def _axes(texture: Texture, shape: Sequence[int]) -> int:
     return len(shape) if texture.exemplar is None else len(texture.exemplar.shape)
 
 
-def _levels(texture: Texture, shape: tuple[int, ...], settings: Settings) -> tuple[Level, ...]:
-    """The levels asked for, or planned ones; of bags, one for each."""
+def _levels(texture: Texture, shape: tuple[int, ...], settings: Settings, steered: bool) -> tuple[Level, ...]:
+    """The levels asked for, or planned ones; of bags, one for each.
+
+    steered: whether terms or an image to begin with ask for what blocks laid for their seams alone would not bring.
+    """
     if settings.levels is not None:
         return settings.levels
     if isinstance(texture, Bags):
         return tuple(Level(factor, width, settings.iterations) for factor, width in texture.windows)
     if texture.exemplar is None:
         raise InputError("a texture without an exemplar has no levels of its own; give some in the settings")
-    return planned_levels(texture.exemplar, shape, settings.iterations)
+    planned = planned_levels(texture.exemplar, shape, settings.iterations)
+    if steered or settings.start != "aligned" or len(shape) > 2 or min(texture.exemplar.extent) > LAID_FINE:
+        return planned
+    return finishing(planned)
