@@ -86,8 +86,8 @@ def planned_levels(exemplar: Exemplar, shape: Sequence[int], iterations: int) ->
 def finishing(levels: Sequence[Level]) -> tuple[Level, ...]:
     """What planned levels leave to do after blocks that were laid at full resolution: the last, at most twice.
 
-    Coarser levels and larger windows then undo more seams than they mend: without them eight textures of one panel
-    scored the same with a quarter less copied, and eight of another a quarter better, at half the cost.
+    Coarser levels and larger windows then undo more seams than they mend: without them eight textures scored the same
+    with a quarter less copied, and five of larger elements a sixth better, at half the cost.
     """
     return (replace(levels[-1], iterations=min(levels[-1].iterations, FINISHING)),)
 
