@@ -1,6 +1,6 @@
 """What else the output should be: control terms of the energy."""
 
-from kwatra.terms.algebra import Charge, Quadratic, Scaled, Sum, Term, TermLike, parts_of, within
+from kwatra.terms.algebra import Charge, Quadratic, Scaled, Sum, Term, TermLike, charge_of, parts_of, within
 from kwatra.terms.controls import Controls, Given, Wish, check_controls, wish_of
 from kwatra.terms.pixels import HardPixels, SoftPixels
 
@@ -16,6 +16,7 @@ __all__ = [
     "Term",
     "TermLike",
     "Wish",
+    "charge_of",
     "check_controls",
     "parts_of",
     "wish_of",

@@ -11,8 +11,20 @@ from typing import Any
 import torch
 from torch import Tensor
 
-from kwatra import Exemplar, HardPixels, InputError, Quadratic, Settings, Sum, Term, TermLike, planned_levels
-from kwatra.terms import parts_of, within
+from kwatra import (
+    Charge,
+    Exemplar,
+    HardPixels,
+    InputError,
+    Quadratic,
+    Settings,
+    Step,
+    Sum,
+    Term,
+    TermLike,
+    planned_levels,
+)
+from kwatra.terms import charge_of, parts_of, within
 from synth.texture.form import Form
 
 Terms = TermLike | Sum | Sequence[TermLike | Sum]
@@ -110,6 +122,13 @@ class OnImage(Term):
     def energy(self, x: Tensor) -> float:
         """The inner term's energy of the image without its guide."""
         return self.term.energy(x[: self.channels])
+
+    def charge(self, x: Tensor | None, step: Step) -> Charge | None:
+        """What the inner term charges windows without their guide."""
+        inner = charge_of(self.term, None if x is None else x[: self.channels], step)
+        if inner is None:
+            return None
+        return lambda corners, windows: inner(corners, windows[..., : self.channels])
 
     def quadratic(self, x: Tensor) -> Quadratic:
         """The inner quadratic, 0 on the guide."""

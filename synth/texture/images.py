@@ -95,25 +95,28 @@ def synthesize(
     Raises InputError for what cannot be used.
     """
     images, form = _images(exemplar)
-    if preset not in PRESETS:
-        raise InputError(f"the preset is {preset!r}; allowed are {', '.join(PRESETS)}")
-    settings, tries = PRESETS[preset]
-    settings = replace(settings, wrap=tile, levels=_levels(levels))
+    settings, tries = _settings(preset, tile, levels)
     pictures = [form.normalized(image) for image in images]
-    begin = None if start is None else form.normalized(start)
-    channels, weights = len(pictures[0]), None
+    begin, channels = None if start is None else form.normalized(start), len(pictures[0])
     guidance = None if guide is None else Guide.of(guide, guide_weight, pictures)
-    size = _size_of(size, guidance)
+    size, weights = _size_of(size, guidance), None
     if guidance is not None:
         settings, terms = guidance.settings(settings, pictures, size), guidance.terms(terms, channels, device)
         pictures, weights = guidance.joined(pictures), guidance.weights(channels)
         begin = None if begin is None else guidance.beside(begin)
     source = Exemplar.of(pictures, weights=weights, mirror=mirror, rotate=rotate, scale=scale, device=device)
-    hidden = None if mask is None else torch.as_tensor(mask).to(device)
-    begin = None if begin is None else begin.to(device)
+    hidden, begin = (None if t is None else torch.as_tensor(t).to(device) for t in (mask, begin))
     run = partial(kwatra.optimize, source, size, settings=settings, terms=terms, mask=hidden, start=begin)
     result = _Runs(tries, seed, callback, channels).best(run, source)
     return Synthesis(form.restored(result.image.cpu()), result.source.cpu().numpy(), result, form)
+
+
+def _settings(preset: str, tile: bool, levels: str | Sequence[tuple[int, int]] | None) -> tuple[Settings, int]:
+    """The settings of a preset, and how many seeds it tries."""
+    if preset not in PRESETS:
+        raise InputError(f"the preset is {preset!r}; allowed are {', '.join(PRESETS)}")
+    settings, tries = PRESETS[preset]
+    return replace(settings, wrap=tile, levels=_levels(levels)), tries
 
 
 def _images(exemplar: Image | Sequence[Image]) -> tuple[list[Image], Form[Image]]:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import torch
 
+import kwatra
 from kwatra import HardPixels, InputError, SoftPixels
 from synth import synthesize
 
@@ -64,3 +65,29 @@ def test_bad_guides_are_refused() -> None:
     ]:
         with pytest.raises(InputError, match=message):
             synthesize(image, **options)
+
+
+def test_a_term_that_charges_candidates_charges_them_beside_a_guide_too():
+    seen = []
+
+    class Watcher(kwatra.Term):
+        name = "watcher"
+
+        def at(self, factor, shape):
+            return self
+
+        def quadratic(self, x):
+            return kwatra.Quadratic(torch.zeros_like(x[:1]), torch.zeros_like(x))
+
+        def charge(self, x, step):
+            def price(corners, windows):
+                seen.append((len(x), windows.shape[-1]))
+                return windows.flatten(1).mean(1)
+
+            return price
+
+    image = np.random.default_rng(0).random((40, 40, 3)).astype(np.float32)
+    labels = (np.indices((40, 40))[1] > 20).astype(np.float32)
+    synthesize(image, guide=(labels, labels), terms=Watcher(), levels=[(1, 8)])
+    assert seen
+    assert set(seen) == {(3, 3)}
