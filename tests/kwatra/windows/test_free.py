@@ -1,7 +1,7 @@
 import pytest
 import torch
 
-from kwatra import Exemplar, FreeWindows, Grid, InputError, Settings, optimize
+from kwatra import Exemplar, FreeWindows, Grid, InputError, Level, Settings, optimize
 from kwatra.steps import regular
 
 
@@ -86,7 +86,8 @@ def test_windows_may_move_from_iteration_to_iteration():
         moved = grid.corners + torch.randint(-2, 3, grid.corners.shape, generator=step.generator)
         return FreeWindows(step.shape, step.width, moved.clamp(min=0).minimum(room))
 
-    free = optimize(exemplar, (32, 32), settings=Settings(layout=wandering, tolerance=0))
+    settings = Settings(levels=(Level(1, 8, 4),), layout=wandering, tolerance=0)
+    free = optimize(exemplar, (32, 32), settings=settings)
     assert asked[:4] == [0, 1, 2, 3]
     totals = [row["total"] for row in free.energies if row["width"] == 8]
     assert totals[-1] < totals[0]
