@@ -18,6 +18,7 @@ import torch
 from torch import Tensor
 
 from kwatra.base import InputError
+from kwatra.windows.flat import row_starts, strides
 from kwatra.windows.layout import Covering, per_axis
 
 
@@ -33,13 +34,10 @@ def windows_at(image: Tensor, corners: Tensor, width: tuple[int, ...]) -> Tensor
     the image. Returns (N, *width, C).
     """
     channels = image.shape[-1]
-    strides = torch.tensor(image.stride()[:-1], device=image.device) // channels
-    first = (corners * strides).sum(1)
-    row_starts = torch.zeros(1, dtype=torch.long, device=image.device)
-    for size, stride in zip(width[:-1], strides[:-1], strict=True):
-        row_starts = (row_starts[:, None] + torch.arange(size, device=image.device) * stride).flatten()
+    shape = tuple(image.shape[:-1])
+    first = (corners * strides(shape, 1).to(image.device)).sum(1)
     rows = image.reshape(-1).unfold(0, width[-1] * channels, channels)
-    numbers = (first[:, None] + row_starts).flatten()
+    numbers = (first[:, None] + row_starts(shape, width, 1).to(image.device)).flatten()
     return rows.index_select(0, numbers).view(len(corners), *width, channels)
 
 
