@@ -5,8 +5,8 @@
     python scripts/bench_morph.py pairs/01_brick --methods blend control control+retexture
 
 A pair is a folder with a.png and b.png; of any other folder, those in it are taken. A method is one of kwatra morph,
-with +retexture if its frames are to be made texture again. The columns are those of `synth.morph.judging`, and cpu,
-the cpu seconds of the whole film.
+with +retexture if its frames are to be made texture again. The columns are those of `synth.metamorphosis.judging`, and
+cpu, the cpu seconds of the whole film.
 """
 
 import argparse
@@ -24,9 +24,9 @@ from torch import Tensor
 import synth
 from kwatra import InputError
 from synth import read_image, write_image
-from synth.morph.judging import judge
-from synth.morph.methods import METHODS
-from synth.morph.sheet import contact_sheet
+from synth.metamorphosis.judging import judge
+from synth.metamorphosis.methods import METHODS
+from synth.metamorphosis.sheet import contact_sheet
 
 FIGURES = ("ends", "near", "progress", "sharpness", "ghost", "steps", "coherence", "overall", "cpu")
 SIDE = 96

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from synth.morph.patterns import detect
+from synth.metamorphosis.patterns import detect
 
 Array = NDArray[np.float64]
 RADIUS, CONTRAST, NEAR = 9.0, 0.4, 3.0

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from synth import write_image
-from synth.morph.method import Method, Pair
-from synth.morph.patterns import PatternMorph, Patterns, detect, drawn
-from synth.morph.textons import MovingMasks, TextonMorph
+from synth.metamorphosis.method import Method, Pair
+from synth.metamorphosis.patterns import PatternMorph, Patterns, detect, drawn
+from synth.metamorphosis.textons import MovingMasks, TextonMorph
 
 TIMES = (0.0, 0.25, 0.5, 0.75, 1.0)
 PITCH, RADIUS = 24, 7.0
@@ -123,7 +123,7 @@ def tonietto_walter_10(side: int) -> Tensor:
 
 
 def _found(image: Tensor) -> Patterns:
-    from synth.morph.patterns import patterns_of
+    from synth.metamorphosis.patterns import patterns_of
 
     return patterns_of(image.permute(1, 2, 0).double().numpy()).patterns
 

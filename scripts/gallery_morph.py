@@ -25,9 +25,9 @@ import synth
 from flow.animation import flow_term
 from kwatra import Level, Settings, SoftPixels, optimize
 from synth import write_image
-from synth.morph.features import edges
-from synth.morph.method import Pair
-from synth.morph.retexture import Sources, morph_target
+from synth.metamorphosis.features import edges
+from synth.metamorphosis.method import Pair
+from synth.metamorphosis.retexture import Sources, morph_target
 
 TIMES = (0.0, 0.25, 0.5, 0.75, 1.0)
 Texture = Callable[[int], Tensor]

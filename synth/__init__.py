@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from synth.io.flows import Recording, field_of, read_flow, write_flow
     from synth.io.images import Picture, read_image, write_image
     from synth.io.kinds import Kind
-    from synth.morph.door import Metamorphosis, morph
+    from synth.metamorphosis.door import Metamorphosis, morph
     from synth.texture.filling import fill
     from synth.texture.images import Synthesis, synthesize
 
@@ -39,13 +39,13 @@ __getattr__, __dir__ = lazy(
     {
         "InputError": "kwatra.base",
         "Kind": "synth.io.kinds",
-        "Metamorphosis": "synth.morph.door",
+        "Metamorphosis": "synth.metamorphosis.door",
         "Picture": "synth.io.images",
         "Recording": "synth.io.flows",
         "Synthesis": "synth.texture.images",
         "field_of": "synth.io.flows",
         "fill": "synth.texture.filling",
-        "morph": "synth.morph.door",
+        "morph": "synth.metamorphosis.door",
         "read_flow": "synth.io.flows",
         "read_image": "synth.io.images",
         "synthesize": "synth.texture.images",

@@ -15,9 +15,9 @@ if TYPE_CHECKING:
     from torch import Tensor
 
     from synth.io import Kind, Picture, Writer
-    from synth.morph.door import Metamorphosis
+    from synth.metamorphosis.door import Metamorphosis
 
-LOADS = ("synth.morph.door", "synth.io.images")
+LOADS = ("synth.metamorphosis.door", "synth.io.images")
 
 _FRAMES = 11
 _FLOWS = (".npz", ".npy")
@@ -66,8 +66,8 @@ def add(commands: Subparsers) -> None:
 def run(arguments: argparse.Namespace) -> str:
     """The summary."""
     from synth.commands.progress import work_line
-    from synth.morph.door import morph
-    from synth.morph.methods import DEFAULT
+    from synth.metamorphosis.door import morph
+    from synth.metamorphosis.methods import DEFAULT
 
     set_up(arguments)
     pictures = [io.read_image(path) for path in (arguments.a, arguments.b)]
@@ -128,7 +128,7 @@ def _kind(arguments: argparse.Namespace, pictures: "list[Picture]") -> "Kind":
 def _check(arguments: argparse.Namespace, output: Path, kind: "Kind") -> None:
     """Refuse before any work what could not be written after it."""
     from synth.commands.report import ENERGY_SUFFIXES
-    from synth.morph.methods import DEFAULT, refuse_unused
+    from synth.metamorphosis.methods import DEFAULT, refuse_unused
 
     if arguments.size is not None:
         check_size(arguments.size)
@@ -155,7 +155,7 @@ def _writers(
 ) -> "dict[Path, Writer]":
     """What writes each file."""
     from synth.commands.report import energy_writer
-    from synth.morph.sheet import contact_sheet
+    from synth.metamorphosis.sheet import contact_sheet
 
     writers: dict[Path, Writer] = {}
     if _is_image(output):

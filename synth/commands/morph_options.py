@@ -69,7 +69,7 @@ def color(text: str) -> tuple[float, ...]:
 
 def _read(name: str, paths: list[Path]) -> dict[str, Any]:
     if name == "patterns":
-        from synth.morph.patterns import read_patterns
+        from synth.metamorphosis.patterns import read_patterns
 
         return {"patterns_a": read_patterns(paths[0]), "patterns_b": read_patterns(paths[1])}
     return {"mask_a": io.read_mask(paths[0]).numpy(), "mask_b": io.read_mask(paths[1]).numpy()}

@@ -9,7 +9,7 @@ from synth.commands.checks import check_distinct, finish
 from synth.commands.parsing import Subparsers, file, positive
 from synth.words import listed
 
-LOADS = ("synth.morph.patterns", "synth.io.images")
+LOADS = ("synth.metamorphosis.patterns", "synth.io.images")
 
 _EPILOG = """examples:
   kwatra patterns nuts.png --picture found.png         its elements, as nuts_patterns.json
@@ -42,7 +42,7 @@ def add(commands: Subparsers) -> None:
 
 def run(arguments: argparse.Namespace) -> str:
     """The summary."""
-    from synth.morph.patterns import drawn, patterns_of, patterns_writer, read_patterns
+    from synth.metamorphosis.patterns import drawn, patterns_of, patterns_writer, read_patterns
 
     picture = io.read_image(arguments.image)
     pixels = picture.pixels[:-1] if picture.kind.channels[-1] == "A" else picture.pixels

@@ -153,7 +153,7 @@ def test_what_cannot_be_is_refused(refused: Callable[..., str], arguments: list[
 
 
 def test_an_interrupt_leaves_nothing_half_written(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from synth.morph.optimal_control import film
+    from synth.metamorphosis.optimal_control import film
 
     def interrupted(*arguments: object) -> None:
         raise KeyboardInterrupt

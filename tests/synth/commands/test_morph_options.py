@@ -11,8 +11,8 @@ import torch
 from kwatra import InputError
 from synth import Kind, write_image
 from synth.commands.morph_options import add_method_options, method_options
-from synth.morph.patterns import PatternMorph
-from synth.morph.textons import TextonMorph
+from synth.metamorphosis.patterns import PatternMorph
+from synth.metamorphosis.textons import TextonMorph
 
 
 def options(method: str, *words: str) -> dict[str, object]:

@@ -10,7 +10,7 @@ from bench_patterns import made
 
 from synth import Kind, read_image, write_image
 from synth.cli import main
-from synth.morph.patterns import read_patterns
+from synth.metamorphosis.patterns import read_patterns
 
 RGB = Kind("uint8", ("R", "G", "B"))
 

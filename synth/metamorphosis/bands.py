@@ -1,0 +1,61 @@
+"""How strong each scale of a texture is, and making an image as strong: what averages and blends take away, given back.
+
+An image is split into bands of detail by blurs of 1, 2 and 4 px; a band's values, like colors, are taken for a Gaussian
+of as many dimensions as the image has channels (see `recolor`). Between two textures a band's Gaussian is on its way
+by optimal transport. Texture synthesis by matching what bands hold is due to Heeger and Bergen, Pyramid-based texture
+analysis/synthesis, 1995.
+"""
+
+from dataclasses import dataclass
+
+import torch
+from scipy.ndimage import gaussian_filter
+from torch import Tensor
+
+from kwatra import Step
+from synth.metamorphosis.method import Pair
+from synth.metamorphosis.recolor import Colors, recolored
+
+_BLURS = (1.0, 2.0, 4.0)
+
+
+@dataclass(frozen=True)
+class Bands:
+    """What the bands of an image hold, fine to coarse, the blurred rest last; `Bands.of` an image."""
+
+    colors: tuple[Colors, ...]
+    wrap: bool
+
+    @classmethod
+    def of(cls, image: Tensor, wrap: bool = False) -> "Bands":
+        """Those of an image (C, H, W); wrap: it is periodic."""
+        return cls(tuple(Colors.of(band) for band in _split(image, wrap)), wrap)
+
+    def toward(self, other: "Bands", part: float) -> "Bands":
+        """The bands a part (0 to 1) of the way to another texture's."""
+        moved = tuple(a.toward(b, part) for a, b in zip(self.colors, other.colors, strict=True))
+        return Bands(moved, self.wrap)
+
+    def given_to(self, image: Tensor) -> Tensor:
+        """An image (C, H, W) with these bands: the same picture, its details as strong."""
+        bands = zip(_split(image, self.wrap), self.colors, strict=True)
+        return torch.stack([recolored(band, Colors.of(band), goal) for band, goal in bands]).sum(0)
+
+    def between(self, image: Tensor, step: Step) -> Tensor:
+        """What `kwatra.optimize` applies after each blend, at full resolution."""
+        return self.given_to(image)
+
+
+def bands_at(pair: Pair, time: float) -> Bands:
+    """The bands of a texture on its way from A to B."""
+    return Bands.of(pair.a, pair.tile).toward(Bands.of(pair.b, pair.tile), time)
+
+
+def _split(image: Tensor, wrap: bool) -> list[Tensor]:
+    """Bands that sum to the image."""
+    bands, rest = [], image
+    for blur in _BLURS:
+        low = gaussian_filter(rest.cpu().numpy(), (0, blur, blur), mode="wrap" if wrap else "reflect")
+        bands.append(rest - torch.from_numpy(low).to(rest))
+        rest = torch.from_numpy(low).to(image)
+    return [*bands, rest]

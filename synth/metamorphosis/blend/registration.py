@@ -1,0 +1,94 @@
+"""Registration each way, and a dissolve (Kabul et al. 2011, figure 12; Hart, Zach and Niethammer 2009).
+
+    E(v) = |L v|^2 + 1 / sigma^2 |A o phi - B|^2        subject to I_t + DI v = 0, I(0) = A
+
+Two velocities, from A to B and from B to A, each found for itself; frame t is A moved by t of the first, dissolved
+into B moved by 1 - t of the second. Colors are compared as they are. What the textures do not share is pulled about
+until it matches something, and shows doubled where it does not.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from flow.warps import displaced, displacement, interpolated, jacobian, pixel_coordinates, warp
+from kwatra.base import InputError, mean
+from kwatra.result import Row
+from synth.metamorphosis.method import Film, Pair, Report
+from synth.metamorphosis.velocity import Found, Search
+
+
+@dataclass(frozen=True)
+class Registration:
+    """Registration each way, and a dissolve.
+
+    alpha (px^2), gamma: how dear motion is that bends, and all motion. sigma: how far colors, in [0, 1], may be from
+    matching. steps, iterations, tolerance: see `Search`.
+    """
+
+    alpha: float = 15.0
+    gamma: float = 0.5
+    sigma: float = 0.2
+    steps: int = 8
+    iterations: int = 40
+    tolerance: float = 1e-4
+
+    def __post_init__(self) -> None:
+        if not (0 < self.sigma < float("inf")):
+            raise InputError(f"sigma is {self.sigma}; give a finite number above 0")
+        Search(self.alpha, self.gamma, self.steps, self.iterations, self.tolerance)
+
+    def __call__(self, pair: Pair, times: Sequence[float], seed: int, report: Report) -> Film:
+        """See `synth.metamorphosis.method.Method`."""
+        there = self._registered(pair.a, pair.b, pair.tile, lambda what, part: report(what, part / 2))
+        back = self._registered(pair.b, pair.a, pair.tile, lambda what, part: report(what, (1 + part) / 2))
+        shown = [
+            torch.lerp(
+                _moved(pair.a, there.velocity, time, pair.tile),
+                _moved(pair.b, back.velocity, 1 - time, pair.tile),
+                time,
+            )
+            for time in times
+        ]
+        rows: list[Row] = [*there.energies, *back.energies]
+        velocity = (there.velocity - back.velocity.flip(0)) / 2
+        remarks = (f"A to B: {there.stopped}", f"B to A: {back.stopped}")
+        return Film(tuple(frame.clamp(0, 1) for frame in shown), tuple(times), velocity, rows, remarks)
+
+    def _registered(self, source: Tensor, target: Tensor, wrap: bool, report: Report) -> Found:
+        search = Search(self.alpha, self.gamma, self.steps, self.iterations, self.tolerance, wrap)
+        return search.velocity(torch.stack([source, target]), lambda images: Mismatch(images, self.sigma, wrap), report)
+
+
+@dataclass(frozen=True)
+class Mismatch:
+    """What images (2, C, H, W) differ by after a velocity has moved the first: a `Lack`, see `velocity`."""
+
+    images: Tensor
+    sigma: float
+    wrap: bool
+
+    def __call__(self, velocity: Tensor) -> tuple[dict[str, Tensor], Tensor]:
+        """The energy of the mismatch for a velocity (N, 2, H, W), a mean over pixels, and the least Jacobian."""
+        moved = displaced(-velocity.flip(0), self.wrap)
+        place = moved[-1] + pixel_coordinates(velocity.shape[-2:], velocity.device).to(velocity.dtype)
+        apart = self.images[1] - interpolated(self.images[0], place, "bicubic", self.wrap)
+        return {"mismatch": mean(apart.square().sum(0)) / self.sigma**2}, jacobian(moved, self.wrap).min()
+
+
+def _moved(image: Tensor, velocity: Tensor, time: float, wrap: bool) -> Tensor:
+    """An image (C, H, W) moved by a velocity until a time."""
+    if time == 0:
+        return image
+    return warp(
+        image, pixel_coordinates(image.shape[1:], image.device) + displacement(velocity, time, 0, wrap), wrap=wrap
+    )
+
+
+PRESETS = {
+    "fast": Registration(steps=5, iterations=15),
+    "default": Registration(),
+    "best": Registration(steps=12, iterations=120),
+}

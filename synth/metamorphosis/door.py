@@ -1,0 +1,114 @@
+"""`morph`: the one door to all metamorphoses."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Generic
+
+import numpy as np
+
+from kwatra.base import InputError
+from synth.metamorphosis.method import Film, Report
+from synth.metamorphosis.methods import DEFAULT, refuse_unused
+from synth.metamorphosis.methods import method as method_of
+from synth.metamorphosis.pairing import Given, Growth
+from synth.metamorphosis.retexture import PRESETS as RETEXTURE
+from synth.texture.form import Form, Image
+
+
+@dataclass(frozen=True)
+class Metamorphosis(Generic[Image]):
+    """A film from one texture to another.
+
+    frames: one image per time, of the kind of A and B. film: what the method returned, its frames normalized to
+    [0, 1]; its `form` leads back. remarks: sentences on what was done, such as made alike.
+    """
+
+    frames: list[Image]
+    film: Film
+    form: Form[Image]
+    remarks: tuple[str, ...]
+
+    @property
+    def times(self) -> tuple[float, ...]:
+        """The time of each frame, 0 (A) to 1 (B)."""
+        return self.film.times
+
+
+def morph(
+    a: Image,
+    b: Image,
+    times: int | Sequence[float] = 11,
+    *,
+    method: str = DEFAULT,
+    size: tuple[int, int] | None = None,
+    features: tuple[Any, Any] | None = None,
+    tile: bool = False,
+    retexture: bool = False,
+    preset: str = "default",
+    seed: int = 0,
+    device: str = "cpu",
+    callback: Report | None = None,
+    **options: Any,
+) -> Metamorphosis[Image]:
+    """The frames of a metamorphosis from A to B, in each of which there is a good texture.
+
+    a, b: images of one kind: tensors (C, H, W), or arrays (H, W) or (H, W, C), floating point in any range or
+    integer; gray and color are made alike, and both are cropped to what they have in common. times: of the frames, 0
+    to 1, or how many evenly from A to B, at least 2. method: one of `methods.METHODS`; options: its own settings. size: (height, width) of the frames; A and B are synthesized at that size first. features: maps (H, W) or
+    (K, H, W) of A and B that say where their features are, for methods that look at them. tile: A and B repeat
+    seamlessly in both directions, and so do the frames. retexture: what the method shows is made texture again, frame
+    by frame. preset: "fast", "default" or "best". callback: told what is being done, and how much of it is.
+
+    Same seed, same bits, for any number of threads. Raises InputError for what cannot be used.
+    """
+    moments = _times(times)
+    known = method_of(method, preset, options)
+    refuse_unused(method, "features", features is not None)
+    refuse_unused(method, "tile", tile)
+    report = callback or _silent
+    given: Given = Given.of(a, b, features, tile)
+    pair = given.pair
+    parts = _shares(report, (size is not None, 3.0), (True, 4.0), (retexture, 6.0))
+    if size is not None:
+        _check_size(size)
+        pair = Growth(preset, seed, device)(pair, size, parts[0])
+    pair = pair.to(device)
+    film: Film = known(pair, moments, seed, parts[1])
+    if retexture:
+        film = RETEXTURE[preset](pair, film, seed, parts[2])
+    frames = [given.form.restored(frame.cpu()) for frame in film.frames]
+    return Metamorphosis(frames, film, given.form, (*given.remarks, *film.remarks))
+
+
+def _times(times: int | Sequence[float]) -> tuple[float, ...]:
+    if isinstance(times, int):
+        if times < 2:
+            raise InputError(f"the number of frames is {times}; give at least 2, A and B, or times of your own")
+        return tuple(float(t) for t in np.linspace(0, 1, times))
+    moments = tuple(float(t) for t in times)
+    if not moments or not all(math.isfinite(t) and 0 <= t <= 1 for t in moments):
+        raise InputError(f"times are {list(moments)}; give at least one, each from 0 (A) to 1 (B)")
+    if list(moments) != sorted(moments):
+        raise InputError(f"times are {list(moments)}; give them in order, from A to B")
+    return moments
+
+
+def _check_size(size: tuple[int, int]) -> None:
+    if len(size) != 2 or min(size) < 16:
+        raise InputError(f"the size is {tuple(size)}; give a height and a width of at least 16 px")
+
+
+def _shares(report: Report, *parts: tuple[bool, float]) -> list[Report]:
+    """A report for each part of the work, of which some are done and all take so long beside each other."""
+    lengths = [length if done else 0.0 for done, length in parts]
+    ends = np.cumsum(lengths) / sum(lengths)
+    return [_share(report, end - length / sum(lengths), end) for end, length in zip(ends, lengths, strict=True)]
+
+
+def _share(report: Report, begin: float, end: float) -> Report:
+    return lambda what, part: report(what, begin + (end - begin) * part)
+
+
+def _silent(what: str, part: float) -> None:
+    """Tell nobody."""

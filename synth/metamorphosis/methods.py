@@ -1,0 +1,72 @@
+"""The metamorphoses by name: where each lives and what of a pair it looks at. One line here makes a method known."""
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any
+
+from kwatra.base import InputError
+from synth.metamorphosis.method import Method
+
+PRESETS = ("fast", "default", "best")
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A method's module in this package, which has PRESETS, a frozen dataclass that is a `Method` by the name of each preset.
+
+    features, tile: whether it looks at the pair's. moves, energies: whether its film has a velocity, and energies.
+    """
+
+    module: str
+    features: bool = False
+    tile: bool = False
+    moves: bool = False
+    energies: bool = False
+
+
+METHODS = {
+    "control": Entry("optimal_control.control", features=True, tile=True, moves=True, energies=True),
+    "registration": Entry("blend.registration", tile=True, moves=True, energies=True),
+    "blend": Entry("blend.dissolve", tile=True),
+    "patterns": Entry("patterns.method", tile=True, moves=True),
+    "textons": Entry("textons.method"),
+}
+DEFAULT = "control"
+"""The method that the judge finds best on pairs of photographs."""
+
+
+def entry(name: str) -> Entry:
+    """What is known of a method; InputError for a name that is none."""
+    if name not in METHODS:
+        raise InputError(f"the method is {name!r}; allowed are {', '.join(METHODS)}")
+    return METHODS[name]
+
+
+def method(name: str, preset: str, options: Mapping[str, Any]) -> Method:
+    """A method with the settings of a preset, but for those given; InputError for what it does not take."""
+    known = entry(name)
+    if preset not in PRESETS:
+        raise InputError(f"the preset is {preset!r}; allowed are {', '.join(PRESETS)}")
+    found: Any = import_module(f"synth.metamorphosis.{known.module}").PRESETS[preset]
+    takes = [field.name for field in dataclasses.fields(found)]
+    for option in options:
+        if option not in takes:
+            allowed = f"it takes {', '.join(takes)}" if takes else "it takes none"
+            raise InputError(f"the method {name!r} has no option {option!r}; {allowed}")
+    made: Method = dataclasses.replace(found, **options)
+    return made
+
+
+def refuse_unused(name: str, what: str, asked: bool) -> None:
+    """InputError where something is asked that a method has no use for, or does not give; what: a field of `Entry`."""
+    if asked and not getattr(entry(name), what):
+        those = [other for other, known in METHODS.items() if getattr(known, what)]
+        meaning = {
+            "features": "takes no features",
+            "tile": "cannot tile",
+            "moves": "has no flow",
+            "energies": "has no energy",
+        }[what]
+        raise InputError(f"the method {name!r} {meaning}; those that do are {', '.join(those)}")

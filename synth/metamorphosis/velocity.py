@@ -1,0 +1,156 @@
+"""The velocity of least energy between two textures: what registration and optimal control have in common.
+
+    E(v) = |L v|^2 + what the textures lack of each other after v has moved them,    L = -alpha Laplacian + gamma
+
+(Kabul et al. 2011, equations 1 and 2). The descent is in u = L v: in u the norm of v is the plain one, so that its
+gradient is that in the V-norm, and every v = L^-1 u is smooth. Coarse to fine; u, which has the same values at every
+resolution, is what a level leaves to the next. Maps that fold have an infinite energy: they are never accepted.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import torch
+import torch.nn.functional as F
+from torch import Tensor
+
+from flow.warps import Smoothness
+from kwatra.base import InputError, coarse_shape, resized
+from kwatra.result import Row
+from synth.metamorphosis.descent import Oracle, descent, inner
+from synth.metamorphosis.method import Report
+
+Lack = Callable[[Tensor], tuple[dict[str, Tensor], Tensor]]
+"""What two textures lack of each other after a velocity (N, 2, H, W): energies by name, means over pixels, and the
+least Jacobian of its maps. Differentiable."""
+
+COARSEST, _FEWEST = 8, 12
+_ROOM = 0.25
+_LEAST = 0.05
+"""The least Jacobian that is allowed; coarser levels keep up to _ROOM more, so that the next may begin from them."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """A velocity (N, 2, H, W) in px per step, the energies on the way, why the last level ended, the least Jacobian."""
+
+    velocity: Tensor
+    energies: list[Row]
+    stopped: str
+    least: float
+
+
+@dataclass(frozen=True)
+class Search:
+    """How to look for a velocity.
+
+    alpha (px^2), gamma: what L counts, see `flow.warps.Smoothness`. steps: into so many the time from 0 to 1 is
+    divided. iterations: at most so many on each level. tolerance: a level ends when an iteration lowers the energy by
+    less than this share. wrap: the textures tile.
+    """
+
+    alpha: float
+    gamma: float
+    steps: int
+    iterations: int
+    tolerance: float
+    wrap: bool = False
+
+    def __post_init__(self) -> None:
+        Smoothness(self.alpha, self.gamma)
+        if min(self.steps, self.iterations) < 1 or not (0 <= self.tolerance < 1):
+            raise InputError(
+                f"steps is {self.steps}, iterations {self.iterations} and tolerance {self.tolerance}; give at least 1 "
+                "of the first two, and a share in [0, 1)"
+            )
+
+    def velocity(self, images: Tensor, lack: Callable[[Tensor], Lack], report: Report) -> Found:
+        """The velocity for two images (2, C, H, W); lack: what says how unlike they are, at any resolution."""
+        shape = (images.shape[-2], images.shape[-1])
+        factors = self._factors(shape)
+        found, control = None, images.new_zeros(self.steps, 2, 1, 1)
+        rows: list[Row] = []
+        for number, factor in enumerate(factors):
+            here = coarse_shape(shape, (factor, factor))
+            level = SearchLevel(self, factor, lack(_resized(images, factor, here)))
+            part = 1 / 4 ** (len(factors) - number)
+            start = F.interpolate(control, here, mode="bilinear", align_corners=False)
+            found, control = level.run(number, start, _part(report, part, 4 * part))
+            rows += found.energies
+        assert found is not None
+        return replace(found, energies=rows)
+
+    def _factors(self, shape: tuple[int, int]) -> list[int]:
+        """Coarse to fine; what tiles must be divided evenly."""
+        factors = [f for f in (COARSEST, 4, 2) if min(shape) // f >= _FEWEST]
+        return [*(f for f in factors if not self.wrap or all(s % f == 0 for s in shape)), 1]
+
+
+class SearchLevel:
+    """The search where pixels are `factor` times coarser: there alpha counts 1 / factor, gamma factor times as much."""
+
+    def __init__(self, search: Search, factor: int, lack: Lack) -> None:
+        self.search, self.factor, self.lack = search, factor, lack
+        self.smoothness = Smoothness(search.alpha / factor, search.gamma * factor, search.wrap)
+        self.least = _LEAST + _ROOM * (1 - 1 / factor)
+        self.seen: dict[str, float] = {}
+
+    def run(self, number: int, start: Tensor, report: Report) -> tuple[Found, Tensor]:
+        """What the descent from a control (N, 2, H, W) finds, and its last control."""
+        most, rows, stopped = self.search.iterations, [], "no step lowers the energy any more"
+        oracle, control = self.oracle(), self._allowed(start)
+        before = math.inf
+        for iteration, point in enumerate(descent(oracle, control, self._reach)):
+            control = point.at
+            place: Row = {"level": number, "factor": self.factor, "iteration": iteration}
+            rows.append(place | self.seen | {"total": point.energy})
+            report(f"scale 1/{self.factor}, energy {point.energy:.4g}", iteration / most)
+            if before - point.energy < self.search.tolerance * point.energy:
+                stopped = f"the energy settled in iteration {iteration} of the last level"
+                break
+            if iteration == most:
+                stopped = f"all {most} iterations of the last level were done"
+                break
+            before = point.energy
+        with torch.no_grad():
+            velocity = self.smoothness.inverted(control)
+            least = float(self.lack(velocity)[1])
+        return Found(velocity, rows, stopped, least), control
+
+    def oracle(self) -> Oracle:
+        """The energy of a control u (N, 2, H, W) and its gradient; `seen` keeps the parts of the last energy."""
+
+        def look(control: Tensor) -> tuple[float, Tensor]:
+            velocity = self.smoothness.inverted(control).requires_grad_()
+            energies, least = self.lack(velocity)
+            if not float(least.detach()) > self.least:
+                return math.inf, control
+            (gradient,) = torch.autograd.grad(torch.stack(list(energies.values())).sum(), velocity)
+            count = control[:, 0].numel()  # energies are means over time and pixels
+            self.seen = {"velocity": float(inner(control, control)) / count}
+            self.seen |= {name: float(value.detach()) for name, value in energies.items()}
+            return sum(self.seen.values()), 2 * control / count + self.smoothness.inverted(gradient)
+
+        return look
+
+    def _allowed(self, control: Tensor) -> Tensor:
+        """The control, or as much of it as does not fold."""
+        with torch.no_grad():
+            while not float(self.lack(self.smoothness.inverted(control))[1]) > self.least:
+                control = 0.9 * control
+        return control
+
+    def _reach(self, control: Tensor) -> float:
+        """How far, in px, the velocity of a control moves pixels, at most; the same whichever end of time is first."""
+        speed = self.smoothness.inverted(control).norm(dim=1)
+        return float((speed + speed.flip(0)).sum(0).max()) / 2
+
+
+def _part(report: Report, begin: float, end: float) -> Report:
+    """Told of a part of all work, from `begin` to `end`."""
+    return lambda what, share: report(what, begin + (end - begin) * share)
+
+
+def _resized(images: Tensor, factor: int, shape: tuple[int, ...]) -> Tensor:
+    return resized(images.flatten(0, 1), (factor, factor), shape).view(2, -1, *shape)

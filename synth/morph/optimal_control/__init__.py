@@ -1,5 +1,0 @@
-"""Metamorphosis by optimal control: one velocity moves the texture while a source term changes its colors."""
-
-from synth.morph.optimal_control.control import PRESETS, Control
-
-__all__ = ["PRESETS", "Control"]

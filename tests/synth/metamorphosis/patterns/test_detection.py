@@ -1,0 +1,43 @@
+"""Detection on made textures whose patterns are known, and what draws its line."""
+
+import numpy as np
+import pytest
+from bench_patterns import made, measured
+
+from synth.metamorphosis.patterns import detect
+
+
+@pytest.mark.parametrize("kind", ["disc", "cross"])
+def test_patterns_in_noise_are_found_with_their_landmarks(kind: str) -> None:
+    figures = measured(kind, seed=1, noise=0.08)
+    assert figures["found"] >= 0.95 * figures["there"]
+    assert figures["wrong"] <= 0.05 * figures["found"]
+    assert figures["worst"] < 1
+
+
+def test_votes_peak_where_the_patterns_are() -> None:
+    texture = made("disc", seed=2)
+    detection = detect(texture.image, texture.landmarks[0])
+    x, y = np.rint(texture.landmarks.mean(1)).astype(int).T
+    assert detection.votes[y, x].min() > 3 * np.median(detection.votes)
+
+
+def test_a_threshold_that_is_given_is_kept() -> None:
+    texture = made("cross", seed=3)
+    every = detect(texture.image, texture.landmarks[0], threshold=2.0)
+    few = detect(texture.image, texture.landmarks[0], threshold=0.5)
+    assert every.distances.max() <= 2
+    assert 0 < len(few.landmarks) < len(every.landmarks)
+    assert few.distances.max() <= 0.5
+    assert np.all(np.diff(every.distances) >= 0)
+
+
+def test_the_same_image_shifted_has_the_same_patterns_shifted() -> None:
+    texture = made("cross", seed=4)
+    own, shift = texture.landmarks[len(texture.landmarks) // 2], np.array([5, 3])
+    here = detect(texture.image, own).landmarks.mean(1)
+    there = detect(texture.image[3:, 5:], own - shift).landmarks.mean(1) + shift
+    inner = here[((here > 30) & (here < 170)).all(1)]
+    away = np.linalg.norm(inner[:, None] - there[None], axis=2).min(1)
+    assert len(inner) > 10
+    assert away.max() < 1
