@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from synth.metamorphosis.door import Metamorphosis, morph
     from synth.texture.filling import fill
     from synth.texture.images import Synthesis, synthesize
+    from synth.texture.tiling import tile
 
 __all__ = [
     "InputError",
@@ -30,6 +31,7 @@ __all__ = [
     "read_flow",
     "read_image",
     "synthesize",
+    "tile",
     "write_flow",
     "write_image",
 ]
@@ -49,6 +51,7 @@ __getattr__, __dir__ = lazy(
         "read_flow": "synth.io.flows",
         "read_image": "synth.io.images",
         "synthesize": "synth.texture.images",
+        "tile": "synth.texture.tiling",
         "write_flow": "synth.io.flows",
         "write_image": "synth.io.images",
     },

@@ -1,5 +1,4 @@
-"""The command line: `kwatra synth`, `fill`, `score`, `flow`, `animate`, `quilt`, `merge`, `morph` and
-`patterns`.
+"""The command line: `kwatra synth`, `fill`, `tile` and the others that `synth.commands` lists.
 
 Bad input ends with one sentence on stderr and exit code 2, Ctrl-C with 130 from the first instruction on. What takes
 long to import is imported when a command runs, so that `--help` answers at once.
@@ -11,7 +10,9 @@ import sys
 import threading
 from collections.abc import Sequence
 from types import FrameType
-from typing import TYPE_CHECKING, TextIO
+from typing import TYPE_CHECKING
+
+from synth.saying import say
 
 if TYPE_CHECKING:
     import argparse
@@ -54,7 +55,7 @@ def _run(argv: Sequence[str] | None, interrupts: "_Interrupts") -> int:
     for module in command.LOADS:
         import_module(module)
     interrupts.loading = False
-    _say(command.run(arguments), sys.stdout)
+    say(command.run(arguments), sys.stdout)
     return 0
 
 
@@ -70,7 +71,7 @@ class _Interrupts:
 
     def _heed(self, number: int, frame: FrameType | None) -> None:
         if self.loading:
-            _say(f"kwatra: {_NOTHING}", sys.stderr)
+            say(f"kwatra: {_NOTHING}", sys.stderr)
             os._exit(130)
         self.came = True
         raise KeyboardInterrupt
@@ -108,16 +109,8 @@ def _sentence(error: Exception) -> str | None:
 
 
 def _fail(sentence: str, code: int) -> int:
-    _say(f"kwatra:{' error:' if code == 2 else ''} {' '.join(sentence.split())}", sys.stderr)
+    say(f"kwatra:{' error:' if code == 2 else ''} {' '.join(sentence.split())}", sys.stderr)
     return code
-
-
-def _say(text: str, stream: TextIO | None) -> None:
-    """Print what may hold names that the stream cannot show, or to a stream that is closed."""
-    if stream is None or stream.closed:
-        return
-    encoding = stream.encoding or "utf-8"
-    print(text.encode(encoding, "backslashreplace").decode(encoding), file=stream, flush=True)
 
 
 if __name__ == "__main__":

@@ -16,7 +16,7 @@ PUBLIC = {
         end_point_error filled flow_term lookup loop named noise picture published resampled rotation saddle sampled
         seen shear sink source stream uniform vortices warp waves wheel""",
     synth: """InputError Kind Metamorphosis Picture Recording Synthesis field_of fill morph read_flow read_image
-        synthesize write_flow write_image""",
+        synthesize tile write_flow write_image""",
 }
 
 

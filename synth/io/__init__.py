@@ -17,6 +17,7 @@ if TYPE_CHECKING:
         read_image,
         read_mask,
         read_values,
+        to_pixels,
     )
     from synth.io.kinds import Array, Kind
     from synth.io.numpy_files import npy_writer
@@ -52,6 +53,7 @@ __all__ = [
     "read_video",
     "staged",
     "straight",
+    "to_pixels",
     "unmixed",
     "video_writer",
     "write_files",
@@ -88,6 +90,7 @@ __getattr__, __dir__ = lazy(
         "read_video": "synth.io.videos",
         "staged": "synth.io.outputs",
         "straight": "synth.io.alpha",
+        "to_pixels": "synth.io.images",
         "unmixed": "synth.io.alpha",
         "video_writer": "synth.io.videos",
         "write_files": "synth.io.outputs",

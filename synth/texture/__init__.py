@@ -8,6 +8,8 @@ if TYPE_CHECKING:
     from synth.texture.filling import fill
     from synth.texture.images import PRESETS, Synthesis, synthesize
     from synth.texture.maps import Map, check_source_output, map_writer, read_guide, read_map, source_writer
+    from synth.texture.periods import whole_size
+    from synth.texture.tiling import tile
 
 __all__ = [
     "PRESETS",
@@ -20,6 +22,8 @@ __all__ = [
     "read_map",
     "source_writer",
     "synthesize",
+    "tile",
+    "whole_size",
 ]
 
 __getattr__, __dir__ = lazy(
@@ -35,5 +39,7 @@ __getattr__, __dir__ = lazy(
         "read_map": "synth.texture.maps",
         "source_writer": "synth.texture.maps",
         "synthesize": "synth.texture.images",
+        "tile": "synth.texture.tiling",
+        "whole_size": "synth.texture.periods",
     },
 )

@@ -63,7 +63,7 @@ def fill(
     others: list[Any] = _listed(exemplar)
     missing: Tensor = _checked_hole(image, torch.as_tensor(hole).cpu(), bool(others))
     filled: Image = image.detach().cpu().clone() if isinstance(image, Tensor) else image.copy()
-    pixels = _memory(filled)
+    pixels = planes_of(filled)
     pixels[:, missing.numpy()] = 0 if bool(missing.all()) else pixels[:, ~missing.numpy()][:, :1]
     given: list[Image] = [filled, *others]
     form: Form[Image] = Form.of(given)
@@ -77,7 +77,7 @@ def fill(
         source = Exemplar.of([known], masks=[~missing], device=device)
     result, box = _filled(known, missing, source, pictures, preset, seed, callback)
     inside = missing[box].numpy()
-    pixels[:, missing.numpy()] = _memory(form.restored(result.image.cpu()))[:, inside]
+    pixels[:, missing.numpy()] = planes_of(form.restored(result.image.cpu()))[:, inside]
     where = np.indices((1, *missing.shape))[:, 0]
     if others:
         where[0] = -1
@@ -172,7 +172,7 @@ def _listed(exemplar: Any) -> list[Any]:
     return [exemplar] if isinstance(exemplar, (Tensor, np.ndarray)) else list(exemplar)
 
 
-def _memory(image: Tensor | np.ndarray) -> np.ndarray:
+def planes_of(image: Tensor | np.ndarray) -> np.ndarray:
     """The image's own memory as an array (C, H, W)."""
     if isinstance(image, Tensor):
         return image.numpy()

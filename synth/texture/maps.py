@@ -8,9 +8,9 @@ or rotated.
 import re
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-from torch import Tensor
 
 from kwatra.base import InputError
 from synth.io.images import array_writer, check_output, read_array, read_values
@@ -70,7 +70,7 @@ def read_guide(request: str, count: int) -> tuple[list[Array], Array]:
     return list(arrays[:-1]), arrays[-1]
 
 
-def map_writer(carried: Map, synthesis: Synthesis[Tensor]) -> Writer:
+def map_writer(carried: Map, synthesis: Synthesis[Any]) -> Writer:
     """What writes a map rearranged as the synthesis rearranged its exemplar."""
     return array_writer(carried.output, synthesis.take(carried.arrays), carried.kind)
 

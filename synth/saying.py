@@ -1,0 +1,17 @@
+"""What is said on the terminal, whatever the terminal can show."""
+
+import sys
+from typing import TextIO
+
+
+def say(text: str, stream: TextIO | None) -> None:
+    """Print what may hold names that the stream cannot show, or to a stream that is closed."""
+    if stream is None or stream.closed:
+        return
+    encoding = stream.encoding or "utf-8"
+    print(text.encode(encoding, "backslashreplace").decode(encoding), file=stream, flush=True)
+
+
+def note(text: str) -> None:
+    """One line on stderr about what works, but might better be asked for in another way."""
+    say(f"kwatra: note: {' '.join(text.split())}", sys.stderr)

@@ -1,0 +1,58 @@
+"""Sizes that hold whole periods of a texture that repeats: only at these can it tile without a break.
+
+A texture with a lattice tiles in a size where moving it by the height, and by the width, moves it onto itself: both
+are lattice vectors, up to what a few elements can give way.
+"""
+
+from collections.abc import Sequence
+
+import torch
+import torch.nn.functional as F
+from torch import Tensor
+
+from kwatra import Exemplar, Lattice, find_lattice
+
+GIVE = 0.1
+"""What a size may be off whole periods, as a part of the lattice's shortest vector: elements of near-regular textures
+vary by as much. One pixel is always allowed."""
+
+SEARCHED = 2**19
+"""Pictures with more pixels are not searched for a lattice: that takes seconds."""
+
+
+def whole_size(
+    pictures: Sequence[Tensor], size: Sequence[int], axes: str = "xy", *, crop: bool = False
+) -> tuple[int, int] | None:
+    """The size (height, width) nearest to `size` that holds whole periods of a texture along "x", "y" or "xy".
+
+    pictures: of the texture, (C, H, W). crop: it is no larger than `size`. None for a texture without a lattice, for
+    pictures too large to be searched for one, and where no size from half to one and a half of the given one will do.
+    """
+    if sum(picture[0].numel() for picture in pictures) > SEARCHED:
+        return None
+    lattice = find_lattice(Exemplar.of(list(pictures)))
+    if lattice is None:
+        return None
+    height, width = size
+    down = _nearest(lattice, height, 0, crop) if "y" in axes else height
+    across = _nearest(lattice, width, 1, crop) if "x" in axes else width
+    return None if down is None or across is None else (down, across)
+
+
+def _nearest(lattice: Lattice, size: int, axis: int, crop: bool) -> int | None:
+    """The nearest good size along an axis (0 down, 1 across); of several with as many periods the best is meant."""
+    give = max(1.0, GIVE * float(lattice.vectors.norm(dim=1).min()))
+    if float(_off(lattice, torch.tensor([size]), axis)) <= give:
+        return size
+    sizes = torch.arange(max(size // 2, 4), (size if crop else size * 3 // 2) + 1)
+    off = _off(lattice, sizes, axis)
+    best = off <= F.pad(off, (1, 1), value=torch.inf).unfold(0, 3, 1).amin(1)
+    good = sizes[(off <= give) & best]
+    return int(good[(good - size).abs().argmin()]) if len(good) else None
+
+
+def _off(lattice: Lattice, sizes: Tensor, axis: int) -> Tensor:
+    """How far moves by `sizes` (N,) pixels along an axis are from the nearest lattice vector, in pixels."""
+    moves = torch.zeros(2, len(sizes))
+    moves[axis] = sizes
+    return lattice.rest(moves).norm(dim=0)

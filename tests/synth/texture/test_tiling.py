@@ -1,0 +1,111 @@
+"""Pictures that tile: the inside stays, no seam is left, maps go along, periods are held."""
+
+import numpy as np
+import pytest
+import torch
+from skimage import data
+
+from kwatra import InputError
+from synth import tile
+from synth.texture import whole_size
+
+
+def wrapped_step(image: np.ndarray, axis: int) -> float:
+    """Mean difference between the last row (or column) and the first."""
+    image = image.astype(float)
+    return float(np.abs(image.take(0, axis) - image.take(-1, axis)).mean())
+
+
+def usual_step(image: np.ndarray, axis: int) -> float:
+    return float(np.abs(np.diff(image.astype(float), axis=axis)).mean())
+
+
+def test_gravel_meets_itself_like_gravel_and_its_inside_stays() -> None:
+    gravel = data.gravel()[20:116, 30:142]
+    made = tile(gravel, band=12)
+    assert made.image.dtype == np.uint8
+    assert made.image.shape == gravel.shape
+    assert np.array_equal(made.image[12:-12, 12:-12], gravel[12:-12, 12:-12])
+    for axis in (0, 1):
+        assert wrapped_step(gravel, axis) > 1.5 * usual_step(gravel, axis)
+        assert wrapped_step(made.image, axis) < 1.2 * usual_step(gravel, axis)
+    assert 0 < (made.image != gravel).mean() < 0.4
+
+
+def test_what_is_not_blended_comes_from_where_the_source_says_and_maps_go_along() -> None:
+    gravel = data.gravel()[:80, :96].astype(np.uint16) * 257
+    made = tile(gravel)
+    moved = made.take(gravel)
+    assert made.image.dtype == np.uint16
+    assert np.mean(moved == made.image) > 0.75
+    assert np.abs(moved.astype(float) - made.image).mean() < 0.02 * 65535
+    assert not made.source[0].any()
+    place = np.indices(gravel.shape)
+    assert np.array_equal(made.source[1:, 20:-20, 20:-20], place[:, 20:-20, 20:-20])
+    assert wrapped_step(moved, 0) < 1.5 * usual_step(gravel, 0)
+
+
+def test_a_picture_that_tiles_already_stays_nearly_as_it_is() -> None:
+    y, x = np.mgrid[:64, :96]
+    image = 0.5 + 0.25 * np.sin(2 * np.pi * x / 24) + 0.25 * np.sin(2 * np.pi * y / 16)
+    made = tile(image)
+    assert np.abs(made.image - image).max() < 1e-3
+
+
+def test_along_one_axis_the_other_borders_stay() -> None:
+    gravel = torch.from_numpy(data.gravel()[:80, :96]).float()[None] / 255
+    made = tile(gravel, axes="x", band=12)
+    assert torch.equal(made.image[:, :, 12:-12], gravel[:, :, 12:-12])
+    assert not torch.equal(made.image[:, :, :12], gravel[:, :, :12])
+    assert wrapped_step(made.image[0].numpy(), 1) < 1.2 * usual_step(gravel[0].numpy(), 1)
+    assert wrapped_step(made.image[0].numpy(), 0) > 1.5 * usual_step(gravel[0].numpy(), 0)
+
+
+def test_light_that_changes_across_the_picture_leaves_no_step() -> None:
+    light = np.linspace(0.6, 1.0, 128)
+    noise = np.random.default_rng(0).normal(0.5, 0.02, (48, 128))
+    made = tile((noise * light).astype(np.float32), band=12, axes="x")
+    blurred = made.image.mean(0)
+    steps = np.abs(np.diff(np.concatenate([blurred, blurred[:1]])))
+    assert steps.max() < 0.06  # of 0.2 between the borders
+
+
+def test_cropped_to_whole_periods() -> None:
+    y, x = np.mgrid[:100, :110]
+    dots = (np.hypot((y + 3) % 16 - 8, (x + 5) % 20 - 10) < 5).astype(np.float64)
+    dots += np.random.default_rng(0).normal(0, 0.02, dots.shape)
+    picture = torch.from_numpy(dots)[None].float()
+    assert whole_size([picture], (100, 110), crop=True) == (96, 100)
+    assert whole_size([picture], (90, 130)) == (96, 120)
+    assert whole_size([picture], (48, 40)) == (48, 40)
+    assert whole_size([picture], (90, 110), "x") == (90, 100)
+    assert whole_size([torch.rand(1, 64, 64, generator=torch.Generator().manual_seed(0))], (64, 64)) is None
+    made = tile(dots, crop=True)
+    assert made.image.shape == (96, 100)
+    assert np.mean((np.roll(made.image, (16, 20), (0, 1)) > 0.5) != (made.image > 0.5)) < 0.01
+    top, left = made.source[1, 40, 40] - 40, made.source[2, 40, 40] - 40
+    assert np.array_equal(made.image[20:-20, 20:-20], dots[top : top + 96, left : left + 100][20:-20, 20:-20])
+
+
+def test_the_same_seed_gives_the_same_bits_and_another_another() -> None:
+    gravel = data.gravel()[:48, :48]
+    a, b, c = (tile(gravel, seed=seed).image for seed in (0, 0, 1))
+    assert np.array_equal(a, b)
+    assert not np.array_equal(a, c)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"axes": "z"}, "axes is 'z'"),
+        ({"band": 1}, "the band is 1 pixels; of 64x48 it is 2 to 12"),
+        ({"band": 13}, "the band is 13 pixels"),
+        ({"image": np.zeros((12, 64))}, "the picture is 64x12; at least 16x16"),
+        ({"crop": True}, "no period was found"),
+        ({"image": np.full((64, 64), np.nan)}, "NaN"),
+    ],
+)
+def test_bad_requests_are_refused(options: dict, message: str) -> None:
+    image = np.random.default_rng(0).random((48, 64))
+    with pytest.raises(InputError, match=message):
+        tile(**({"image": image} | options))
