@@ -71,7 +71,7 @@ def trace(output: Tensor, exemplar: list[Tensor], window: int, tolerance: float)
     image, down, right = offset[:, region]
     areas = region.flatten().bincount()[1:].double()
     size = float(areas.square().sum()) / region.numel() / _area(exemplar)
-    use = _use(sources.place.flatten(1), source_windows.grids)
+    use = _use(sources.place.flatten(1), [grid[1:] for grid in source_windows.grids])
     return CopyMap(region, torch.stack((right, down)), image, size, use)
 
 
@@ -86,14 +86,14 @@ def _area(exemplar: list[Tensor]) -> int:
 
 
 def _sources(windows: Windows, nearest: Nearest) -> _Sources:
-    height, width = windows.grids[0]
+    _, height, width = windows.grids[0]
     step = _step(height * width, windows.size)
     rows, columns = _every(step, height), _every(step, width)
     numbers = (rows[:, None] * width + columns).flatten()
     found = [nearest.search(windows.rows(part), candidates=2) for part in numbers.split(PART)]
     distance, source = (torch.cat(parts) for parts in zip(*found, strict=True))
     shape = len(rows), len(columns)
-    place = nearest.windows.places(source).reshape(3, *shape)
+    place = nearest.windows.places(source)[[0, 2, 3]].reshape(3, *shape)
     return _Sources(rows, columns, distance.reshape(shape), place)
 
 

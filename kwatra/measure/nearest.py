@@ -1,4 +1,4 @@
-"""All windows of some images as one set, and the nearest of them to any window.
+"""All windows of some images or videos as one set, and the nearest of them to any window.
 
 The windows of a coarse scale are not cut from a shrunk image: shrinking keeps one phase of the
 sampling grid, and an exemplar moved by one pixel then looks foreign to itself. Here a window of
@@ -13,8 +13,9 @@ large by 0.3% on average and by 2% at most; sampling the queries costs about as 
 """
 
 import functools
+import itertools
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, ParamSpec, TypeVar
 
@@ -22,6 +23,12 @@ import faiss
 import torch
 import torch.nn.functional as F
 from torch import Tensor
+
+WINDOW = 7
+"""Pixels to a side of the windows that figures compare."""
+
+QUERIES = 2000
+"""About so many windows are looked up for a distance."""
 
 COMPONENTS = 32
 
@@ -57,20 +64,22 @@ def one_thread(function: Callable[Arguments, Value]) -> Callable[Arguments, Valu
 
 @dataclass(frozen=True)
 class Windows:
-    """The size x size windows of some images, numbered image by image and row by row.
+    """The windows of some videos, `depth` frames of size x size pixels, numbered video by video and as pixels are.
 
-    images: (C, H, W) float32 each, already averaged over scale x scale pixels. scale: how many
-    pixels the neighbors within a window are apart.
+    videos: (C, T, H, W) float32 each, an image being a video of one frame; already averaged over scale x scale pixels.
+    scale: how many pixels the neighbors within a window are apart; frames are never left out.
     """
 
-    images: tuple[Tensor, ...]
+    videos: tuple[Tensor, ...]
     size: int
     scale: int = 1
+    depth: int = 1
 
     @classmethod
-    def of(cls, images: list[Tensor], size: int, scale: int = 1) -> "Windows":
-        """The windows of (C, H, W) images with at least size * scale pixels to a side."""
-        return cls(tuple(F.avg_pool2d(image, scale, stride=1) for image in images), size, scale)
+    def of(cls, videos: Sequence[Tensor], size: int, scale: int = 1, depth: int = 1) -> "Windows":
+        """The windows of images (C, H, W) or videos (C, T, H, W) with at least size * scale pixels to a side."""
+        several = (video[:, None] if video.ndim == 3 else video for video in videos)
+        return cls(tuple(F.avg_pool2d(video, scale, stride=1) for video in several), size, scale, depth)
 
     @property
     def span(self) -> int:
@@ -78,79 +87,93 @@ class Windows:
         return (self.size - 1) * self.scale + 1
 
     @property
-    def grids(self) -> list[tuple[int, int]]:
-        """Rows and columns of windows in each image."""
-        margin = self.span - 1
-        return [(image.shape[1] - margin, image.shape[2] - margin) for image in self.images]
+    def grids(self) -> list[tuple[int, int, int]]:
+        """Windows along time, down and across in each video."""
+        margins = self.depth - 1, self.span - 1, self.span - 1
+        return [
+            (frames - margins[0], height - margins[1], width - margins[2])
+            for _, frames, height, width in (video.shape for video in self.videos)
+        ]
 
     def __len__(self) -> int:
-        return sum(height * width for height, width in self.grids)
+        return sum(map(math.prod, self.grids))
 
     def places(self, numbers: Tensor) -> Tensor:
-        """Image, row and column (3, n) of the top left pixels of the windows numbered (n,)."""
-        places = torch.empty(3, len(numbers), dtype=torch.long)
+        """Video, frame, row and column (4, n) of the first, top left pixels of the windows numbered (n,)."""
+        places = torch.empty(4, len(numbers), dtype=torch.long)
         first = 0
-        for image, (height, width) in enumerate(self.grids):
-            mine = (numbers >= first) & (numbers < first + height * width)
-            local = numbers[mine] - first
-            places[0, mine] = image
-            places[1, mine] = local // width
-            places[2, mine] = local % width
-            first += height * width
+        for video, grid in enumerate(self.grids):
+            mine = (numbers >= first) & (numbers < first + math.prod(grid))
+            places[0, mine] = video
+            places[1:, mine] = torch.stack(torch.unravel_index(numbers[mine] - first, grid))
+            first += math.prod(grid)
         return places
 
     def rows(self, numbers: Tensor) -> Tensor:
-        """The windows numbered (n,), one a row (n, C * size * size)."""
-        image_of, top, left = self.places(numbers)
-        channels = self.images[0].shape[0]
-        rows = torch.empty(len(numbers), channels * self.size**2)
-        for number, image in enumerate(self.images):
+        """The windows numbered (n,), one a row (n, C * depth * size * size)."""
+        video_of, frame, top, left = self.places(numbers)
+        channels = self.videos[0].shape[0]
+        rows = torch.empty(len(numbers), channels * self.depth * self.size**2)
+        for number, video in enumerate(self.videos):
             pixels = slice(None, None, self.scale)
-            view = image.unfold(1, self.span, 1).unfold(2, self.span, 1)[..., pixels, pixels]
-            mine = image_of == number
-            rows[mine] = view[:, top[mine], left[mine]].transpose(0, 1).flatten(1)
+            view = video.unfold(1, self.depth, 1).unfold(2, self.span, 1).unfold(3, self.span, 1)[..., pixels, pixels]
+            mine = video_of == number
+            rows[mine] = view[:, frame[mine], top[mine], left[mine]].transpose(0, 1).flatten(1)
         return rows
 
     def sample(self, about: int) -> Tensor:
         """Numbers of about `about` windows, always the same: a random one from each cell of a grid."""
-        side = math.sqrt(len(self) / about)
+        long = min((len(self) / about) ** (1 / 3), max(frames for frames, _, _ in self.grids))
+        side = math.sqrt(len(self) / about / long)
         if side <= 1:
             return torch.arange(len(self))
         generator = torch.Generator().manual_seed(0)
         numbers, first = [], 0
-        for height, width in self.grids:
-            rows, columns = math.ceil(height / side), math.ceil(width / side)
-            down, right = torch.rand(2, rows, columns, generator=generator, dtype=torch.float64)
-            row = ((torch.arange(rows)[:, None] + down) * height / rows).long()
-            column = ((torch.arange(columns) + right) * width / columns).long()
-            numbers.append((first + row * width + column).flatten())
-            first += height * width
+        for grid in self.grids:
+            numbers.append(first + _one_per_cell(grid, (long, side, side), generator))
+            first += math.prod(grid)
         return torch.cat(numbers).unique()
 
     def strips(self) -> Iterator[tuple[int, Tensor]]:
-        """Strips (C, h, W) of the images that hold about PART windows each, and their first windows' numbers."""
+        """Parts (C, t, h, W) of the videos that hold about PART windows each, and their first windows' numbers."""
         first = 0
-        for image, (height, width) in zip(self.images, self.grids, strict=True):
-            step = max(1, PART // width)
-            for top in range(0, height, step):
-                yield first + top * width, image[:, top : top + step + self.span - 1]
-            first += height * width
+        for video, (frames, height, width) in zip(self.videos, self.grids, strict=True):
+            long = max(1, PART // (height * width))
+            high = height if long > 1 else max(1, PART // width)
+            for frame, top in itertools.product(range(0, frames, long), range(0, height, high)):
+                part = video[:, frame : frame + long + self.depth - 1, top : top + high + self.span - 1]
+                yield first + (frame * height + top) * width, part
+            first += frames * height * width
+
+
+def _one_per_cell(grid: Sequence[int], cell: Sequence[float], generator: torch.Generator) -> Tensor:
+    """Numbers of random places of a grid (frames, rows, columns), one in each of equal boxes of a cell's size."""
+    counts = [math.ceil(extent / side) for extent, side in zip(grid, cell, strict=True)]
+    down, right, later = torch.rand(3, *counts, generator=generator, dtype=torch.float64)
+    corners = torch.meshgrid(*map(torch.arange, counts), indexing="ij")
+    frame, row, column = (
+        ((corner + within) * extent / count).long()
+        for corner, within, extent, count in zip(corners, (later, down, right), grid, counts, strict=True)
+    )
+    return ((frame * grid[1] + row) * grid[2] + column).flatten()
 
 
 @dataclass(frozen=True)
 class Projection:
-    """Principal components of windows: the mean (d,), the leading directions (d, components)."""
+    """Principal components of windows: mean (d,), leading directions (d, components), deviations (components,)."""
 
     mean: Tensor
     directions: Tensor
+    deviations: Tensor
 
     @classmethod
     def learned_from(cls, rows: Tensor) -> "Projection":
         """The components of rows (n, d), in double precision."""
         mean = rows.mean(0, dtype=torch.float64)
         centered = rows.double() - mean
-        _, vectors = torch.linalg.eigh(centered.T @ centered)
-        return cls(mean.float(), vectors[:, -COMPONENTS:].float())
+        squares, vectors = torch.linalg.eigh(centered.T @ centered)
+        deviations = (squares[-COMPONENTS:].clamp(min=0) / len(rows)).sqrt()
+        return cls(mean.float(), vectors[:, -COMPONENTS:].float(), deviations.float())
 
     def __call__(self, rows: Tensor) -> Tensor:
         """Coordinates (n, components + 1) of rows (n, d), the last the length of what is missed."""
@@ -159,15 +182,26 @@ class Projection:
         missed = centered.square().sum(1) - leading.square().sum(1)
         return torch.cat((leading, missed.clamp(min=0).sqrt()[:, None]), 1)
 
-    def all_windows(self, image: Tensor, size: int, scale: int) -> Tensor:
-        """The same coordinates of all windows of an image (C, H, W), row by row, by convolution."""
-        mean = self.mean.reshape(image.shape[0], -1)
+    def whitened(self, rows: Tensor) -> Tensor:
+        """Coordinates (n, components) of rows (n, d), in the deviations of what the components were learned from.
+
+        Components that vary less than a thousandth of the first are rounding, and stay as they are.
+        """
+        leading = (rows - self.mean) @ self.directions
+        least = 1e-3 * self.deviations.max()
+        return leading / torch.where(self.deviations > least, self.deviations, 1.0)
+
+    def all_windows(self, video: Tensor, windows: Windows) -> Tensor:
+        """The same coordinates of all windows of a part (C, t, h, w) of a video, in order, by convolution."""
+        channels, shape = video.shape[0], (windows.depth, windows.size, windows.size)
+        convolve = functools.partial(F.conv3d, dilation=(1, windows.scale, windows.scale))
+        mean = self.mean.reshape(channels, -1)
         color = mean.mean(1, keepdim=True)  # without it the squares lose half their digits
-        image, mean = image - color[..., None], (mean - color).flatten()
+        video, mean = video - color[..., None, None], (mean - color).flatten()
         filters = torch.cat((self.directions, mean[:, None]), 1).T
-        along = F.conv2d(image[None], filters.reshape(-1, *image.shape[:1], size, size), dilation=scale)[0]
-        squares = F.conv2d(image.square().sum(0)[None, None], torch.ones(1, 1, size, size), dilation=scale)[0]
-        leading = along[:-1] - (mean @ self.directions)[:, None, None]
+        along = convolve(video[None], filters.reshape(-1, channels, *shape))[0]
+        squares = convolve(video.square().sum(0)[None, None], torch.ones(1, 1, *shape))[0]
+        leading = along[:-1] - (mean @ self.directions)[:, None, None, None]
         missed = squares - 2 * along[-1:] + mean.square().sum() - leading.square().sum(0)
         return torch.cat((leading, missed.clamp(min=0).sqrt())).flatten(1).T.contiguous()
 
@@ -175,11 +209,12 @@ class Projection:
 class Nearest:
     """Finds the nearest of `windows`; holds PART of them at a time, whatever their number."""
 
-    def __init__(self, windows: Windows) -> None:
+    def __init__(self, windows: Windows, project: Projection | None = None) -> None:
+        """project: the components to search in, where others have learned them from windows that are much the same."""
         self.windows = windows
         rows = windows.rows(windows.sample(SAMPLE))
-        self._project = Projection.learned_from(rows)
-        self._index = self._empty_index(self._project(rows))
+        self.project = Projection.learned_from(rows) if project is None else project
+        self._index = self._empty_index(self.project(rows))
         self._held = -1
 
     def search(self, rows: Tensor, candidates: int = 8) -> tuple[Tensor, Tensor]:
@@ -187,7 +222,7 @@ class Nearest:
 
         candidates: how many to measure in full for each row; few are enough to find exact copies.
         """
-        points = self._project(rows).numpy()
+        points = self.project(rows).numpy()
         bound = torch.full((len(rows), candidates), torch.inf)
         number = torch.zeros(len(rows), candidates, dtype=torch.long)
         for first, strip in self.windows.strips():
@@ -220,6 +255,6 @@ class Nearest:
         """Fill the index with the windows of a strip, unless it holds them already."""
         if first != self._held:
             self._index.reset()
-            points = self._project.all_windows(strip, self.windows.size, self.windows.scale)
+            points = self.project.all_windows(strip, self.windows)
             self._index.add(points.numpy())
             self._held = first

@@ -22,19 +22,17 @@ thread and without global random state: the same input gives the same bits.
 
 from collections.abc import Callable, Sequence
 
-import numpy as np
 import torch
 from torch import Tensor
 
 from kwatra.base import InputError
 from kwatra.measure.copies import CopyMap, nothing_copied, trace
-from kwatra.measure.nearest import Nearest, Windows, one_thread
+from kwatra.measure.nearest import QUERIES, WINDOW, Nearest, Windows, one_thread
+from kwatra.measure.pixels import deviation, gradient, ratio, unit
+from kwatra.measure.sliced import sliced_distance
+from kwatra.measure.video import video_figures
 
-WINDOW = 7
 SCALES = (1, 2, 4)
-QUERIES = 2000
-DIRECTIONS = 128
-QUANTILES = 512
 COPY_WINDOW = 11
 
 Images = Tensor | Sequence[Tensor]
@@ -44,18 +42,24 @@ Images = Tensor | Sequence[Tensor]
 def measure(output: Tensor, exemplar: Images) -> dict[str, float]:
     """All figures of an output against its exemplar.
 
-    output: (C, H, W) float, any units, or a video (C, T, H, W), of whose frames the figures are
-    averaged. exemplar: the same, or several of one texture; its frames are so many images.
+    output: (C, H, W) float, any units, or a video (C, T, H, W). exemplar: the same, or several of one texture.
+    Where both are videos, those of `kwatra.measure.video`, of how they move as well. Where the output alone is one, the
+    figures of its frames are averaged; where the exemplar alone is, its frames are so many images.
     Scales whose windows are longer than half the smallest side are left out; scale 1 never is.
 
     Returns forward, coverage, wasserstein (at least 0, means over the scales), sharpness (1 is
     right), copy and use (0..1), and overall: the mean of forward, coverage, wasserstein and
-    |1 - sharpness|, to rank by; lower is better.
+    |1 - sharpness|, to rank by; lower is better. For videos: forward, coverage, wasserstein, sharpness, change,
+    flicker, tempo, order, direction, replay, loop, and overall.
 
     Raises InputError for sides under 7 pixels, channel counts that differ, and values that are not
     finite floating-point numbers.
     """
     frames, images = _read(output, exemplar)
+    several = [exemplar] if isinstance(exemplar, Tensor) else exemplar
+    if output.ndim == 4 and all(each.ndim == 4 for each in several):
+        clips = torch.stack(images, 1).split([each.shape[1] for each in several], 1)
+        return video_figures(torch.stack(frames, 1), clips, carried_scales(output, exemplar))
     figures = [_measure_image(frame, images) for frame in frames]
     return {name: sum(f[name] for f in figures) / len(figures) for name in figures[0]}
 
@@ -92,7 +96,7 @@ def forward_energy(output: Tensor, exemplar: Images, *, scale: int = 1) -> float
     Shapes and errors as in `measure`. scale: 7 * scale pixels must fit in every image.
     """
     frames, images = _read(output, exemplar, scale)
-    return _mean_distance(frames, images, scale) / _unit(images)
+    return _mean_distance(frames, images, scale) / unit(images)
 
 
 @one_thread
@@ -102,7 +106,7 @@ def coverage_energy(output: Tensor, exemplar: Images, *, scale: int = 1) -> floa
     Shapes and errors as in `forward_energy`.
     """
     frames, images = _read(output, exemplar, scale)
-    return _mean_distance(images, frames, scale) / _unit(images)
+    return _mean_distance(images, frames, scale) / unit(images)
 
 
 def _mean_distance(images: list[Tensor], others: list[Tensor], scale: int) -> float:
@@ -120,19 +124,8 @@ def sliced_wasserstein(output: Tensor, exemplar: Images, *, scale: int = 1) -> f
     quantiles. Shapes and errors as in `forward_energy`.
     """
     frames, images = _read(output, exemplar, scale)
-    a, b = (_quantiles(Windows.of(side, WINDOW, scale)) for side in (frames, images))
-    return float((a - b).abs().mean()) / _unit(images)
-
-
-def _quantiles(windows: Windows) -> Tensor:
-    """Quantiles of projected windows (DIRECTIONS, QUANTILES)."""
-    rows = windows.rows(windows.sample(4 * QUERIES))
-    generator = torch.Generator().manual_seed(0)
-    directions = torch.randn(rows.shape[1], DIRECTIONS, generator=generator)
-    projected = rows @ (directions / directions.norm(dim=0))
-    ordered = np.sort(projected.T.numpy(), 1)  # many times faster than torch's
-    levels = (np.arange(QUANTILES) + 0.5) / QUANTILES
-    return torch.from_numpy(ordered[:, (levels * len(rows)).astype(int)])
+    sets = (Windows.of(side, WINDOW, scale) for side in (frames, images))
+    return sliced_distance(*(windows.rows(windows.sample(4 * QUERIES)) for windows in sets)) / unit(images)
 
 
 @one_thread
@@ -143,15 +136,7 @@ def sharpness(output: Tensor, exemplar: Images) -> float:
     errors as in `measure`.
     """
     frames, images = _read(output, exemplar)
-    output_gradient, exemplar_gradient = _gradient(frames), _gradient(images)
-    if exemplar_gradient == 0:
-        return 1 + output_gradient
-    return output_gradient / exemplar_gradient
-
-
-def _gradient(images: list[Tensor]) -> float:
-    steps = [image.diff(dim=axis).abs().flatten() for image in images for axis in (1, 2)]
-    return float(torch.cat(steps).mean())
+    return ratio(gradient(frames), gradient(images))
 
 
 @one_thread
@@ -166,23 +151,11 @@ def copy_map(output: Tensor, exemplar: Images, *, tolerance: float = 0.1) -> Cop
     frames, images = _read(output, exemplar)
     if len(frames) > 1:
         raise InputError(f"output has {len(frames)} frames; a copy map is of one image, (C, H, W)")
-    deviation = _deviation(images)
-    if deviation == 0:
+    tolerance *= deviation(images)
+    if tolerance == 0:
         return nothing_copied(frames[0].shape[1:])
     window = min(COPY_WINDOW, *(side for image in frames + images for side in image.shape[1:]))
-    return trace(frames[0], images, window, tolerance * deviation)
-
-
-def _deviation(images: list[Tensor]) -> float:
-    """Standard deviation of the pixels about their mean color, 0 when it is only rounding."""
-    pixels = torch.cat([image.flatten(1) for image in images], 1).double()
-    deviation = float(pixels.var(1, correction=0).mean().sqrt())
-    return deviation if deviation > 1e-6 * float(pixels.abs().max()) else 0.0
-
-
-def _unit(images: list[Tensor]) -> float:
-    """What distances are divided by; 1, so that they stay as they are, for images of one color."""
-    return _deviation(images) or 1.0
+    return trace(frames[0], images, window, tolerance)
 
 
 def _read(output: Tensor, exemplar: Images, scale: int = 1) -> tuple[list[Tensor], list[Tensor]]:

@@ -109,7 +109,7 @@ def test_coordinates_by_convolution_are_those_of_the_rows(scale: int) -> None:
     windows = Windows.of([image], 7, scale)
     rows = windows.rows(torch.arange(len(windows)))
     project = Projection.learned_from(rows)
-    everywhere = project.all_windows(windows.images[0], 7, scale)
+    everywhere = project.all_windows(windows.videos[0], windows)
     assert torch.allclose(everywhere, project(rows), atol=1e-4)
 
 
@@ -232,7 +232,7 @@ def test_figures_do_not_depend_on_units() -> None:
 def test_a_video_scores_the_mean_of_its_frames() -> None:
     exemplar = noise(1, 24, 24)
     frames = [noise(1, 24, 24, seed=1), exemplar]
-    figures = measure(torch.stack(frames, 1), exemplar[:, None])
+    figures = measure(torch.stack(frames, 1), exemplar)
     single = [measure(frame, exemplar) for frame in frames]
     for name, value in figures.items():
         assert value == pytest.approx((single[0][name] + single[1][name]) / 2)
