@@ -55,10 +55,11 @@ def morph(
 
     a, b: images of one kind: tensors (C, H, W), or arrays (H, W) or (H, W, C), floating point in any range or
     integer; gray and color are made alike, and both are cropped to what they have in common. times: of the frames, 0
-    to 1, or how many evenly from A to B, at least 2. method: one of `methods.METHODS`; options: its own settings. size: (height, width) of the frames; A and B are synthesized at that size first. features: maps (H, W) or
-    (K, H, W) of A and B that say where their features are, for methods that look at them. tile: A and B repeat
-    seamlessly in both directions, and so do the frames. retexture: what the method shows is made texture again, frame
-    by frame. preset: "fast", "default" or "best". callback: told what is being done, and how much of it is.
+    to 1, or how many evenly from A to B, at least 2. method: one of `methods.METHODS`; options: its own settings. size:
+    (height, width) of the frames; A and B are synthesized at that size first. features: maps (H, W) or (K, H, W) of A
+    and B that say where their features are, for methods that look at them. tile: A and B repeat seamlessly in both
+    directions, and so do the frames. retexture: what the method shows is made texture again, frame by frame. preset:
+    "fast", "default" or "best". callback: told what is being done, and how much of it is.
 
     Same seed, same bits, for any number of threads. Raises InputError for what cannot be used.
     """

@@ -14,7 +14,7 @@ PRESETS = ("fast", "default", "best")
 
 @dataclass(frozen=True)
 class Entry:
-    """A method's module in this package, which has PRESETS, a frozen dataclass that is a `Method` by the name of each preset.
+    """A method's module in this package: its PRESETS are a frozen dataclass, a `Method`, by the name of each preset.
 
     features, tile: whether it looks at the pair's. moves, energies: whether its film has a velocity, and energies.
     """
