@@ -10,8 +10,11 @@ from synth import io
 from synth.commands.checks import check_distinct, check_size, finish, set_up
 from synth.commands.morph_options import add_method_options, method_options
 from synth.commands.parsing import Subparsers, add_common, file, rate, size, whole
+from synth.words import counted
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from torch import Tensor
 
     from synth.io import Kind, Picture, Writer
@@ -22,6 +25,7 @@ LOADS = ("synth.metamorphosis.door", "synth.io.images")
 _FRAMES = 11
 _FLOWS = (".npz", ".npy")
 _VIDEOS = (".mp4", ".gif")
+_MASK = ("uint8", ("Y",))
 _EPILOG = """examples:
   kwatra morph brick.png stone.png                     11 frames in one picture, as brick_stone.png
   kwatra morph brick.png stone.png -o film.mp4 --frames 48 --there-and-back
@@ -66,7 +70,7 @@ def add(commands: Subparsers) -> None:
 def run(arguments: argparse.Namespace) -> str:
     """The summary."""
     from synth.commands.progress import work_line
-    from synth.metamorphosis.door import morph
+    from synth.metamorphosis.door import begun
     from synth.metamorphosis.methods import DEFAULT
 
     set_up(arguments)
@@ -74,12 +78,12 @@ def run(arguments: argparse.Namespace) -> str:
     kind = _kind(arguments, pictures)
     output = arguments.output or Path(f"{arguments.a.stem}_{arguments.b.stem}.png")
     _check(arguments, output, kind)
-    options = method_options(arguments, arguments.method or DEFAULT)
+    options = method_options(arguments, arguments.method or DEFAULT, pictures)
     features = arguments.features
     masks = None if features is None else (io.read_mask(features[0]), io.read_mask(features[1]))
     began = time.perf_counter()
     with work_line(f"{arguments.a.name} to {arguments.b.name}") as report:
-        made = morph(
+        made = begun(
             pictures[0].pixels,
             pictures[1].pixels,
             [arguments.at] if arguments.at is not None else arguments.frames or _FRAMES,
@@ -94,12 +98,15 @@ def run(arguments: argparse.Namespace) -> str:
             callback=report,
             **options,
         )
-        frames = made.frames + (made.frames[-2:0:-1] if arguments.there_and_back else [])
-        finish(_writers(arguments, output, kind, made, frames))
+        shown = range(len(made.frames))
+        order = [*shown, *shown[-2:0:-1]] if arguments.there_and_back else list(shown)
+        folder = _Folder(output, len(order))
+        finish(_writers(arguments, folder, kind, made, (made.frames[number] for number in order)))
+        folder.tell()
     took = time.perf_counter() - began
-    height, width = frames[0].shape[1:]
+    height, width = made.frames[0].shape[1:]
     told = "".join(f"\n{remark}" for remark in made.remarks)
-    return f"wrote {output}: {len(frames)} frames of {width}x{height} in {took:.1f} s{told}"
+    return f"wrote {output}: {counted(len(order), 'frame')} of {width}x{height} in {took:.1f} s{told}"
 
 
 def _moment(text: str) -> float:
@@ -141,35 +148,73 @@ def _check(arguments: argparse.Namespace, output: Path, kind: "Kind") -> None:
     method = arguments.method or DEFAULT
     refuse_unused(method, "energies", arguments.energy is not None)
     refuse_unused(method, "moves", arguments.flow is not None)
+    refuse_unused(method, "masks", arguments.show_masks is not None)
+    for path in arguments.show_masks or ():
+        io.check_output(path, synth.Kind(*_MASK), arguments.overwrite)
     if arguments.energy is not None:
         io.check_output(arguments.energy, None, arguments.overwrite, ENERGY_SUFFIXES)
     if arguments.flow is not None:
         if arguments.flow.suffix.lower() not in _FLOWS:
             raise synth.InputError(f"{arguments.flow} cannot hold a flow in time; end it with {' or '.join(_FLOWS)}")
         io.check_flow_output(arguments.flow, arguments.overwrite)
-    check_distinct([path for path in (output, arguments.energy, arguments.flow) if path is not None])
+    more = (arguments.energy, arguments.flow, *(arguments.show_masks or ()))
+    check_distinct([output, *(path for path in more if path is not None)])
 
 
 def _writers(
-    arguments: argparse.Namespace, output: Path, kind: "Kind", made: "Metamorphosis[Tensor]", frames: "list[Tensor]"
+    arguments: argparse.Namespace,
+    folder: "_Folder",
+    kind: "Kind",
+    made: "Metamorphosis[Tensor]",
+    frames: "Iterator[Tensor]",
 ) -> "dict[Path, Writer]":
     """What writes each file."""
     from synth.commands.report import energy_writer
     from synth.metamorphosis.sheet import contact_sheet
 
     writers: dict[Path, Writer] = {}
+    output = folder.path
     if _is_image(output):
-        writers[output] = io.image_writer(output, contact_sheet(frames), kind)
+        writers[output] = io.image_writer(output, contact_sheet(list(frames)), kind)
     else:
         measured = kind.dtype.startswith("f") and _is_video(output)
         low, high = (made.form.low, made.form.high) if measured else (0.0, 1.0)
         shown = ((frame - low) / ((high - low) or 1.0) for frame in frames)
-        writers[output] = io.video_writer(output, shown, arguments.fps, kind)
+        writer = io.video_writer(output, shown, arguments.fps, kind)
+        writers[output] = writer if _is_video(output) else folder.keeping(writer)
     if arguments.energy is not None:
         writers[arguments.energy] = energy_writer(arguments.energy, made.film.energies)
     if arguments.flow is not None and made.film.velocity is not None:
         writers[arguments.flow] = io.flow_writer(arguments.flow, made.film.velocity)
+    for path, mask in zip(arguments.show_masks or (), made.film.masks or (), strict=True):
+        writers[path] = io.image_writer(path, mask[None].float(), synth.Kind(*_MASK))
     return writers
+
+
+class _Folder:
+    """A folder of frames, of which an interrupt leaves those that are whole."""
+
+    def __init__(self, path: Path, total: int) -> None:
+        self.path, self.total = path, total
+        self._left: int | None = None
+
+    def keeping(self, writer: "Writer") -> "Writer":
+        """The writer of the folder, which ends at an interrupt as if it were done."""
+
+        def write(target: Path) -> None:
+            try:
+                writer(target)
+            except KeyboardInterrupt:
+                self._left = len(list(target.iterdir())) if target.is_dir() else 0
+                if not self._left:
+                    raise
+
+        return write
+
+    def tell(self) -> None:
+        """KeyboardInterrupt, with what is left, if the folder was interrupted."""
+        if self._left is not None:
+            raise KeyboardInterrupt(f"interrupted with {self._left} of {self.total} frames whole in {self.path}")
 
 
 def _is_video(output: Path) -> bool:

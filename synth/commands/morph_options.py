@@ -1,25 +1,31 @@
 """What single methods of `kwatra morph` are told: patterns and texton masks, as arguments and as their options."""
 
 import argparse
-from pathlib import Path
-from typing import Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import synth
 from synth import io
 from synth.commands.parsing import file, positive, whole
 
+if TYPE_CHECKING:
+    from synth.io import Picture
+
 _METHODS = {
-    "patterns": ("patterns", "threshold", "scale_elements", "median"),
+    "patterns": ("patterns", "landmarks", "threshold", "scale_elements", "median"),
     "textons": ("masks", "colors", "tolerance", "published", "window_a", "window_b"),
 }
-_PAIRS = ("patterns", "masks")
+_FILES = ("patterns", "landmarks", "masks")
 
 
 def add_method_options(parser: argparse.ArgumentParser) -> None:
     """Add a group of arguments for each method that has some."""
     add = parser.add_argument_group("--method patterns: elements of A become elements of B").add_argument
-    add("--patterns", type=file, nargs=2, metavar=("A_JSON", "B_JSON"), help="files of kwatra patterns; where one has "
-        "landmarks only, the patterns are detected (default: the elements that are found)")  # fmt: skip
+    either = parser.add_mutually_exclusive_group()
+    either.add_argument("--patterns", type=file, nargs=2, metavar=("A_JSON", "B_JSON"), help="files of kwatra "
+        "patterns; where one has landmarks only, patterns are detected (default: elements that are found)")  # fmt: skip
+    either.add_argument("--landmarks", type=file, metavar="FILE", help="a file with the landmarks of one pattern of A "
+        "and one of B, in the order in which they are to become each other; the others are detected")  # fmt: skip
     add("--threshold", type=positive, metavar="T", help="how far from the landmarks' pattern others may be")
     add("--scale-elements", type=positive, metavar="S", help="scale elements by this, up to 1, while they move "
         "(default: as keeps them apart)")  # fmt: skip
@@ -31,13 +37,15 @@ def add_method_options(parser: argparse.ArgumentParser) -> None:
         "and background of A and of B as R,G,B from 0 to 255 (default: elements are found)")  # fmt: skip
     add("--tolerance", type=positive, metavar="X", help="with --colors: count as foreground what is nearer to the "
         "background by up to X, where black to white is 1.73")  # fmt: skip
+    add("--show-masks", type=file, nargs=2, metavar=("A_OUT", "B_OUT"), help="write the masks that are used, to look "
+        "at, or to edit and give back")  # fmt: skip
     add("--published", action="store_const", const=True, help="pixel by pixel as Tonietto and Walter; takes minutes")
     add("--window-a", type=whole(3), metavar="PX", help="its windows' width in A, odd (default: 11)")
     add("--window-b", type=whole(3), metavar="PX", help="its windows' width in B, odd (default: 17)")
 
 
-def method_options(arguments: argparse.Namespace, method: str) -> dict[str, Any]:
-    """The options that were given, by name, as the method takes them.
+def method_options(arguments: argparse.Namespace, method: str, pictures: "Sequence[Picture]") -> dict[str, Any]:
+    """The options that were given, by name, as the method takes them for the pictures A and B.
 
     Raises InputError for options of another method, and for files that cannot be used.
     """
@@ -49,10 +57,12 @@ def method_options(arguments: argparse.Namespace, method: str) -> dict[str, Any]
             raise synth.InputError(f"--{name.replace('_', '-')} belongs to --method {owner}; the method is {method}")
     if "tolerance" in given and "colors" not in given:
         raise synth.InputError("--tolerance says how colors are told apart; give --colors too, or leave it out")
-    options = {name: value for name, value in given.items() if name not in (*_PAIRS, "colors")}
-    for name in _PAIRS:
+    if "threshold" in given and "patterns" not in given and "landmarks" not in given:
+        raise synth.InputError("--threshold says what is like given landmarks; give --landmarks too, or leave it out")
+    options = {name: value for name, value in given.items() if name not in (*_FILES, "colors")}
+    for name in _FILES:
         if name in given:
-            options |= _read(name, given[name])
+            options |= _read(name, given[name], pictures)
     if "colors" in given:
         a, on_a, b, on_b = given["colors"]
         options |= {"colors_a": (a, on_a), "colors_b": (b, on_b)}
@@ -67,9 +77,14 @@ def color(text: str) -> tuple[float, ...]:
     return tuple(int(part) / 255 for part in parts)
 
 
-def _read(name: str, paths: list[Path]) -> dict[str, Any]:
-    if name == "patterns":
-        from synth.metamorphosis.patterns import read_patterns
+def _read(name: str, given: Any, pictures: "Sequence[Picture]") -> dict[str, Any]:
+    if name == "masks":
+        return {"mask_a": io.read_mask(given[0]).numpy(), "mask_b": io.read_mask(given[1]).numpy()}
+    from synth.metamorphosis.patterns import read_landmarks, read_patterns
 
-        return {"patterns_a": read_patterns(paths[0]), "patterns_b": read_patterns(paths[1])}
-    return {"mask_a": io.read_mask(paths[0]).numpy(), "mask_b": io.read_mask(paths[1]).numpy()}
+    if name == "patterns":
+        a, b = (read_patterns(path) for path in given)
+    else:
+        sizes = [(picture.pixels.shape[1], picture.pixels.shape[2]) for picture in pictures]
+        a, b = read_landmarks(given, (sizes[0], sizes[1]))
+    return {"patterns_a": a, "patterns_b": b}

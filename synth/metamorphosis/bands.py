@@ -51,6 +51,13 @@ def bands_at(pair: Pair, time: float) -> Bands:
     return Bands.of(pair.a, pair.tile).toward(Bands.of(pair.b, pair.tile), time)
 
 
+def dissolved(a: Tensor, b: Tensor, part: float) -> Tensor:
+    """The mixture (C, H, W) of two frames, `part` of it b, its bands as strong as those on the way from a's to b's."""
+    if part in (0, 1):
+        return b if part else a
+    return Bands.of(a).toward(Bands.of(b), part).given_to(torch.lerp(a, b, part)).clamp(0, 1)
+
+
 def _split(image: Tensor, wrap: bool) -> list[Tensor]:
     """Bands that sum to the image."""
     bands, rest = [], image

@@ -2,13 +2,13 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Generic
 
 import numpy as np
 
 from kwatra.base import InputError
-from synth.metamorphosis.method import Film, Report
+from synth.metamorphosis.method import Film, Frames, Report
 from synth.metamorphosis.methods import DEFAULT, refuse_unused
 from synth.metamorphosis.methods import method as method_of
 from synth.metamorphosis.pairing import Given, Growth
@@ -24,7 +24,7 @@ class Metamorphosis(Generic[Image]):
     [0, 1]; its `form` leads back. remarks: sentences on what was done, such as made alike.
     """
 
-    frames: list[Image]
+    frames: Sequence[Image]
     film: Film
     form: Form[Image]
     remarks: tuple[str, ...]
@@ -63,6 +63,30 @@ def morph(
 
     Same seed, same bits, for any number of threads. Raises InputError for what cannot be used.
     """
+    made = begun(
+        a, b, times, method=method, size=size, features=features, tile=tile, retexture=retexture, preset=preset,
+        seed=seed, device=device, callback=callback, **options,
+    )  # fmt: skip
+    return replace(made, frames=list(made.frames))
+
+
+def begun(
+    a: Image,
+    b: Image,
+    times: int | Sequence[float],
+    *,
+    method: str,
+    size: tuple[int, int] | None,
+    features: tuple[Any, Any] | None,
+    tile: bool,
+    retexture: bool,
+    preset: str,
+    seed: int,
+    device: str,
+    callback: Report | None,
+    **options: Any,
+) -> Metamorphosis[Image]:
+    """As `morph`, but frames are made one by one as they are first looked at, so that they can be kept meanwhile."""
     moments = _times(times)
     known = method_of(method, preset, options)
     refuse_unused(method, "features", features is not None)
@@ -70,15 +94,16 @@ def morph(
     report = callback or _silent
     given: Given = Given.of(a, b, features, tile)
     pair = given.pair
-    parts = _shares(report, (size is not None, 3.0), (True, 4.0), (retexture, 6.0))
-    if size is not None:
-        _check_size(size)
+    sized = None if size is None else known.of_size(_checked(size))
+    parts = _shares(report, (size is not None and sized is None, 3.0), (True, 4.0), (retexture, 6.0))
+    if size is not None and sized is None:
         pair = Growth(preset, seed, device)(pair, size, parts[0])
     pair = pair.to(device)
-    film: Film = known(pair, moments, seed, parts[1])
+    film: Film = (sized or known)(pair, moments, seed, parts[1])
     if retexture:
         film = RETEXTURE[preset](pair, film, seed, parts[2])
-    frames = [given.form.restored(frame.cpu()) for frame in film.frames]
+    shown = (given.form.restored(frame.cpu()) for frame in film.frames)
+    frames = Frames(shown, len(moments))
     return Metamorphosis(frames, film, given.form, (*given.remarks, *film.remarks))
 
 
@@ -95,9 +120,10 @@ def _times(times: int | Sequence[float]) -> tuple[float, ...]:
     return moments
 
 
-def _check_size(size: tuple[int, int]) -> None:
+def _checked(size: tuple[int, int]) -> tuple[int, int]:
     if len(size) != 2 or min(size) < 16:
         raise InputError(f"the size is {tuple(size)}; give a height and a width of at least 16 px")
+    return size
 
 
 def _shares(report: Report, *parts: tuple[bool, float]) -> list[Report]:

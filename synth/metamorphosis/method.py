@@ -1,12 +1,12 @@
 """What every metamorphosis takes and gives: two exemplars and times, and a film.
 
-A method is a callable: `method(pair, times, seed, report) -> Film`. Its options are its own settings, bound before
-(`functools.partial`, or a frozen dataclass with `__call__`). No method imports another.
+A method is a callable: `method(pair, times, seed, report) -> Film`; times are in order. Its options are its own
+settings, bound before: it is a frozen dataclass with `__call__`. No method imports another.
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
-from typing import Protocol
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Protocol, TypeVar, overload
 
 import torch
 from torch import Tensor
@@ -22,7 +22,8 @@ class Pair:
     """Two exemplars with the same number of channels.
 
     a (C, H, W) and b (C, h, w): float32 in [0, 1]. features_a (K, H, W) and features_b (K, h, w): maps of what is a
-    feature in each, in [0, 1]; None where none are given. tile: both textures repeat in both directions.
+    feature in each, in [0, 1]; None where none are given. tile: both textures repeat in both directions. extremes: what
+    0 and 1 of a and b are in the images as they were given.
     """
 
     a: Tensor
@@ -30,6 +31,7 @@ class Pair:
     features_a: Tensor | None = None
     features_b: Tensor | None = None
     tile: bool = False
+    extremes: tuple[float, float] = (0.0, 1.0)
 
     def to(self, device: torch.device | str) -> "Pair":
         """The same pair on another device."""
@@ -39,23 +41,53 @@ class Pair:
         )
         assert a is not None
         assert b is not None
-        return Pair(a, b, features_a, features_b, self.tile)
+        return replace(self, a=a, b=b, features_a=features_a, features_b=features_b)
+
+
+Item = TypeVar("Item")
+
+
+class Frames(Sequence[Item]):
+    """Frames that are made one by one, in order, when one of them is first looked at, and kept."""
+
+    def __init__(self, making: Iterable[Item], count: int) -> None:
+        self._making, self._count = iter(making), count
+        self._made: list[Item] = []
+
+    def __len__(self) -> int:
+        return self._count
+
+    @overload
+    def __getitem__(self, index: int) -> Item: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> list[Item]: ...
+
+    def __getitem__(self, index: int | slice) -> Item | list[Item]:
+        if isinstance(index, slice):
+            return [self[number] for number in range(self._count)[index]]
+        number = range(self._count)[index]
+        while len(self._made) <= number:
+            self._made.append(next(self._making))
+        return self._made[number]
 
 
 @dataclass(frozen=True)
 class Film:
     """The frames of a metamorphosis, and what the method knows of the way.
 
-    frames: one (C, H, W) in [0, 1] per time. times: 0 (A) to 1 (B). velocity (N, 2, H, W): forward flows, x first, px
-    per step of 1 / N, for methods that move pixels; None for others. energies: one row per iteration. remarks:
-    sentences for a person, such as how sure a method is, or why it stopped.
+    frames: one (C, H, W) in [0, 1] per time, which may be made as they are looked at. times: 0 (A) to 1 (B). velocity
+    (N, 2, H, W): forward flows, x first, px per step of 1 / N, for methods that move pixels; None for others. energies:
+    one row per iteration. remarks: sentences for a person, such as how sure a method is, or why it stopped. masks:
+    where the elements of A and of B are, booleans (H, W), for methods that are told or look.
     """
 
-    frames: tuple[Tensor, ...]
+    frames: Sequence[Tensor]
     times: tuple[float, ...]
     velocity: Tensor | None = None
     energies: list[Row] = field(default_factory=list)
     remarks: tuple[str, ...] = ()
+    masks: tuple[Tensor, Tensor] | None = None
 
 
 class Method(Protocol):
@@ -63,3 +95,7 @@ class Method(Protocol):
 
     def __call__(self, pair: Pair, times: Sequence[float], seed: int, report: Report) -> Film:
         """The film of a pair at times in [0, 1]; InputError for pairs that the method cannot do."""
+
+    def of_size(self, size: tuple[int, int]) -> "Method | None":
+        """The method with frames of a size (height, width); None where the pair must have it, as with most."""
+        return None

@@ -16,7 +16,8 @@ PRESETS = ("fast", "default", "best")
 class Entry:
     """A method's module in this package: its PRESETS are a frozen dataclass, a `Method`, by the name of each preset.
 
-    features, tile: whether it looks at the pair's. moves, energies: whether its film has a velocity, and energies.
+    features, tile: whether it looks at the pair's. moves, energies, masks: whether its film has a velocity, energies,
+    and masks.
     """
 
     module: str
@@ -24,6 +25,7 @@ class Entry:
     tile: bool = False
     moves: bool = False
     energies: bool = False
+    masks: bool = False
 
 
 METHODS = {
@@ -31,7 +33,7 @@ METHODS = {
     "registration": Entry("blend.registration", tile=True, moves=True, energies=True),
     "blend": Entry("blend.dissolve", tile=True),
     "patterns": Entry("patterns.method", tile=True, moves=True),
-    "textons": Entry("textons.method"),
+    "textons": Entry("textons.method", masks=True),
 }
 DEFAULT = "control"
 """The method that the judge finds best on pairs of photographs."""
@@ -50,13 +52,31 @@ def method(name: str, preset: str, options: Mapping[str, Any]) -> Method:
     if preset not in PRESETS:
         raise InputError(f"the preset is {preset!r}; allowed are {', '.join(PRESETS)}")
     found: Any = import_module(f"synth.metamorphosis.{known.module}").PRESETS[preset]
-    takes = [field.name for field in dataclasses.fields(found)]
+    takes = _options(found)
     for option in options:
         if option not in takes:
             allowed = f"it takes {', '.join(takes)}" if takes else "it takes none"
             raise InputError(f"the method {name!r} has no option {option!r}; {allowed}")
-    made: Method = dataclasses.replace(found, **options)
+    made: Method = _with(found, options)
     return made
+
+
+def _options(settings: Any) -> list[str]:
+    """The names of settings; of settings within settings, their own names."""
+    values = {field.name: getattr(settings, field.name) for field in dataclasses.fields(settings)}
+    return [each for name, value in values.items() for each in (_options(value) if _nested(value) else [name])]
+
+
+def _with(settings: Any, options: Mapping[str, Any]) -> Any:
+    """Settings, and settings within them, with other values of those `_options` that are given."""
+    values = {field.name: getattr(settings, field.name) for field in dataclasses.fields(settings)}
+    inner = {name: _with(value, options) for name, value in values.items() if _nested(value)}
+    own = {name: value for name, value in options.items() if name in values}
+    return dataclasses.replace(settings, **inner, **own)
+
+
+def _nested(value: Any) -> bool:
+    return dataclasses.is_dataclass(value)
 
 
 def refuse_unused(name: str, what: str, asked: bool) -> None:
@@ -68,5 +88,6 @@ def refuse_unused(name: str, what: str, asked: bool) -> None:
             "tile": "cannot tile",
             "moves": "has no flow",
             "energies": "has no energy",
+            "masks": "has no masks",
         }[what]
         raise InputError(f"the method {name!r} {meaning}; those that do are {', '.join(those)}")

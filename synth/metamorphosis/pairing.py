@@ -60,7 +60,8 @@ class Given:
         cropped = [None if t is None else t[:, :height, :width].contiguous() for t in (first, second, *masks)]
         assert cropped[0] is not None
         assert cropped[1] is not None
-        return cls(Pair(cropped[0], cropped[1], cropped[2], cropped[3], tile), form, tuple(done))
+        pair = Pair(cropped[0], cropped[1], cropped[2], cropped[3], tile, (form.low, form.high))
+        return cls(pair, form, tuple(done))
 
 
 @dataclass(frozen=True)

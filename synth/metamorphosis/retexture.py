@@ -18,7 +18,7 @@ from flow.warps import Lookup, displacement, filled, jacobian, pixel_coordinates
 from kwatra import Exemplar, Level, Settings, SoftPixels, optimize
 from kwatra.base import InputError
 from synth.metamorphosis.bands import bands_at
-from synth.metamorphosis.method import Film, Pair, Report
+from synth.metamorphosis.method import Film, Frames, Pair, Report
 from synth.metamorphosis.recolor import Colors, recolored
 
 WEIGHT = 2.5
@@ -43,16 +43,13 @@ class Retexture:
 
     def __call__(self, pair: Pair, film: Film, seed: int, report: Report) -> Film:
         """The film with its frames made anew; A and B themselves stay as they are."""
-        frames = []
-        for number, frame in enumerate(self._frames(pair, film, seed), 1):
-            report(f"texture of frame {number} of {len(film.frames)}", number / len(film.frames))
-            frames.append(frame)
-        return replace(film, frames=tuple(frames))
+        return replace(film, frames=Frames(self._frames(pair, film, seed, report), len(film.times)))
 
-    def _frames(self, pair: Pair, film: Film, seed: int) -> Iterator[Tensor]:
+    def _frames(self, pair: Pair, film: Film, seed: int, report: Report) -> Iterator[Tensor]:
         sources, where = Sources.of(pair), None
         settings = Settings(levels=self.levels, wrap=pair.tile)
         for number, (frame, time) in enumerate(zip(film.frames, film.times, strict=True)):
+            report(f"texture of frame {number + 1} of {len(film.times)}", number / len(film.times))
             exemplar = sources.at(time)
             if time in (0, 1):
                 where = sources.whole(exemplar, int(time))

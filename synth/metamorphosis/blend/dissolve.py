@@ -5,16 +5,17 @@ from dataclasses import dataclass
 
 import torch
 
-from synth.metamorphosis.method import Film, Pair, Report
+from synth.metamorphosis.method import Film, Frames, Method, Pair, Report
 
 
 @dataclass(frozen=True)
-class Blend:
+class Blend(Method):
     """(1 - t) A + t B."""
 
     def __call__(self, pair: Pair, times: Sequence[float], seed: int, report: Report) -> Film:
         """See `synth.metamorphosis.method.Method`."""
-        return Film(tuple(torch.lerp(pair.a, pair.b, time) for time in times), tuple(times))
+        shown = (torch.lerp(pair.a, pair.b, time) for time in times)
+        return Film(Frames(shown, len(times)), tuple(times))
 
 
 PRESETS = dict.fromkeys(("fast", "default", "best"), Blend())

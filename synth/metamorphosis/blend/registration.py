@@ -8,7 +8,7 @@ until it matches something, and shows doubled where it does not.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import torch
 from torch import Tensor
@@ -16,50 +16,45 @@ from torch import Tensor
 from flow.warps import displaced, displacement, interpolated, jacobian, pixel_coordinates, warp
 from kwatra.base import InputError, mean
 from kwatra.result import Row
-from synth.metamorphosis.method import Film, Pair, Report
+from synth.metamorphosis.method import Film, Frames, Method, Pair, Report
+from synth.metamorphosis.velocity import PRESETS as SEARCHES
 from synth.metamorphosis.velocity import Found, Search
 
 
 @dataclass(frozen=True)
-class Registration:
+class Registration(Method):
     """Registration each way, and a dissolve.
 
-    alpha (px^2), gamma: how dear motion is that bends, and all motion. sigma: how far colors, in [0, 1], may be from
-    matching. steps, iterations, tolerance: see `Search`.
+    search: for the velocity. sigma: how far colors, in [0, 1], may be from matching.
     """
 
-    alpha: float = 15.0
-    gamma: float = 0.5
+    search: Search = field(default_factory=Search)
     sigma: float = 0.2
-    steps: int = 8
-    iterations: int = 40
-    tolerance: float = 1e-4
 
     def __post_init__(self) -> None:
         if not (0 < self.sigma < float("inf")):
             raise InputError(f"sigma is {self.sigma}; give a finite number above 0")
-        Search(self.alpha, self.gamma, self.steps, self.iterations, self.tolerance)
 
     def __call__(self, pair: Pair, times: Sequence[float], seed: int, report: Report) -> Film:
         """See `synth.metamorphosis.method.Method`."""
         there = self._registered(pair.a, pair.b, pair.tile, lambda what, part: report(what, part / 2))
         back = self._registered(pair.b, pair.a, pair.tile, lambda what, part: report(what, (1 + part) / 2))
-        shown = [
+        shown = (
             torch.lerp(
                 _moved(pair.a, there.velocity, time, pair.tile),
                 _moved(pair.b, back.velocity, 1 - time, pair.tile),
                 time,
-            )
+            ).clamp(0, 1)
             for time in times
-        ]
+        )
         rows: list[Row] = [*there.energies, *back.energies]
         velocity = (there.velocity - back.velocity.flip(0)) / 2
         remarks = (f"A to B: {there.stopped}", f"B to A: {back.stopped}")
-        return Film(tuple(frame.clamp(0, 1) for frame in shown), tuple(times), velocity, rows, remarks)
+        return Film(Frames(shown, len(times)), tuple(times), velocity, rows, remarks)
 
     def _registered(self, source: Tensor, target: Tensor, wrap: bool, report: Report) -> Found:
-        search = Search(self.alpha, self.gamma, self.steps, self.iterations, self.tolerance, wrap)
-        return search.velocity(torch.stack([source, target]), lambda images: Mismatch(images, self.sigma, wrap), report)
+        images = torch.stack([source, target])
+        return self.search.velocity(images, lambda images: Mismatch(images, self.sigma, wrap), wrap, report)
 
 
 @dataclass(frozen=True)
@@ -87,8 +82,4 @@ def _moved(image: Tensor, velocity: Tensor, time: float, wrap: bool) -> Tensor:
     )
 
 
-PRESETS = {
-    "fast": Registration(steps=5, iterations=15),
-    "default": Registration(),
-    "best": Registration(steps=12, iterations=120),
-}
+PRESETS = {name: Registration(search) for name, search in SEARCHES.items()}

@@ -6,56 +6,48 @@ and B are known to share, or that are found, are matched beside the colors.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import torch
 from torch import Tensor
 
 from kwatra.base import InputError, mean
 from synth.metamorphosis.features import FOUND
-from synth.metamorphosis.method import Film, Pair, Report
+from synth.metamorphosis.method import Film, Frames, Method, Pair, Report
 from synth.metamorphosis.optimal_control.energy import Change
 from synth.metamorphosis.optimal_control.film import frames
+from synth.metamorphosis.velocity import PRESETS as SEARCHES
 from synth.metamorphosis.velocity import Search
 
 
 @dataclass(frozen=True)
-class Control:
+class Control(Method):
     """Metamorphosis by optimal control.
 
-    alpha (px^2): how dear it is that neighbors move apart, so that textures rather fade than bend. gamma: how dear all
-    motion is; both for colors of deviation 1, tuned with sigma and steps on six pairs of photographs of 128x128 px.
-    sigma: how far features may be from matching, in their deviations; the smaller the more they count. find: features
-    beside those of the pair, one of features.FOUND; on the six pairs edges did not help. steps: into so many the time
-    is divided. iterations, tolerance: of each level, see `Search`.
+    search: for the velocity, among colors of deviation 1. sigma: how far features may be from matching, in their
+    deviations; the smaller the more they count; tuned on the pairs of `Search`. find: features beside those of the
+    pair, one of features.FOUND; on those pairs edges did not help.
     """
 
-    alpha: float = 15.0
-    gamma: float = 0.5
+    search: Search = field(default_factory=Search)
     sigma: float = 1.0
     find: str = "none"
-    steps: int = 8
-    iterations: int = 40
-    tolerance: float = 1e-4
 
     def __post_init__(self) -> None:
         if not (0 < self.sigma < float("inf")):
             raise InputError(f"sigma is {self.sigma}; give a finite number above 0")
         if self.find not in FOUND:
             raise InputError(f"find is {self.find!r}; allowed are {', '.join(FOUND)}")
-        self._search(False)
 
     def __call__(self, pair: Pair, times: Sequence[float], seed: int, report: Report) -> Film:
         """See `synth.metamorphosis.method.Method`; the velocity is the same for any seed."""
         colors = torch.stack([_standardized(pair.a), _standardized(pair.b)])
         images = torch.cat([colors, *self._features(pair)], 1)
-        found = self._search(pair.tile).velocity(images, self._lack(colors.shape[1], pair.tile), report)
-        pictures = frames(found.velocity, pair.a, pair.b, times, pair.tile)
+        lack = self._lack(colors.shape[1], pair.tile)
+        found = self.search.velocity(images, lack, pair.tile, report)
+        pictures = Frames(frames(found.velocity, pair.a, pair.b, times, pair.tile), len(times))
         remarks = (found.stopped, f"no map folds, the least Jacobian is {found.least:.2f}")
-        return Film(tuple(pictures), tuple(times), found.velocity, found.energies, remarks)
-
-    def _search(self, wrap: bool) -> Search:
-        return Search(self.alpha, self.gamma, self.steps, self.iterations, self.tolerance, wrap)
+        return Film(pictures, tuple(times), found.velocity, found.energies, remarks)
 
     def _lack(self, colors: int, wrap: bool) -> Callable[[Tensor], Change]:
         return lambda images: Change(images, colors, self.sigma, wrap)
@@ -70,7 +62,7 @@ class Control:
         return features
 
 
-PRESETS = {"fast": Control(steps=5, iterations=15), "default": Control(), "best": Control(steps=12, iterations=120)}
+PRESETS = {name: Control(search) for name, search in SEARCHES.items()}
 
 
 def _standardized(image: Tensor) -> Tensor:

@@ -8,7 +8,7 @@ known in B's coordinates from the forward solution and in A's from the backward 
 t, make the ends exact.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import torch
 from torch import Tensor
@@ -17,10 +17,10 @@ from flow.warps import displacement, interpolated, jacobian, pixel_coordinates, 
 from synth.metamorphosis.optimal_control.energy import both_ways
 
 
-def frames(velocity: Tensor, a: Tensor, b: Tensor, times: Sequence[float], wrap: bool = False) -> list[Tensor]:
+def frames(velocity: Tensor, a: Tensor, b: Tensor, times: Sequence[float], wrap: bool = False) -> Iterator[Tensor]:
     """The pictures (C, H, W) in [0, 1] at times 0 to 1 along a velocity (N, 2, H, W) from A to B."""
     done = _changed(velocity, wrap)
-    return [_frame(velocity, a, b, time, done, wrap) for time in times]
+    return (_frame(velocity, a, b, time, done, wrap) for time in times)
 
 
 def _frame(velocity: Tensor, a: Tensor, b: Tensor, time: float, done: Tensor, wrap: bool) -> Tensor:

@@ -13,13 +13,19 @@ width and height are the image's. Coordinates are pixels, x first; [0, 0] is the
 is one representative pattern: at least 3 points in order. The first of one texture becomes the first of the other, and
 so on. With closed (false where left out) they are an outline whose order may begin anywhere: the best beginning is
 found. patterns are all of them, each with as many landmarks; where it is left out they are to be detected.
+
+One file may also hold the landmarks of one pattern of A and one of B, whose orders are to be seen together:
+
+    {"format": "kwatra landmarks", "version": 1,
+     "a": [[12.5, 40], [20, 44], [14, 51.5]],
+     "b": [[8, 31], [22, 30.5], [17, 42]]}
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,10 +35,13 @@ from synth.io.outputs import Writer
 
 Array = NDArray[np.float64]
 
-FORMAT, VERSION = "kwatra patterns", 1
+FORMAT, PAIR_FORMAT, VERSION = "kwatra patterns", "kwatra landmarks", 1
 LEAST = 3
 _KEYS = ("format", "version", "width", "height", "closed", "landmarks", "patterns")
 _NEEDED = ("format", "version", "width", "height", "landmarks")
+_PAIR_KEYS = ("format", "version", "a", "b")
+
+_Read = TypeVar("_Read")
 
 
 @dataclass(frozen=True)
@@ -61,6 +70,19 @@ def read_patterns(path: str | Path) -> Patterns:
     Raises InputError if it is missing or no JSON, is of another format or version, has unknown keys, or landmarks are
     fewer than 3, outside of the image, or not as many in every pattern.
     """
+    return _told(path, _patterns)
+
+
+def read_landmarks(path: str | Path, sizes: tuple[tuple[int, int], tuple[int, int]]) -> tuple[Patterns, Patterns]:
+    """Read the landmarks of one pattern of A and one of B, images of these sizes (height, width).
+
+    Raises InputError as `read_patterns`, and if A has not as many as B.
+    """
+    return _told(path, lambda content: _pair(content, sizes))
+
+
+def _told(path: str | Path, read: Callable[[Any], _Read]) -> _Read:
+    """What is read from the content of a JSON file; errors name the file."""
     try:
         content = json.loads(Path(path).read_text("utf-8"))
     except FileNotFoundError:
@@ -68,9 +90,9 @@ def read_patterns(path: str | Path) -> Patterns:
     except OSError as error:
         raise InputError(f"{path} cannot be read ({error.strerror or error}); check its permissions") from error
     except ValueError as error:
-        raise InputError(f"{path} is no JSON ({error}); write it as `kwatra patterns` does") from error
+        raise InputError(f"{path} is no JSON ({error}); write it as kwatra patterns --help shows") from error
     try:
-        return _patterns(content)
+        return read(content)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
 
@@ -93,17 +115,30 @@ def patterns_writer(patterns: Patterns) -> Writer:
     return write
 
 
-def _patterns(content: Any) -> Patterns:
-    if not isinstance(content, Mapping) or content.get("format") != FORMAT:
-        raise InputError(f'it is no patterns file; its "format" is "{FORMAT}"')
+def _check_keys(content: Any, form: str, keys: Sequence[str], needed: Sequence[str]) -> None:
+    """InputError for what is of another format or version, or has not the keys."""
+    if not isinstance(content, Mapping) or content.get("format") != form:
+        raise InputError(f'it is no file of {form.removeprefix("kwatra ")}; its "format" is "{form}"')
     if content.get("version") != VERSION:
         raise InputError(f"its version is {content.get('version')!r}; this program reads version {VERSION}")
-    unknown = [repr(key) for key in content if key not in _KEYS]
+    unknown = [repr(key) for key in content if key not in keys]
     if unknown:
-        raise InputError(f"it has unknown keys {', '.join(unknown)}; the keys are {', '.join(_KEYS)}")
-    missing = [repr(key) for key in _NEEDED if key not in content]
+        raise InputError(f"it has unknown keys {', '.join(unknown)}; the keys are {', '.join(keys)}")
+    missing = [repr(key) for key in needed if key not in content]
     if missing:
         raise InputError(f"it lacks {', '.join(missing)}; add that")
+
+
+def _pair(content: Any, sizes: tuple[tuple[int, int], tuple[int, int]]) -> tuple[Patterns, Patterns]:
+    _check_keys(content, PAIR_FORMAT, _PAIR_KEYS, _PAIR_KEYS)
+    a, b = (Patterns(size, _array(name, content[name])) for name, size in zip("ab", sizes, strict=True))
+    if len(a.landmarks) != len(b.landmarks):
+        raise InputError(f"it has {len(a.landmarks)} landmarks in A and {len(b.landmarks)} in B; give equally many")
+    return a, b
+
+
+def _patterns(content: Any) -> Patterns:
+    _check_keys(content, FORMAT, _KEYS, _NEEDED)
     size = (content["height"], content["width"])
     if not all(type(side) is int and side > 0 for side in size) or type(content.get("closed", False)) is not bool:
         raise InputError("its width and height are whole numbers of pixels above 0 and closed is true or false")

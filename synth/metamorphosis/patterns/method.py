@@ -4,7 +4,7 @@ Each texture is an arrangement of one pattern. Landmarks in order say how a patt
 assignment says which becomes which, and a warp through all landmarks carries everything else along.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import torch
@@ -12,8 +12,8 @@ from torch import Tensor
 
 from flow.warps import free_form
 from kwatra.base import InputError
-from synth.metamorphosis.dissolve import dissolved
-from synth.metamorphosis.method import Film, Pair, Report
+from synth.metamorphosis.bands import dissolved
+from synth.metamorphosis.method import Film, Frames, Method, Pair, Report
 from synth.metamorphosis.patterns.correspondence import Correspondence, corresponding
 from synth.metamorphosis.patterns.film import FINEST, crowding, median, phases, warped, within
 from synth.metamorphosis.patterns.finding import Found, patterns_of
@@ -24,7 +24,7 @@ _Landmarks = Callable[[float], Tensor]
 
 
 @dataclass(frozen=True)
-class PatternMorph:
+class PatternMorph(Method):
     """How to morph by patterns; a `Method`.
 
     patterns_a, patterns_b: landmarks, or all patterns, of each texture; None finds elements. threshold: distance up to
@@ -73,17 +73,18 @@ class PatternMorph:
             moved, smaller = phases(within(t, self.warping), scale)
             return torch.from_numpy(ways.at(moved, smaller).reshape(-1, 2))
 
-        frames = []
-        for number, t in enumerate(times):
-            report("warping", 0.2 + 0.8 * number / len(times))
-            now = landmarks(t)
-            from_a, from_b = warped(a, landmarks(0), now, pair.tile), warped(b, landmarks(1), now, pair.tile)
-            frames.append(dissolved(from_a, from_b, within(t, self.dissolving)))
+        def frames() -> Iterator[Tensor]:
+            for number, t in enumerate(times):
+                report("warping", 0.2 + 0.8 * number / len(times))
+                now = landmarks(t)
+                from_a, from_b = warped(a, landmarks(0), now, pair.tile), warped(b, landmarks(1), now, pair.tile)
+                yield dissolved(from_a, from_b, within(t, self.dissolving)).to(pair.a.device)
+
         if scale < 1:
             remarks += (f"elements are crowded: they are scaled by {scale:.2f} while they move",)
         velocity = _velocity(landmarks, max(1, len(times) - 1), size, pair.tile).to(pair.a.device)
-        shown = [frame.to(pair.a.device) for frame in median(frames, self.median)]
-        return Film(tuple(shown), tuple(times), velocity, remarks=remarks)
+        shown = frames() if self.median == 1 else median(list(frames()), self.median)
+        return Film(Frames(shown, len(times)), tuple(times), velocity, remarks=remarks)
 
     def _ways(self, pair: Pair, size: tuple[int, int], report: Report) -> tuple[Correspondence, tuple[str, ...]]:
         """Which pattern becomes which, in a frame of (height, width), and what was found."""

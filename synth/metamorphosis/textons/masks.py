@@ -1,5 +1,7 @@
 """Texton masks: where a texture's elements are (Tonietto and Walter 2005, 3.1)."""
 
+import math
+
 import numpy as np
 import torch
 from numpy.typing import NDArray
@@ -15,13 +17,13 @@ Mask = NDArray[np.bool_]
 def colored(image: Tensor, foreground: Color, background: Color, tolerance: float = 0.0) -> Mask:
     """The mask (H, W) of an image (C, H, W): True where it is nearer to the foreground's color than the background's.
 
-    Colors have C values in [0, 1]. tolerance: by so much nearer may the background be.
+    Colors have C values, as the image has them. tolerance: by so much nearer may the background be.
 
-    Raises InputError for colors of another number of values, beyond [0, 1], or alike.
+    Raises InputError for colors of another number of values, NaN or infinite, or alike.
     """
     for color in (foreground, background):
-        if len(color) != len(image) or not all(0 <= value <= 1 for value in color):
-            raise InputError(f"the color {tuple(color)} is no color of {len(image)} values in 0 to 1; give one")
+        if len(color) != len(image) or not all(math.isfinite(value) for value in color):
+            raise InputError(f"the color {tuple(color)} is no color of {len(image)} finite values; give one")
     if tuple(foreground) == tuple(background):
         raise InputError(f"foreground and background are both {tuple(foreground)}; give two colors")
     away = [(image - torch.tensor(color).view(-1, 1, 1)).norm(dim=0) for color in (foreground, background)]

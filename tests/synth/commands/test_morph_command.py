@@ -4,10 +4,12 @@ import csv
 import re
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import torch
+from torch import Tensor
 
 import synth
 from synth import Kind, read_flow, read_image, write_image
@@ -139,6 +141,7 @@ def test_another_size_made_texture_again(folder: Path) -> None:
         (["a.png", "b.png", "--method", "blend", "--energy", "e.csv"], "'blend' has no energy; those that do are"),
         (["a.png", "b.png", "--method", "blend", "--features", "marks.png", "marks.png"], "takes no features"),
         (["a.png", "b.png", "--features", "marks.png", "small_marks.png"], "B's features have shape .1, 20, 20."),
+        (["a.png", "b.png", "--show-masks", "m.png", "n.png"], "'control' has no masks; those that do are textons"),
         (["a.png", "b.png", "--flow", "v.flo"], "cannot hold a flow in time; end it with .npz or .npy"),
         (["a.png", "b.png", "-o", "a.png"], "a.png exists"),
         (["a.png", "b.png", "-o", "x.png", "--energy", "x.png"], "x.png would be written twice"),
@@ -150,6 +153,44 @@ def test_another_size_made_texture_again(folder: Path) -> None:
 )
 def test_what_cannot_be_is_refused(refused: Callable[..., str], arguments: list[str], sentence: str) -> None:
     assert re.search(sentence, refused("morph", *arguments))
+
+
+def test_masks_are_shown_and_taken_back(folder: Path) -> None:
+    y, x = torch.meshgrid(torch.arange(48.0), torch.arange(48.0), indexing="ij")
+    discs = ((x % 16 - 8).square() + (y % 16 - 8).square()) < 20
+    write_image("discs.png", torch.where(discs, 0.8, 0.3)[None], GRAY)
+    write_image("moved.png", torch.where(discs.roll(2, 1), 0.2, 0.6)[None], GRAY)
+    words = ["morph", "discs.png", "moved.png", "--method", "textons", "-o", "half.png", "--at", "0.5"]
+    colors = ["--colors", "204", "77", "51", "153", "--show-masks", "a_mask.png", "b_mask.png"]
+    assert main([*words, *colors]) == 0
+    assert torch.equal(read_image("a_mask.png").pixels[0] == 1, discs)
+    assert torch.equal(read_image("b_mask.png").pixels[0] == 1, discs.roll(2, 1))
+    assert main([*words, "--overwrite", "--masks", "a_mask.png", "b_mask.png"]) == 0
+
+
+@pytest.mark.parametrize("back", [False, True])
+def test_an_interrupt_leaves_the_frames_that_are_whole(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], back: bool
+) -> None:
+    from synth.metamorphosis.optimal_control import film
+
+    real = film._frame
+
+    def interrupted(*arguments: Any) -> Tensor:
+        if arguments[3] > 0.5:
+            raise KeyboardInterrupt
+        return real(*arguments)
+
+    words = ["morph", "a.png", "b.png", "-o", "film", "--preset", "fast", "--frames", "5"]
+    assert main(words) == 0
+    monkeypatch.setattr(film, "_frame", interrupted)
+    way = ["--there-and-back"] if back else []
+    assert main([*words[:3], "-o", "part", *words[5:], *way]) == 130
+    assert f"interrupted with 3 of {8 if back else 5} frames whole in part" in capsys.readouterr().err
+    names = ["0000.png", "0001.png", "0002.png"]
+    assert sorted(path.name for path in Path("part").iterdir()) == names
+    for name in names:
+        assert torch.equal(read_image(f"part/{name}").pixels, read_image(f"film/{name}").pixels)
 
 
 def test_an_interrupt_leaves_nothing_half_written(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

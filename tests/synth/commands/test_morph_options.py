@@ -9,16 +9,26 @@ import pytest
 import torch
 
 from kwatra import InputError
-from synth import Kind, write_image
+from synth import Kind, Picture, write_image
 from synth.commands.morph_options import add_method_options, method_options
 from synth.metamorphosis.patterns import PatternMorph
 from synth.metamorphosis.textons import TextonMorph
+
+PICTURE = Picture(torch.zeros(3, 48, 64), Kind("uint8", ("R", "G", "B")))
+
+
+LANDMARKS = {
+    "format": "kwatra landmarks",
+    "version": 1,
+    "a": [[5, 5], [20, 5], [20, 15]],
+    "b": [[9, 5], [3, 5], [2, 1]],
+}
 
 
 def options(method: str, *words: str) -> dict[str, object]:
     parser = argparse.ArgumentParser(exit_on_error=False)
     add_method_options(parser)
-    return method_options(parser.parse_args(words), method)
+    return method_options(parser.parse_args(words), method, (PICTURE, PICTURE))
 
 
 def test_nothing_given_is_no_option() -> None:
@@ -35,6 +45,33 @@ def test_patterns_are_read(tmp_path: Path) -> None:
     assert made.patterns_a.landmarks[0, 0] == 5
     assert made.patterns_b.landmarks[0, 0] == 9
     assert (made.median, made.scale_elements) == (3, 0.5)
+
+
+def test_landmarks_of_both_are_read_from_one_file(tmp_path: Path) -> None:
+    (tmp_path / "both.json").write_text(json.dumps(LANDMARKS))
+    made = PatternMorph(**options("patterns", "--landmarks", str(tmp_path / "both.json"), "--threshold", "0.7"))
+    assert made.patterns_a.landmarks.tolist() == LANDMARKS["a"]
+    assert made.patterns_b.landmarks.tolist() == LANDMARKS["b"]
+    assert made.patterns_a.found is made.patterns_b.found is None
+    assert made.patterns_b.size == (48, 64)
+    assert made.threshold == 0.7
+
+
+@pytest.mark.parametrize(
+    ("change", "match"),
+    [
+        ({"b": [[9, 5], [3, 5], [2, 1], [0, 0]]}, "both.json: it has 3 landmarks in A and 4 in B; give equally many"),
+        ({"a": [[5, 5], [20, 5]]}, "has 2 landmarks; give at least 3"),
+        ({"a": [[5, 5], [70, 5], [9, 9]]}, r"a landmark at \(70, 5\), outside of the 64x48 image"),
+        ({"version": 2}, "its version is 2; this program reads version 1"),
+        ({"c": 1}, "unknown keys 'c'"),
+        ({"format": "kwatra patterns"}, "it is no file of landmarks"),
+    ],
+)
+def test_landmarks_that_cannot_be_are_refused(tmp_path: Path, change: dict[str, object], match: str) -> None:
+    (tmp_path / "both.json").write_text(json.dumps(LANDMARKS | change))
+    with pytest.raises(InputError, match=match):
+        options("patterns", "--landmarks", str(tmp_path / "both.json"))
 
 
 def test_masks_colors_and_windows_are_read(tmp_path: Path) -> None:
@@ -59,6 +96,7 @@ def test_masks_colors_and_windows_are_read(tmp_path: Path) -> None:
         ("control", ["--median", "3"], "--median belongs to --method patterns; the method is control"),
         ("patterns", ["--window-a", "9"], "--window-a belongs to --method textons"),
         ("textons", ["--tolerance", ".1"], "give --colors too"),
+        ("patterns", ["--threshold", ".5"], "give --landmarks too"),
         ("patterns", ["--patterns", "no.json", "no.json"], "no.json does not exist"),
         ("textons", ["--masks", "no.png", "no.png"], "no.png does not exist"),
     ],

@@ -133,15 +133,24 @@ def test_any_number_of_threads_gives_the_same_bits():
     ("options", "sentence"),
     [
         ({"sigma": 0}, "sigma is 0"),
-        ({"alpha": -1}, "alpha is -1"),
-        ({"steps": 0}, "steps is 0"),
-        ({"tolerance": 1.0}, "a share"),
         ({"find": "faces"}, "find is 'faces'; allowed are none, edges, blobs"),
     ],
 )
 def test_settings_that_are_none_are_refused(options, sentence):
     with pytest.raises(InputError, match=sentence):
         Control(**options)
+
+
+@pytest.mark.parametrize("method", ["control", "registration"])
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [({"alpha": -1}, "alpha is -1"), ({"steps": 0}, "steps is 0"), ({"tolerance": 1.0}, "a share")],
+)
+def test_how_to_search_is_told_through_the_door(method, options, sentence):
+    with pytest.raises(InputError, match=sentence):
+        synth.morph(spots(32, 0, 0.8), spots(32, 1, 0.3), 3, method=method, **options)
+    with pytest.raises(InputError, match="no option 'beta'; it takes alpha, gamma, steps, iterations, tolerance"):
+        synth.morph(spots(32, 0, 0.8), spots(32, 1, 0.3), 3, method=method, beta=1)
 
 
 def test_the_descent_finds_the_bottom_of_a_bowl():

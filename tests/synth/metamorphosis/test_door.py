@@ -76,7 +76,7 @@ def test_bs_features_then_lie_where_as_do():
     [
         ({"method": "magic"}, "the method is 'magic'; allowed are control, registration, blend"),
         ({"method": "blend", "alpha": 1.0}, "the method 'blend' has no option 'alpha'; it takes none"),
-        ({"method": "control", "alhpa": 1.0}, "has no option 'alhpa'; it takes alpha, gamma, sigma"),
+        ({"method": "control", "alhpa": 1.0}, "has no option 'alhpa'; it takes alpha, gamma, steps"),
         ({"preset": "quick"}, "the preset is 'quick'; allowed are fast, default, best"),
         ({"times": 1}, "the number of frames is 1; give at least 2"),
         ({"times": [0.5, 2]}, "each from 0"),

@@ -30,7 +30,7 @@ def test_the_gradient_is_that_of_finite_differences(kind, wrap):
         "features": Change(images, 2, 0.7, wrap),
         "mismatch": Mismatch(images, 0.5, wrap),
     }[kind]
-    oracle = SearchLevel(Search(2.0, 0.5, 3, 1, 0.0, wrap), 1, lack).oracle()
+    oracle = SearchLevel(Search(2.0, 0.5, 3, 1, 0.0), 1, lack, wrap).oracle()
     control = 0.4 * smooth(3, 2, 12, 12, blur=1.0, seed=1)
     direction = smooth(3, 2, 12, 12, blur=0.5, seed=2)
     _, gradient = oracle(control)

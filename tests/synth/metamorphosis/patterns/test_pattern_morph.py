@@ -8,7 +8,7 @@ from torch import Tensor
 
 from flow.warps import end_point_error
 from kwatra import InputError
-from synth.metamorphosis.dissolve import dissolved
+from synth.metamorphosis.bands import dissolved
 from synth.metamorphosis.method import Film, Pair
 from synth.metamorphosis.patterns import PatternMorph, Patterns
 from synth.metamorphosis.patterns.film import median, within

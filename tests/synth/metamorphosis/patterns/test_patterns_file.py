@@ -47,8 +47,8 @@ def test_a_person_may_leave_out_what_is_not_needed(tmp_path: Path) -> None:
     ("text", "match"),
     [
         ("{", "is no JSON"),
-        ([1], "no patterns file"),
-        (content(format="other"), "no patterns file"),
+        ([1], "no file of patterns"),
+        (content(format="other"), "no file of patterns"),
         (content(version=2), "its version is 2; this program reads version 1"),
         (content(versoin=1, color="red"), "unknown keys 'versoin', 'color'"),
         (content(width="left out"), "lacks 'width'"),
