@@ -186,8 +186,9 @@ def _writers(
         writers[arguments.energy] = energy_writer(arguments.energy, made.film.energies)
     if arguments.flow is not None and made.film.velocity is not None:
         writers[arguments.flow] = io.flow_writer(arguments.flow, made.film.velocity)
-    for path, mask in zip(arguments.show_masks or (), made.film.masks or (), strict=True):
-        writers[path] = io.image_writer(path, mask[None].float(), synth.Kind(*_MASK))
+    if arguments.show_masks is not None and made.film.masks is not None:
+        for path, mask in zip(arguments.show_masks, made.film.masks, strict=True):
+            writers[path] = io.image_writer(path, mask[None].float(), synth.Kind(*_MASK))
     return writers
 
 
