@@ -19,13 +19,18 @@ class Stage:
 
 @dataclass(frozen=True)
 class Progress:
-    """Given to the callback after every iteration: share of all work done (0 to 1), where, energy, image so far."""
+    """Given to the callback after every iteration: share of all work done (0 to 1), where, energy, image so far.
+
+    attempt, tries: which run this is, from 1, of how many of which the best is kept.
+    """
 
     fraction: float
     level: int
     iteration: int
     energy: float
     image: Tensor
+    attempt: int = 1
+    tries: int = 1
 
 
 @dataclass(frozen=True)

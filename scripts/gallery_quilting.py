@@ -112,7 +112,7 @@ def figure_10(side: int) -> Tensor:
 def figure_11(side: int) -> Tensor:
     """Perspective: one scale, and scales that grow from top to bottom."""
     exemplar = pebbles(side)
-    ways = (QuiltSettings(), QuiltSettings(scale=(0.35, 1.0), perspective=True))
+    ways = (QuiltSettings(), QuiltSettings(scale=(0.35, 0.455, 0.592, 0.769, 1.0), perspective=True))
     return beside(exemplar, *[quilt(exemplar, (2 * side, 2 * side), way).image for way in ways])
 
 

@@ -52,10 +52,12 @@ def _run(argv: Sequence[str] | None, interrupts: "_Interrupts") -> int:
     if stranger is not None:
         return _fail(stranger, 2)
     command = import_module(f"synth.commands.{arguments.command}")
-    for module in command.LOADS:
-        import_module(module)
-    interrupts.loading = False
-    say(command.run(arguments), sys.stdout)
+    with import_module("synth.commands.progress").working(arguments.command):
+        for module in command.LOADS:
+            import_module(module)
+        interrupts.loading = False
+        summary = command.run(arguments)
+    say(summary, sys.stdout)
     return 0
 
 

@@ -32,13 +32,13 @@ def set_up(arguments: argparse.Namespace) -> None:
 
 
 def refuse_unused(arguments: argparse.Namespace, names: Iterable[str], reason: str) -> None:
-    """Refuse options that this run would ignore. Their default is None, or False where they are switches.
+    """Refuse options that this run would ignore. Their default is None, False or [].
 
     `reason` follows the option's name: "is for videos but a.png is an image".
     """
     for name in names:
         value = getattr(arguments, name)
-        if value is not None and value is not False:
+        if value is not None and value is not False and value != []:
             raise synth.InputError(f"--{name.replace('_', '-')} {reason}; leave it out")
 
 
@@ -80,12 +80,18 @@ def check_distinct(paths: Sequence[Path]) -> None:
             raise synth.InputError(f"{path} would be written twice; give every output a name of its own")
 
 
-def finish(writers: "Mapping[Path, Writer]") -> None:
-    """Write a command's outputs, its last step: once they move to their places, Ctrl-C comes too late."""
+def finish(writers: "Mapping[Path, Writer]", more: bool = False) -> None:
+    """Write a command's outputs, its last step: once they move to their places, Ctrl-C comes too late.
+
+    more: whether there is more to do after them, which Ctrl-C ends as before.
+    """
+    ours, before = threading.current_thread() is threading.main_thread(), signal.getsignal(signal.SIGINT)
     with io.staged(writers) as put:
-        if threading.current_thread() is threading.main_thread():
+        if ours:
             signal.signal(signal.SIGINT, signal.SIG_IGN)
         put()
+    if ours and more:
+        signal.signal(signal.SIGINT, before)
 
 
 def _gigabytes(count: int) -> str:

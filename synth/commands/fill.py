@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING
 import synth
 from synth import io, texture
 from synth.commands.checks import finish, set_up
-from synth.commands.parsing import Subparsers, add_common, file, whole
+from synth.commands.naming import output_of
+from synth.commands.parsing import Subparsers, add_common, file, target, whole
 from synth.commands.progress import progress_line
+from synth.commands.telling import contributions, details, of_result
 from synth.words import counted
 
 if TYPE_CHECKING:
@@ -37,10 +39,11 @@ def add(commands: Subparsers) -> None:
     add("--hole", type=file, required=True, metavar="MASK", help="image of the same size, white where to fill")
     add("--exemplar", type=file, action="append", default=[], metavar="FILE", help="fill from this image instead of "
         "from the rest of IMAGE; may be given again")  # fmt: skip
-    add("-o", "--output", type=file, metavar="OUT", help="the file to write (default: IMAGE_fill in this folder)")
+    add("-o", "--output", type=target, metavar="OUT", help="the file to write, or the folder it goes to (default: "
+        "IMAGE_fill in this folder)")  # fmt: skip
     add("--seed", type=whole(0), default=0, metavar="N", help="another seed, another filling (default: 0)")
     add("--preset", choices=("fast", "default", "best"), default="default", help="how much work to spend")
-    add_common(parser)
+    add_common(parser, verbose=True)
 
 
 def run(arguments: argparse.Namespace) -> str:
@@ -57,7 +60,7 @@ def run(arguments: argparse.Namespace) -> str:
     if not hole.any():
         raise synth.InputError(f"{arguments.hole} is black everywhere; it is white where {path} is to be filled")
     exemplars = [_exemplar(each, path, kind) for each in arguments.exemplar]
-    output = arguments.output or Path(f"{path.stem}_fill{path.suffix}")
+    output = output_of(arguments.output, f"{path.stem}_fill{path.suffix}")
     io.check_output(output, kind, arguments.overwrite)
     began = time.perf_counter()
     with progress_line(f"{path.name}, {counted(int(hole.sum()), 'pixel')}") as callback:
@@ -73,7 +76,11 @@ def run(arguments: argparse.Namespace) -> str:
     took = time.perf_counter() - began
     image[hole] = io.unmixed(filled.image, kind)[hole]
     finish({output: io.array_writer(output, image, kind)})
-    return f"wrote {output}: {counted(int(hole.sum()), 'pixel')} filled in {took:.1f} s ({filled.result.stopped})"
+    rows = {"file": output.resolve(), "pixels": kind, "preset": arguments.preset, **of_result(filled.result)}
+    more = details(rows) if arguments.verbose else ""
+    told = contributions(arguments.exemplar, filled.source[0][hole])
+    seed = arguments.seed
+    return f"wrote {output}: {counted(int(hole.sum()), 'pixel')} filled, seed {seed}, in {took:.1f} s{told}{more}"
 
 
 def _exemplar(path: Path, image: Path, kind: "Kind") -> "Array":

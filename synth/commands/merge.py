@@ -1,6 +1,7 @@
 """`kwatra merge`: images laid over a background along the best seams."""
 
 import argparse
+import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -8,16 +9,20 @@ from typing import TYPE_CHECKING
 import synth
 from synth import io, quilting
 from synth.commands.checks import check_distinct, finish, set_up
-from synth.commands.parsing import Subparsers, add_common, file, position
+from synth.commands.naming import output_of
+from synth.commands.parsing import Subparsers, add_common, file, position, target
 from synth.commands.sewing import add_blending, extra_writers, seams_kind, settings_of
+from synth.commands.telling import contributions, details
+from synth.saying import note
 from synth.words import listed
 
 if TYPE_CHECKING:
     from torch import Tensor
 
-    from synth.io import Kind, Picture
-
 LOADS = ("synth.quilting.merging", "synth.quilting.draw", "synth.io.images")
+
+WHOLE = 0.95
+"""An overlay that shows so much of itself is likely to hide what was to be seen."""
 
 _EPILOG = """examples:
   kwatra merge river.png raft.png --at 40,80 --keep raft_keep.png -o both.png
@@ -41,11 +46,12 @@ def add(commands: Subparsers) -> None:
     add("--keep", type=file, action="append", required=True, metavar="MASK", help="white where the overlay must show; "
         "an image of the overlay's size; once for each overlay")  # fmt: skip
     add("--spare", type=file, action="append", metavar="MASK", help="white where the background must show; as --keep")
-    add("-o", "--output", type=file, metavar="OUT", help="the file to write (default: BACKGROUND_merge)")
+    add("-o", "--output", type=target, metavar="OUT", help="the file to write, or the folder it goes to (default: "
+        "BACKGROUND_merge in this folder)")  # fmt: skip
     add("--plain", action="store_true", help="cost of a seam by color alone, not less where the images are busy")
     add_blending(parser, "default: 0")
     add("--seams", type=file, metavar="FILE", help="also write the result with its seams drawn in red")
-    add_common(parser, device=False)
+    add_common(parser, device=False, verbose=True)
 
 
 def run(arguments: argparse.Namespace) -> str:
@@ -57,9 +63,9 @@ def run(arguments: argparse.Namespace) -> str:
         if len(given) != len(overlays):
             raise synth.InputError(f"there are {len(overlays)} overlays but {len(given)} of {name}; give one for each")
     pictures = [io.read_image(path) for path in (arguments.background, *overlays)]
-    images, kind = _alike(pictures)
+    images, kind = io.raised(pictures, (arguments.background, *overlays))
     masks = [[io.read_mask(path) for path in paths] for paths in (keep, spare)]
-    output = arguments.output or Path(f"{arguments.background.stem}_merge{arguments.background.suffix}")
+    output = output_of(arguments.output, f"{arguments.background.stem}_merge{arguments.background.suffix}")
     io.check_output(output, kind, arguments.overwrite)
     check_distinct([path for path in (output, arguments.seams) if path is not None])
     if arguments.seams is not None:
@@ -67,27 +73,24 @@ def run(arguments: argparse.Namespace) -> str:
     spares: list[Tensor | None] = list(masks[1]) or [None] * len(overlays)
     layers = [quilting.Overlay(*parts) for parts in zip(images[1:], at, masks[0], spares, strict=True)]
     settings = settings_of(quilting.QuiltSettings(), arguments, normalized=not arguments.plain)
+    began = time.perf_counter()
     result = quilting.merge(images[0], layers, settings)
+    took = time.perf_counter() - began
+    _hint_at_sparing(overlays, layers, result)
     writers = {output: io.image_writer(output, result.image, kind)} | extra_writers(arguments, result)
     finish(writers)
-    return f"wrote {listed(list(writers))}: seams cost {result.cost:.1f}"
+    height, width = result.patch.shape
+    rows = {"file": output.resolve(), "pixels": kind, "seams cost": f"{result.cost:.1f} color ranges times pixels"}
+    told = contributions([arguments.background, *overlays], result.source.numpy())
+    more = details(rows) if arguments.verbose else ""
+    return f"wrote {listed(list(writers))}: {width}x{height} in {took:.1f} s{told}{more}"
 
 
-def _alike(pictures: "Sequence[Picture]") -> "tuple[list[Tensor], Kind]":
-    """Images of one kind: gray ones become color where any is; alpha stays only if all have it."""
-    kinds = {picture.kind.channels for picture in pictures}
-    if len(kinds) == 1:
-        return [picture.pixels for picture in pictures], pictures[0].kind
-    best = next((p.kind for p in pictures if p.kind.channels == ("R", "G", "B")), seams_kind())
-    return [_color(picture) for picture in pictures], best
-
-
-def _color(picture: "Picture") -> "Tensor":
-    names = picture.kind.channels
-    if names[:3] == ("R", "G", "B"):
-        return picture.pixels[:3]
-    if names[0] == "Y":
-        return picture.pixels[:1].expand(3, -1, -1)
-    raise synth.InputError(
-        f"an image has the channels {', '.join(names)}, which cannot be merged with others; convert it to RGB"
-    )
+def _hint_at_sparing(paths: "Sequence[Path]", layers: "Sequence[quilting.Overlay]", result: "quilting.Quilt") -> None:
+    """Say which overlays hide all that they lie on, as one does that nothing is said to be spared of."""
+    for number, (path, layer) in enumerate(zip(paths, layers, strict=True), 1):
+        top, left = layer.at[1], layer.at[0]
+        height, width = layer.image.shape[1:]
+        under = result.source[max(top, 0) : max(top + height, 0), max(left, 0) : max(left + width, 0)]
+        if layer.spare is None and under.numel() and bool((under == number).float().mean() > WHOLE):
+            note(f"{path} covers nearly all that it lies on; mark with --spare what is to show the background")

@@ -3,7 +3,7 @@
 import argparse
 import math
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -19,6 +19,11 @@ class Parser(argparse.ArgumentParser):
     def __init__(self, **named: Any) -> None:
         super().__init__(formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False, **named)
         self.register("action", None, _Once)
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """As argparse; a switch that may be followed by the one word "nearest" takes no other word for its own."""
+        tile = self._option_string_actions.get("--tile")
+        return super().parse_known_args(_with_values(args) if tile is not None and tile.choices else args, namespace)
 
     def error(self, message: str) -> NoReturn:
         """End with the one line and exit code 2."""
@@ -38,6 +43,19 @@ class _Once(argparse.Action):
         setattr(namespace, self.dest, values)
 
 
+def _with_values(args: Sequence[str] | None) -> list[str] | None:
+    """The arguments with --tile=exact for --tile, and --tile=nearest for --tile nearest."""
+    if args is None:
+        return None
+    made: list[str] = []
+    for argument in args:
+        if argument == "nearest" and made and made[-1] == "--tile=exact":
+            made[-1] = "--tile=nearest"
+        else:
+            made.append("--tile=exact" if argument == "--tile" else argument)
+    return made
+
+
 class Version(argparse.Action):
     """Looks the version up only when asked: that takes longer than all of --help."""
 
@@ -55,6 +73,14 @@ def file(text: str) -> Path:
         shown = text if len(text) <= 60 else f"{text[:60]}..."
         raise argparse.ArgumentTypeError(f"{shown!r} cannot be the name of a file; give another, of at most 255 bytes")
     return Path(text)
+
+
+def target(text: str) -> Path:
+    """A file to write, or a folder that is there for it to be written into."""
+    path = file(text)
+    if text.endswith(os.sep) and not path.is_dir():
+        raise argparse.ArgumentTypeError(f"{text!r} is no folder that exists; make it first, or leave the last / out")
+    return path
 
 
 def size(text: str) -> tuple[int, int]:
@@ -84,12 +110,15 @@ def numbers(text: str) -> tuple[float, ...]:
     return found
 
 
-def scales(text: str) -> tuple[float, float]:
-    """A range of scales A:B, each 1/16 to 16."""
-    first, _, last = (_number(part) if part != ":" else 0.0 for part in text.partition(":"))
-    if not (1 / 16 <= first <= 16 and 1 / 16 <= last <= 16):
-        raise argparse.ArgumentTypeError(f"{text!r} is no range of scales from 0.0625 to 16; write A:B, as 0.5:1")
-    return first, last
+def scales(text: str) -> tuple[float, ...]:
+    """Scales F,F,... or a range A:B of them, from A to B in five steps, each 0.1 to 10."""
+    first, colon, last = text.partition(":")
+    ends = [_number(part) for part in ((first, last) if colon else text.split(","))]
+    if not all(0.1 <= end <= 10 for end in ends):
+        raise argparse.ArgumentTypeError(f"{text!r} are no scales from 0.1 to 10; write F,F,... as 0.8,1.25, or A:B")
+    if not colon or ends[0] == ends[1]:
+        return tuple(ends[:1] if colon else ends)
+    return tuple(ends[0] * (ends[1] / ends[0]) ** (step / 4) for step in range(5))
 
 
 def position(text: str) -> tuple[int, int]:
@@ -136,10 +165,25 @@ rate = number(0.1, 1000, "number of frames a second")
 """Frames a second, as many as videos can have."""
 
 
-def add_common(parser: argparse.ArgumentParser, threads: int | None = None, device: bool = True) -> None:
+def add_tile(parser: argparse.ArgumentParser) -> None:
+    """Add --tile; it is None, "exact" or "nearest"."""
+    parser.add_argument("--tile", choices=("exact", "nearest"), metavar="", help="make an image that repeats without a "
+        "seam in both directions; --tile nearest: in the nearest size that holds whole periods")  # fmt: skip
+
+
+def add_scale(parser: argparse.ArgumentParser) -> None:
+    """Add --scale, in the one way in which all commands read it."""
+    parser.add_argument("--scale", type=scales, metavar="F,F,...|A:B", help="use scaled copies of the exemplar too: of "
+        "these sizes, or of five from A to B times its own")  # fmt: skip
+
+
+def add_common(
+    parser: argparse.ArgumentParser, threads: int | None = None, device: bool = True, verbose: bool = False
+) -> None:
     """Add what all commands that compute take.
 
-    `threads`: how many by default, None for as many as cores. `device`: whether there is a choice of it.
+    `threads`: how many by default, None for as many as cores. `device`: whether there is a choice of it. `verbose`:
+    whether there are details to tell.
     """
     add = parser.add_argument
     if device:
@@ -147,6 +191,8 @@ def add_common(parser: argparse.ArgumentParser, threads: int | None = None, devi
     add("--threads", type=whole(1, MOST_THREADS), default=threads, metavar="N",
         help=f"threads to use (default: {threads or 'as many as cores'})")  # fmt: skip
     add("--overwrite", action="store_true", help="replace files that exist")
+    if verbose:
+        add("--verbose", action="store_true", help="tell more when done: how it went, and how good it is")
 
 
 def _number(text: str) -> float:

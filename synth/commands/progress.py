@@ -1,9 +1,45 @@
 """A line on the terminal while work goes on: how far, how fast, how long yet."""
 
 import sys
+import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
+
+_SILENT = 1.5
+"""So many seconds pass before a command that has nothing else to show says that it works."""
+
+_shown = threading.Event()
+"""Set while a bar is on the terminal."""
+
+
+@contextmanager
+def working(command: str) -> Iterator[None]:
+    """Says on a terminal that a command works, where it takes long and shows no bar: while it loads, reads, writes."""
+    if not sys.stderr.isatty():
+        yield
+        return
+    done, began = threading.Event(), time.monotonic()
+    speaker = threading.Thread(target=_speak, args=(command, began, done), daemon=True)
+    speaker.start()
+    try:
+        yield
+    finally:
+        done.set()
+        speaker.join()
+
+
+def _speak(command: str, began: float, done: threading.Event) -> None:
+    said = False
+    while not done.wait(_SILENT if not said else 1.0):
+        if not _shown.is_set():
+            sys.stderr.write(f"\r\x1b[Kkwatra {command}: at work for {time.monotonic() - began:.0f} s")
+            sys.stderr.flush()
+            said = True
+    if said:
+        sys.stderr.write("\r\x1b[K")
+        sys.stderr.flush()
 
 
 @contextmanager
@@ -12,28 +48,33 @@ def progress_line(title: str) -> Iterator[Callable[[Any], None]]:
     if not sys.stderr.isatty():
         yield lambda progress: None
         return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+    from rich.progress import BarColumn, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
         TaskProgressColumn(),
-        TextColumn("level {task.fields[level]}, {task.fields[rate]:.1f} iterations/s"),
+        TextColumn("{task.fields[place]}, {task.fields[rate]:.1f} iterations/s"),
         TimeRemainingColumn(),
     )
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(title, total=1.0, level=1, rate=0.0)
-        done = 0
+    with _bar(*columns) as bar:
+        task = bar.add_task(title, total=1.0, place="level 1", rate=0.0)
+        done, furthest = 0, 0.0
 
         def show(progress: Any) -> None:
-            nonlocal done
-            done += 1
+            nonlocal done, furthest
+            done, furthest = done + 1, max(furthest, progress.fraction)
             elapsed = bar.tasks[task].elapsed or 0.0
             rate = done / elapsed if elapsed else 0.0
-            bar.update(task, completed=progress.fraction, level=progress.level + 1, rate=rate)
+            bar.update(task, completed=furthest, place=place_of(progress), rate=rate)
 
         yield show
+
+
+def place_of(progress: Any) -> str:
+    """Where a run stands, in words: the try where there are several, and the level."""
+    level = f"level {progress.level + 1}"
+    return level if progress.tries == 1 else f"try {progress.attempt} of {progress.tries}, {level}"
 
 
 @contextmanager
@@ -42,9 +83,20 @@ def work_line(title: str) -> Iterator[Callable[[str, float], None]]:
     if not sys.stderr.isatty():
         yield lambda what, part: None
         return
+    with _bar() as bar:
+        task = bar.add_task(title, total=1.0)
+        yield lambda what, part: bar.update(task, description=f"{title}: {what}", completed=part)
+
+
+@contextmanager
+def _bar(*columns: Any) -> Iterator[Any]:
     from rich.console import Console
     from rich.progress import Progress
 
-    with Progress(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(title, total=1.0)
-        yield lambda what, part: bar.update(task, description=f"{title}: {what}", completed=part)
+    _shown.set()
+    try:
+        sys.stderr.write("\r\x1b[K")
+        with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+            yield bar
+    finally:
+        _shown.clear()

@@ -8,21 +8,25 @@ from typing import TYPE_CHECKING
 import synth
 from synth import io, quilting
 from synth.commands.checks import check_distinct, check_size, finish, refuse_unused, set_up
+from synth.commands.naming import output_of
 from synth.commands.parsing import (
     Parser,
     Subparsers,
     add_common,
+    add_scale,
+    add_tile,
     file,
     number,
     numbers,
     positive,
     rate,
-    scales,
     size,
+    target,
     whole,
 )
 from synth.commands.progress import work_line
 from synth.commands.sewing import add_blending, extra_writers, seams_kind, settings_of, sewn
+from synth.commands.tiles import tile_size
 from synth.words import counted, listed
 
 if TYPE_CHECKING:
@@ -50,7 +54,7 @@ def add(commands: Subparsers) -> None:
     )
     add = parser.add_argument
     add("exemplar", type=file, metavar="EXEMPLAR", help="an image, a video (.mp4, .gif) or a folder of frames")
-    add("-o", "--output", type=file, metavar="OUT", help="the file or folder to write (default: EXEMPLAR_quilt)")
+    add("-o", "--output", type=target, metavar="OUT", help="the file or folder to write (default: EXEMPLAR_quilt)")
     add("--size", type=size, metavar="WIDTHxHEIGHT", help="size in pixels (default: an image's doubled, a video's own)")
     add("--placement", choices=("random", "whole", "sub"), help="how patches are placed: whole for structured "
         "textures, sub for stochastic ones and motion (default: whole; videos: by mode)")  # fmt: skip
@@ -60,14 +64,14 @@ def add(commands: Subparsers) -> None:
     add("--seconds", type=positive, metavar="S", help="stop refining after this time")
     add("--edges", action=argparse.BooleanOptionalAction, help="let seams prefer busy places: normalize their cost by "
         "the gradient (default: for videos only)")  # fmt: skip
-    add("--tile", action="store_true", help="make a picture that repeats without a seam in both directions")
+    add_tile(parser)
     _add_copies(parser)
     add_blending(parser, "default: 0, and 1 for videos")
     _add_video(parser)
     add("--seams", type=file, metavar="FILE", help="also write the result with its seams drawn in red")
     add("--map", type=file, metavar="FILE", help="also write where each pixel is from: .npy, int32, (copy, [t,] y, x)")
     add("--seed", type=whole(0), default=0, metavar="N", help="another seed, another result (default: 0)")
-    add_common(parser, device=False)
+    add_common(parser, device=False, verbose=True)
 
 
 def _add_copies(parser: Parser) -> None:
@@ -76,8 +80,9 @@ def _add_copies(parser: Parser) -> None:
     add("--rotate", type=numbers, nargs="?", const=(90.0, 180.0, 270.0), metavar="DEG,...", help="use rotated copies "
         "too (without angles, as the last argument: by quarter turns; --rotate=-20,20)")  # fmt: skip
     add("--mirror", action="store_true", help="use mirrored copies too")
-    add("--scale", type=scales, metavar="A:B", help="use scaled copies too, from A to B times the size")
-    add("--perspective", action="store_true", help="let the scale go from A at the top to B at the bottom")
+    add_scale(parser)
+    add("--perspective", action="store_true", help="use only scaled copies: the first scale at the top, the last at "
+        "the bottom")  # fmt: skip
 
 
 def _add_video(parser: Parser) -> None:
@@ -95,7 +100,7 @@ def _add_video(parser: Parser) -> None:
 def run(arguments: argparse.Namespace) -> str:
     """Check everything, work, write everything; returns the summary."""
     set_up(arguments)
-    if arguments.perspective and (arguments.scale is None or arguments.tile):
+    if arguments.perspective and (len(arguments.scale or ()) < 2 or arguments.tile):
         raise synth.InputError("--perspective needs a range of scales and no tile; give --scale A:B without --tile")
     return (_video if io.is_video(arguments.exemplar) else _image)(arguments)
 
@@ -108,7 +113,8 @@ def _image(arguments: argparse.Namespace) -> str:
     picture = io.read_image(source)
     height, width = arguments.size or [2 * n for n in picture.pixels.shape[1:]]
     check_size((height, width))
-    output = arguments.output or Path(f"{source.stem}_quilt{source.suffix}")
+    height, width = tile_size(arguments.tile, (height, width), [picture.pixels])
+    output = output_of(arguments.output, f"{source.stem}_quilt{source.suffix}")
     _check_outputs(arguments, output)
     io.check_output(output, picture.kind, arguments.overwrite)
     if arguments.seams is not None:
@@ -119,7 +125,8 @@ def _image(arguments: argparse.Namespace) -> str:
     took = time.perf_counter() - began
     writers = {output: io.image_writer(output, result.image, picture.kind)} | extra_writers(arguments, result)
     finish(writers)
-    return f"wrote {listed(list(writers))}: {width}x{height} in {took:.1f} s, {sewn(result)}"
+    more = sewn(result, output, picture.kind) if arguments.verbose else ""
+    return f"wrote {listed(list(writers))}: {width}x{height}, seed {arguments.seed}, in {took:.1f} s{more}"
 
 
 def _video(arguments: argparse.Namespace) -> str:
@@ -156,9 +163,9 @@ def _video(arguments: argparse.Namespace) -> str:
     writers |= extra_writers(arguments, result, fps)
     finish(writers)
     made, height, width = result.patch.shape
-    return (
-        f"wrote {listed(list(writers))}: {counted(made, 'frame')} of {width}x{height} in {took:.1f} s, {sewn(result)}"
-    )
+    more = sewn(result, output, clip.kind) if arguments.verbose else ""
+    size_of_all = f"{counted(made, 'frame')} of {width}x{height}"
+    return f"wrote {listed(list(writers))}: {size_of_all}, seed {arguments.seed}, in {took:.1f} s{more}"
 
 
 def _check_video(arguments: argparse.Namespace, mode: str, larger: bool, settings: "QuiltSettings") -> None:

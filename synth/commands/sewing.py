@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from synth import io, quilting
 from synth.commands.parsing import Parser, number
+from synth.commands.telling import details
 
 if TYPE_CHECKING:
     from synth.io import Kind, Writer
@@ -27,6 +28,7 @@ def settings_of(base: "QuiltSettings", arguments: argparse.Namespace, **more: An
     import dataclasses
 
     given = {name: getattr(arguments, name, None) for name in (*_FIELDS, "feather", "spline", "seed")}
+    given["tile"] = None if given["tile"] is None else True
     given["normalized"] = getattr(arguments, "edges", None)
     if given["spline"]:
         given["feather"] = 0.0
@@ -59,6 +61,8 @@ def _map_writer(result: "Quilt") -> "Writer":
     return io.npy_writer(np.concatenate([result.source.numpy()[None], place]).astype(np.int32))
 
 
-def sewn(result: "Quilt") -> str:
-    """The end of a summary."""
-    return f"seams cost {result.history[0]:.1f} before and {result.cost:.1f} after refining ({result.stopped})"
+def sewn(result: "Quilt", output: Path, kind: "Kind") -> str:
+    """Details of a summary: how it is sewn."""
+    cost = f"{result.history[0]:.1f} before and {result.cost:.1f} after refining, in color ranges times pixels"
+    rows = {"file": output.resolve(), "pixels": kind, "seams cost": cost, "ended because": result.stopped}
+    return details(rows)

@@ -2,16 +2,31 @@
 
 import argparse
 import time
-from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import synth
 from synth import io, texture
 from synth.commands.checks import check_distinct, check_size, finish, refuse_unused, set_up
-from synth.commands.parsing import Subparsers, add_common, file, levels, numbers, positive, size, whole
+from synth.commands.naming import for_each, output_of
+from synth.commands.parsing import (
+    Subparsers,
+    add_common,
+    add_scale,
+    add_tile,
+    file,
+    levels,
+    numbers,
+    positive,
+    size,
+    target,
+    whole,
+)
 from synth.commands.progress import progress_line
 from synth.commands.report import ENERGY_SUFFIXES, energy_writer
+from synth.commands.telling import contributions, details, of_result, quality
+from synth.commands.tiles import tile_size
 from synth.words import listed
 
 if TYPE_CHECKING:
@@ -26,6 +41,7 @@ _EPILOG = """examples:
   kwatra synth brick.png                               twice the size, as brick_synth.png
   kwatra synth brick.png -o wall.png --size 1024x768 --tile
   kwatra synth brick.png --also normal=brick_n.png     also writes brick_synth_normal.png
+  kwatra synth a.png b.png c.png --each -o made/       three textures; without --each one that blends all three
   kwatra synth field.png --guide field_labels.png=wanted_labels.png
 """
 
@@ -41,17 +57,18 @@ def add(commands: Subparsers) -> None:
     )
     add = parser.add_argument
     add("exemplars", nargs="+", type=file, metavar="EXEMPLAR", help="image of the texture, or several of it")
-    add("-o", "--output", type=file, metavar="OUT", help="the file to write (default: EXEMPLAR_synth in this folder)")
+    add("-o", "--output", type=target, metavar="OUT", help="the file to write, or the folder it goes to (default: "
+        "EXEMPLAR_synth in this folder)")  # fmt: skip
     add("--size", type=size, metavar="WIDTHxHEIGHT", help="size in pixels, as 512x384 (default: twice the exemplar)")
     add("--seed", type=whole(0), default=0, metavar="N", help="another seed, another image (default: 0)")
     add("--preset", choices=("fast", "default", "best"), default="default", help="how much work to spend")
-    add("--tile", action="store_true", help="make an image that repeats without a seam in both directions")
+    add_tile(parser)
     add("--start", type=file, metavar="IMAGE", help="image to start from, of the size to make")
     add("--levels", type=levels, metavar="SCALE:WIDTH,...", help='"4:32,2:16,1:8": windows 32 wide at 1/4 size, and '
         'so on; or "thesis", the levels of Kwatra\'s thesis (default: planned from the exemplar)')  # fmt: skip
     add("--mirror", action="store_true", help="use mirrored copies of the exemplars too")
     add("--rotate", type=numbers, default=(), metavar="DEG,...", help="use rotated copies too (--rotate=-90,90)")
-    add("--scale", type=numbers, default=(), metavar="FACTOR,...", help="use scaled copies too")
+    add_scale(parser)
     add("--progress-images", type=file, metavar="DIR", help="write the image after each level into this folder")
     add("--energy", type=file, metavar="FILE", help="write the energy per iteration as .csv or drawn as .png")
     add("--map", type=file, metavar="FILE", help="write where each pixel comes from: .npy int32 (exemplar, y, x) by "
@@ -62,53 +79,96 @@ def add(commands: Subparsers) -> None:
         "exemplar's (labels, a density, a direction); with several exemplars A,B=OUTPUT_MAP")  # fmt: skip
     add("--guide-weight", type=positive, metavar="W", help="what the guide counts beside the colors; "
         "0.1 to 0.3 suits maps that vary smoothly (default: 1)")  # fmt: skip
-    add_common(parser)
+    add("--each", action="store_true", help="make one output of each exemplar instead of one of all; -o may name a "
+        "folder for them")  # fmt: skip
+    add_common(parser, verbose=True)
 
 
 def run(arguments: argparse.Namespace) -> str:
     """Check everything, work, write everything; returns the summary."""
     set_up(arguments)
-    exemplars = [io.read_image(path) for path in arguments.exemplars]
-    _check_alike(arguments.exemplars, exemplars)
-    start = None if arguments.start is None else _read_start(arguments.start, exemplars[0], arguments.size)
-    if arguments.guide is None:
-        refuse_unused(arguments, ["guide_weight"], "says what a --guide counts but there is none")
-    guide = None if arguments.guide is None else texture.read_guide(arguments.guide, len(exemplars))
-    height, width = _output_size(arguments.size, exemplars[0], start, guide)
-    first = arguments.exemplars[0]
-    output = arguments.output or Path(f"{first.stem}_synth{first.suffix}")
-    sizes = [_size_of(exemplar) for exemplar in exemplars]
-    maps = [texture.read_map(request, sizes, output) for request in arguments.also]
-    _check_outputs(arguments, output, maps, exemplars)
+    if not arguments.each:
+        return _one(arguments, True)
+    single = ("also", "map", "energy", "progress_images")
+    refuse_unused(arguments, single, "belongs to one output but --each makes several")
+    return for_each(arguments, _one)
+
+
+@dataclass(frozen=True)
+class _Inputs:
+    """What is synthesized from: exemplars (C, H, W) of one kind, and what goes with them; size: (height, width)."""
+
+    exemplars: "list[Tensor]"
+    kind: "Kind"
+    start: "Picture | None"
+    guide: "tuple[list[Array], Array] | None"
+    maps: "list[Map]"
+    size: tuple[int, int]
+    output: Path
+
+    @classmethod
+    def read(cls, arguments: argparse.Namespace) -> "_Inputs":
+        """What the arguments name, checked; InputError for what cannot be used, or written after the work."""
+        pictures = [io.read_image(path) for path in arguments.exemplars]
+        exemplars, kind = io.raised(pictures, arguments.exemplars)
+        start = None if arguments.start is None else _read_start(arguments.start, kind, arguments.size)
+        if arguments.guide is None:
+            refuse_unused(arguments, ["guide_weight"], "says what a --guide counts but there is none")
+        guide = None if arguments.guide is None else texture.read_guide(arguments.guide, len(exemplars))
+        size = _output_size(arguments, exemplars[0], start, guide)
+        first = arguments.exemplars[0]
+        output = output_of(arguments.output, f"{first.stem}_synth{first.suffix}")
+        sizes = [_size_of(exemplar) for exemplar in exemplars]
+        maps = [texture.read_map(request, sizes, output) for request in arguments.also]
+        inputs = cls(exemplars, kind, start, guide, maps, size, output)
+        _check_outputs(arguments, inputs)
+        return inputs
+
+
+def _one(arguments: argparse.Namespace, work: bool) -> str:
+    """One output, or only the checks before it; returns the summary."""
+    inputs = _Inputs.read(arguments)
+    if not work:
+        return ""
+    height, width = tile_size(arguments.tile, inputs.size, inputs.exemplars)
+    exemplars, start = [io.premultiplied(exemplar, inputs.kind) for exemplar in inputs.exemplars], inputs.start
     began = time.perf_counter()
-    with progress_line(f"{first.name} to {width}x{height}") as callback:
+    with progress_line(f"{arguments.exemplars[0].name} to {width}x{height}") as callback:
         synthesis = texture.synthesize(
-            [io.premultiplied(exemplar.pixels, exemplar.kind) for exemplar in exemplars],
+            exemplars,
             (height, width),
             preset=arguments.preset,
             seed=arguments.seed,
-            tile=arguments.tile,
+            tile=arguments.tile is not None,
             start=None if start is None else io.premultiplied(start.pixels, start.kind),
             levels=arguments.levels,
             mirror=arguments.mirror,
             rotate=arguments.rotate,
-            scale=arguments.scale,
-            guide=guide,
+            scale=arguments.scale or (),
+            guide=inputs.guide,
             guide_weight=arguments.guide_weight or 1.0,
             device=arguments.device,
             callback=callback,
         )
     took = time.perf_counter() - began
-    writers = _writers(arguments, output, maps, synthesis, exemplars[0].kind)
-    finish(writers)
-    return f"wrote {listed(list(writers))}: {width}x{height} in {took:.1f} s ({synthesis.result.stopped})"
+    writers = _writers(arguments, inputs, synthesis)
+    finish(writers, more=getattr(arguments, "more", False))
+    told = contributions(arguments.exemplars, synthesis.source[0])
+    more = _details(arguments, inputs, synthesis, exemplars) if arguments.verbose else ""
+    return f"wrote {listed(list(writers))}: {width}x{height}, seed {arguments.seed}, in {took:.1f} s{told}{more}"
 
 
-def _writers(
-    arguments: argparse.Namespace, output: Path, maps: "Sequence[Map]", synthesis: "Synthesis[Tensor]", kind: "Kind"
-) -> "dict[Path, Writer]":
+def _details(
+    arguments: argparse.Namespace, inputs: _Inputs, synthesis: "Synthesis[Tensor]", exemplars: "list[Tensor]"
+) -> str:
+    rows = {"file": inputs.output.resolve(), "pixels": inputs.kind, "preset": arguments.preset}
+    return details({**rows, **of_result(synthesis.result), **quality(synthesis.image, exemplars)})
+
+
+def _writers(arguments: argparse.Namespace, inputs: _Inputs, synthesis: "Synthesis[Tensor]") -> "dict[Path, Writer]":
+    output, kind = inputs.output, inputs.kind
     writers = {output: io.image_writer(output, io.straight(synthesis.image, kind), kind)}
-    writers |= {carried.output: texture.map_writer(carried, synthesis) for carried in maps}
+    writers |= {carried.output: texture.map_writer(carried, synthesis) for carried in inputs.maps}
     if arguments.map is not None:
         writers[arguments.map] = texture.source_writer(arguments.map, synthesis.source)
     if arguments.energy is not None:
@@ -118,37 +178,29 @@ def _writers(
     return writers
 
 
-def _check_alike(paths: Sequence[Path], exemplars: "Sequence[Picture]") -> None:
-    """Several exemplars of one texture must mean the same by their channels and values."""
-    first = exemplars[0].kind
-    for path, exemplar in zip(paths, exemplars, strict=True):
-        kind = exemplar.kind
-        if len(kind.channels) != len(first.channels) or kind.dtype.startswith("f") != first.dtype.startswith("f"):
-            raise synth.InputError(
-                f"{path} holds {kind} but {paths[0]} holds {first}; save all exemplars in the same way"
-            )
-
-
-def _read_start(path: Path, exemplar: "Picture", size: tuple[int, int] | None) -> "Picture":
+def _read_start(path: Path, kind: "Kind", size: tuple[int, int] | None) -> "Picture":
     start = io.read_image(path)
-    if len(start.pixels) != len(exemplar.pixels):
-        raise synth.InputError(f"{path} holds {start.kind} but the exemplar {exemplar.kind}; save it like the exemplar")
-    if size is not None and size != _size_of(start):
-        height, width = _size_of(start)
+    if len(start.pixels) != len(kind.channels):
+        raise synth.InputError(f"{path} holds {start.kind} but the exemplar {kind}; save it like the exemplar")
+    if size is not None and size != _size_of(start.pixels):
+        height, width = _size_of(start.pixels)
         raise synth.InputError(f"{path} is {width}x{height} but --size asks for {size[1]}x{size[0]}; leave --size out")
     return start
 
 
 def _output_size(
-    asked: tuple[int, int] | None,
-    exemplar: "Picture",
+    arguments: argparse.Namespace,
+    exemplar: "Tensor",
     start: "Picture | None",
     guide: "tuple[list[Array], Array] | None",
 ) -> tuple[int, int]:
     """(height, width): as asked, or the start's or the guide's, or twice the exemplar's."""
-    twice = [2 * side for side in _size_of(exemplar)]
     guided = None if guide is None else guide[1].shape[:2]
-    height, width = asked or (_size_of(start) if start is not None else guided or twice)
+    given = _size_of(start.pixels) if start is not None else guided
+    if arguments.tile == "nearest" and given is not None:
+        raise synth.InputError("--tile nearest chooses a size but --start or --guide has one; use --tile alone")
+    down, across = _size_of(exemplar)
+    height, width = arguments.size or given or (2 * down, 2 * across)
     if guided is not None and guided != (height, width):
         raise synth.InputError(
             f"the guide's output map is {guided[1]}x{guided[0]} but the output {width}x{height}; give both one size"
@@ -157,20 +209,18 @@ def _output_size(
     return height, width
 
 
-def _size_of(picture: "Picture") -> tuple[int, int]:
-    return picture.pixels.shape[1], picture.pixels.shape[2]
+def _size_of(pixels: "Tensor") -> tuple[int, int]:
+    return pixels.shape[1], pixels.shape[2]
 
 
-def _check_outputs(
-    arguments: argparse.Namespace, output: Path, maps: "Sequence[Map]", exemplars: "Sequence[Picture]"
-) -> None:
+def _check_outputs(arguments: argparse.Namespace, inputs: _Inputs) -> None:
     """Refuse before any work what could not be written after it."""
-    overwrite, files = arguments.overwrite, [output, *(carried.output for carried in maps)]
-    io.check_output(output, exemplars[0].kind, overwrite)
-    for carried in maps:
+    overwrite, files = arguments.overwrite, [inputs.output, *(carried.output for carried in inputs.maps)]
+    io.check_output(inputs.output, inputs.kind, overwrite)
+    for carried in inputs.maps:
         io.check_output(carried.output, carried.kind, overwrite)
     if arguments.map is not None:
-        texture.check_source_output(arguments.map, [_size_of(exemplar) for exemplar in exemplars], overwrite)
+        texture.check_source_output(arguments.map, [_size_of(exemplar) for exemplar in inputs.exemplars], overwrite)
     if arguments.energy is not None:
         io.check_output(arguments.energy, None, overwrite, ENERGY_SUFFIXES)
     if arguments.progress_images is not None:

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 from synth import io, texture
 from synth.commands.checks import check_distinct, finish, set_up
-from synth.commands.parsing import Subparsers, add_common, file, whole
+from synth.commands.naming import output_of
+from synth.commands.parsing import Subparsers, add_common, file, target, whole
 from synth.commands.progress import work_line
 from synth.saying import note
 from synth.words import listed
@@ -38,7 +39,8 @@ def add(commands: Subparsers) -> None:
     )
     add = parser.add_argument
     add("image", type=file, metavar="IMAGE", help="the picture")
-    add("-o", "--output", type=file, metavar="OUT", help="the file to write (default: IMAGE_tile in this folder)")
+    add("-o", "--output", type=target, metavar="OUT", help="the file to write, or the folder it goes to (default: "
+        "IMAGE_tile in this folder)")  # fmt: skip
     add("--also", action="append", default=[], metavar="NAME=FILE", help="a map of the picture that is to tile with "
         "it, exactly, as OUT_NAME; may be given again")  # fmt: skip
     add("--axes", choices=("x", "y", "xy"), default="xy", help="where it repeats: x from left to right, y from top to "
@@ -56,7 +58,7 @@ def run(arguments: argparse.Namespace) -> str:
     set_up(arguments)
     path = arguments.image
     array, kind = io.read_array(path)
-    output = arguments.output or Path(f"{path.stem}_tile{path.suffix}")
+    output = output_of(arguments.output, f"{path.stem}_tile{path.suffix}")
     size = (array.shape[0], array.shape[1])
     maps = [texture.read_map(request, [size], output) for request in arguments.also]
     io.check_output(output, kind, arguments.overwrite)
@@ -89,7 +91,8 @@ def run(arguments: argparse.Namespace) -> str:
     top, left = (int(places[height // 2, width // 2]) for places in made.source[1:])
     there = array[top - height // 2 :, left - width // 2 :][:height, :width]
     changed = (tiled != there).any(-1).mean()
-    return f"wrote {listed(list(writers))}: {width}x{height}, {changed:.0%} of it changed, in {took:.1f} s"
+    how = f"{changed:.0%} of it changed, seed {arguments.seed}, in {took:.1f} s"
+    return f"wrote {listed(list(writers))}: {width}x{height}, {how}"
 
 
 def _hint_at_cropping(pixels: "Tensor", axes: str) -> None:

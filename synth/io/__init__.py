@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from synth.io.kinds import Array, Kind
     from synth.io.numpy_files import npy_writer
     from synth.io.outputs import Writer, bytes_writer, check_writable, staged, write_files
+    from synth.io.raising import raised
     from synth.io.videos import VIDEO_SUFFIXES, check_video_output, is_video, read_video, video_writer
 
 __all__ = [
@@ -45,6 +46,7 @@ __all__ = [
     "mixed",
     "npy_writer",
     "premultiplied",
+    "raised",
     "read_array",
     "read_flow",
     "read_image",
@@ -82,6 +84,7 @@ __getattr__, __dir__ = lazy(
         "mixed": "synth.io.alpha",
         "npy_writer": "synth.io.numpy_files",
         "premultiplied": "synth.io.alpha",
+        "raised": "synth.io.raising",
         "read_array": "synth.io.images",
         "read_flow": "synth.io.flows",
         "read_image": "synth.io.images",

@@ -197,5 +197,5 @@ def _save_folder(target: Path, frames: Iterable[Tensor], kind: Kind) -> None:
     ending = ".png" if kind.dtype in ("uint8", "uint16") else ".tif"
     target.mkdir()
     for t, frame in enumerate(frames):
-        name = target / f"{t:04d}{ending}"
+        name = target / f"{t:06d}{ending}"
         write_files({name: image_writer(name, frame, kind)})

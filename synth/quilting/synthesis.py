@@ -20,11 +20,9 @@ from synth.quilting.blendseams import FRAMES_PER_PIXEL, blending_reach, ending_r
 from synth.quilting.growth import Report, fill, refine
 from synth.quilting.loops import unrolled
 from synth.quilting.placement import Placer, Rule
-from synth.quilting.variants import Variant, bands, scales_between, variants
+from synth.quilting.variants import Variant, bands, variants
 
 PLACEMENTS = ("random", "whole", "sub")
-SCALES = 5
-"""How many scales stand between the two ends of a range."""
 
 
 @dataclass(frozen=True)
@@ -41,8 +39,8 @@ class QuiltSettings:
     `normalized`: cost M' (equation 5) for M (equation 1). `tile`: the picture repeats without a seam.
     `rotate`: also copies turned by these angles, in degrees counterclockwise. `mirror`: also mirrored ones, but not
     where they would fold the picture about a line.
-    `scale`: also copies between these two scales; `perspective`: their scale then goes from the first at the top to the
-    second at the bottom (figure 11).
+    `scale`: also copies of these sizes, 1 as large as the exemplar; `perspective`: only these, from the first at the
+    top to the last at the bottom (figure 11).
     `feather`: blend seams by a Gaussian of so many pixels, and twice as many frames. `spline`: blend them by
     multi-resolution splining.
     """
@@ -59,7 +57,7 @@ class QuiltSettings:
     tile: bool = False
     rotate: tuple[float, ...] = ()
     mirror: bool = False
-    scale: tuple[float, float] | None = None
+    scale: tuple[float, ...] = ()
     perspective: bool = False
     feather: float = 0.0
     spline: bool = False
@@ -75,8 +73,10 @@ class QuiltSettings:
                 raise InputError(f"{name} is {value:g} but must lie between {low:g} and {high:g}")
         if self.feather and self.spline:
             raise InputError("feather and spline are both asked for; choose one")
-        if self.perspective and (self.scale is None or self.tile):
-            raise InputError("perspective needs a range of scales, far and near, and no tiling")
+        if not all(0 < scale < math.inf for scale in self.scale):
+            raise InputError(f"scale is {self.scale} but must be finite and positive numbers, for example (0.5, 1)")
+        if self.perspective and (len(self.scale) < 2 or self.tile):
+            raise InputError("perspective needs several scales, far to near, and no tiling")
 
 
 @dataclass(frozen=True)
@@ -138,7 +138,7 @@ def check_exemplar(exemplar: Tensor) -> None:
 
 def sources_of(exemplar: Tensor, settings: QuiltSettings) -> Mosaic:
     """The exemplar and the copies of it that the settings ask for."""
-    scales = [1.0] if settings.scale is None else scales_between(*settings.scale, SCALES)
+    scales = [*settings.scale] if settings.perspective else [1.0, *(s for s in settings.scale if s != 1)]
     made: list[Variant] = []
     parts: list[tuple[float, float]] = []
     for scale, part in zip(scales, bands(len(scales)), strict=True):

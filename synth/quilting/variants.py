@@ -65,16 +65,6 @@ def _inscribed(height: int, width: int, sin: float, cos: float) -> tuple[int, in
     return max(int(high), 1), max(int(wide), 1)
 
 
-def scales_between(first: float, last: float, count: int) -> list[float]:
-    """`count` scales from `first` to `last`, each the same factor from the next."""
-    if not (0 < first < float("inf") and 0 < last < float("inf")):
-        raise InputError(f"scale is {first:g}:{last:g} but both ends must be positive, for example 0.5:1")
-    if first == last:
-        return [first]
-    ratio = (last / first) ** (1 / (count - 1))
-    return [first * ratio**i for i in range(count)]
-
-
 def scaled(exemplar: Tensor, scale: float) -> Tensor:
     """The exemplar (C, H, W) or (C, T, H, W) with height and width times `scale`, smoothed where that shrinks it."""
     if scale == 1:

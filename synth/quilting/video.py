@@ -104,7 +104,7 @@ def _of_size(
     larger = enlarged(clip, size, settings, report)
     way = "transition" if loop and frames is None else mode
     frames = 2 * clip.shape[1] if way == mode and frames is None else frames
-    rest = dataclasses.replace(settings, rotate=(), mirror=False, scale=None, perspective=False)
+    rest = dataclasses.replace(settings, rotate=(), mirror=False, scale=(), perspective=False)
     outer = quilt_video(larger.image, frames, mode=way, loop=loop, hold=hold, settings=rest, report=report)
     return composed(outer, larger)
 

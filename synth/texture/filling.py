@@ -155,7 +155,10 @@ class _Filling:
         if self.callback is None:
             return None
         whole = self.callback
-        return lambda p: whole(replace(p, fraction=(number + begin + share * p.fraction) / self.tries))
+        first, tries = number + begin, self.tries
+        return lambda p: whole(
+            replace(p, fraction=(first + share * p.fraction) / tries, attempt=number + 1, tries=tries)
+        )
 
 
 def _whole_parts(image: Tensor, missing: Tensor) -> list[Tensor]:

@@ -169,7 +169,8 @@ class _Runs:
         if self.callback is None:
             return None
         whole = self.callback
-        return lambda p: whole(replace(p, fraction=(number + p.fraction) / self.count))
+        count = self.count
+        return lambda p: whole(replace(p, fraction=(number + p.fraction) / count, attempt=number + 1, tries=count))
 
 
 def _levels(levels: str | Sequence[tuple[int, int]] | None) -> tuple[Level, ...] | None:

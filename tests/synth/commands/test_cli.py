@@ -49,7 +49,7 @@ def test_output_goes_to_the_current_folder(folder: Path, capsys: pytest.CaptureF
     assert picture.kind == RGB
     assert picture.pixels.shape == (3, 128, 128)
     out, err = capsys.readouterr()
-    assert out.startswith("wrote brick_synth.png: 128x128 in ")
+    assert out.startswith("wrote brick_synth.png: 128x128, seed 0, in ")
     assert out.count("\n") == 1
     assert err == ""
 
@@ -225,8 +225,8 @@ def test_pixels_that_are_not_finite(folder: Path, refused: Callable[..., str], b
 
 def test_exemplars_of_different_channels(folder: Path, refused: Callable[..., str]) -> None:
     write_image("gray.png", texture(1), Kind("uint8", ("Y",)))
-    sentence = refused("synth", "brick.png", "gray.png", *QUICK)
-    assert "gray.png holds uint8 Y but brick.png holds uint8 RGB; save all exemplars in the same way" in sentence
+    tifffile.imwrite("five.tif", np.zeros((32, 32, 5), np.uint8), photometric="minisblack", planarconfig="contig")
+    assert "five.tif holds uint8" in refused("synth", "brick.png", "five.tif", *QUICK)
     assert "an output has its exemplar's channels" in refused("score", "brick.png", "gray.png")
     assert "gray.png holds uint8 Y but the exemplar" in refused("synth", "brick.png", "--start", "gray.png")
 
@@ -273,7 +273,8 @@ def test_start_of_another_size(folder: Path, refused: Callable[..., str]) -> Non
         ("--progress-images full", "full already holds progress images; name another folder"),
         ("-o out.gif", "out.gif has an ending that cannot hold uint8 RGB pixels; end it with .png or"),
         ("-o out.exr", "out.exr has an ending that cannot hold uint8 RGB pixels"),
-        ("-o full", "has an ending that cannot hold"),
+        ("-o full/", "full/brick_synth.png exists"),
+        ("-o none/", "'none/' is no folder that exists; make it first"),
         ("--map m.jpg", "m.jpg has an ending that cannot hold it; end it with .npy or .png"),
         ("--energy e.txt", "e.txt has an ending that cannot hold it; end it with .csv or .png"),
     ],
@@ -284,6 +285,7 @@ def test_output_that_could_not_be_written(
     write_image("old.png", torch.zeros(3, 8, 8), RGB)
     Path("full").mkdir()
     Path("full/level_1.png").touch()
+    Path("full/brick_synth.png").touch()
     monkeypatch.setattr("synth.texture.images.synthesize", lambda *_, **__: pytest.fail("the work began"))
     assert sentence in refused("synth", "brick.png", *QUICK, *arguments.split())
 
@@ -335,7 +337,7 @@ def test_cuda_where_there_is_none(refused: Callable[..., str]) -> None:
         ("synth brick.png --levels 4-32", "'4-32' are no levels; write SCALE:WIDTH,..."),
         ("synth brick.png --levels 3:8", "factor is 3"),
         ("synth brick.png --rotate ten", "'ten' are no numbers; write them with commas"),
-        ("synth brick.png --scale 1000", "1000"),
+        ("synth brick.png --scale 1000", "'1000' are no scales from 0.1 to 10; write F,F,... as 0.8,1.25, or A:B"),
         ("synth brick.png --seed -1", "--seed"),
         ("synth brick.png --threads 0", "'0' is no whole number from 1 to 256"),
         ("synth brick.png --preset slow", "invalid choice: 'slow'"),

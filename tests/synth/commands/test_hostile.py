@@ -116,7 +116,7 @@ def test_a_tiff_without_height(folder: Path, refused: Callable[..., str]) -> Non
         (["synth", "a.png", "--guide", "a=b", "--guide", "c=d"], "argument --guide: it is given twice"),
         (["quilt", "a.png", "--seams", "a_quilt.png"], "a_quilt.png would be written twice"),
         (["merge", "a.png", "a.png", "--keep", "m.png", "--seams", "a_merge.png"], "a_merge.png would be written"),
-        (["quilt", "a.png", "--scale=1e9:1"], "'1e9:1' is no range of scales from 0.0625 to 16"),
+        (["quilt", "a.png", "--scale=1e9:1"], "'1e9:1' are no scales from 0.1 to 10"),
         (["quilt", "a.png", "--seconds", "nan"], "'nan' is no number above 0"),
         (["quilt", "a.png", "--seconds=-5"], "'-5' is no number above 0"),
         (["quilt", "a.png", "--feather", "inf"], "'inf' is no number from 0 to 100"),

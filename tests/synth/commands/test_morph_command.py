@@ -53,8 +53,8 @@ def test_a_folder_of_frames_the_energy_and_the_flow(folder: Path, capsys: pytest
     words = ["morph", "a.png", "b.png", "-o", "film", "--frames", "4", "--preset", "fast", "--features", "marks.png",
              "marks.png", "--energy", "energy.csv", "--flow", "way.npz"]  # fmt: skip
     assert main(words) == 0
-    assert sorted(path.name for path in Path("film").iterdir()) == [f"{n:04d}.png" for n in range(4)]
-    assert torch.equal(read_image("film/0000.png").pixels, read_image("a.png").pixels)
+    assert sorted(path.name for path in Path("film").iterdir()) == [f"{n:06d}.png" for n in range(4)]
+    assert torch.equal(read_image("film/000000.png").pixels, read_image("a.png").pixels)
     assert torch.equal(read_image("film/0003.png").pixels, read_image("b.png").pixels)
     rows = list(csv.DictReader(Path("energy.csv").read_text().splitlines()))
     assert {"level", "factor", "iteration", "velocity", "change", "features", "total"} == set(rows[0])
@@ -104,7 +104,7 @@ def test_gray_and_16_bits_beside_color_of_8(folder: Path, capsys: pytest.Capture
 def test_floats_keep_their_values(folder: Path) -> None:
     write_image("g.tif", stripes(0.1, 3) * 4, Kind("float32", ("Y",)))
     assert main(["morph", "float.tif", "g.tif", "-o", "film", "--method", "blend", "--frames", "2"]) == 0
-    torch.testing.assert_close(read_image("film/0000.tif").pixels, read_image("float.tif").pixels, atol=1e-5, rtol=0)
+    torch.testing.assert_close(read_image("film/000000.tif").pixels, read_image("float.tif").pixels, atol=1e-5, rtol=0)
     assert main(["morph", "float.tif", "g.tif", "-o", "film.gif", "--method", "blend"]) == 0
 
 

@@ -82,14 +82,14 @@ def test_ctrl_c_when_the_files_are_in_place_comes_too_late(folder: Path, monkeyp
     before = signal.getsignal(signal.SIGINT)
     monkeypatch.setattr(os, "replace", replace)
     assert main([*FAST, "--map", "m.npy"]) == 0
-    assert capsys.readouterr().out.startswith("wrote brick_synth.png and m.npy: 24x24 in ")
+    assert capsys.readouterr().out.startswith("wrote brick_synth.png and m.npy: 24x24, seed 0, in ")
     assert Path("m.npy").exists()
     assert signal.getsignal(signal.SIGINT) is before
 
 
 def test_names_that_an_ascii_stream_cannot_show(folder: Path) -> None:
     done = python("-m", "synth", *FAST, "-o", "wände\udcff.png", PYTHONIOENCODING="ascii:strict")
-    assert done.stdout.startswith("wrote w\\xe4nde\\udcff.png: 24x24 in ")
+    assert done.stdout.startswith("wrote w\\xe4nde\\udcff.png: 24x24, seed 0, in ")
     assert (done.returncode, done.stderr) == (0, "")
     again = python("-m", "synth", *FAST, "-o", "wände\udcff.png", PYTHONIOENCODING="ascii:strict")
     assert again.stderr.startswith("kwatra: error: w\\xe4nde\\udcff.png exists")

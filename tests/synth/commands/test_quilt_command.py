@@ -104,7 +104,9 @@ def test_all_outputs_of_a_video_appear_or_none(folder: Path, refused: Callable[.
     assert np.load("m.npy").shape == (4, 12, 12, 16)
 
 
-@pytest.mark.parametrize("options", [["--rotate"], ["--rotate=30,-15", "--mirror"], ["--scale", "0.8:1"]])
+@pytest.mark.parametrize(
+    "options", [["--rotate"], ["--rotate=30,-15", "--mirror"], ["--scale", "0.8:1"], ["--scale", "0.9"]]
+)
 def test_copies_of_the_exemplar_are_used_too(folder: Path, options: list[str]) -> None:
     assert main(["quilt", "a.png", "-o", "out.png", "--map", "m.npy", "--refine", "2", *options]) == 0
     assert np.load("m.npy")[0].max() > 0
@@ -136,7 +138,7 @@ def test_merge_keeps_what_it_must(folder: Path) -> None:
         ("quilt a.png --size 0x9", "is no size"),
         ("quilt a.png --size 100000x100000", "ask for at most 65536 a side"),
         ("quilt a.png --k 7", "'7' is no number from 0.001 to 1"),
-        ("quilt a.png --scale 0:1", "'0:1' is no range of scales from 0.0625 to 16"),
+        ("quilt a.png --scale 0:1", "'0:1' are no scales from 0.1 to 10"),
         ("quilt --rotate a.png", "'a.png' are no numbers"),
         ("quilt a.png --perspective", "--perspective needs a range of scales"),
         ("quilt a.png --feather 2 --spline", "not allowed with"),

@@ -125,7 +125,7 @@ def test_quarter_turns_move_pixels_only() -> None:
 
 
 def test_perspective_goes_from_small_to_large() -> None:
-    settings = QuiltSettings(scale=(0.4, 1.0), perspective=True, refine=5)
+    settings = QuiltSettings(scale=(0.4, 0.5, 0.63, 0.8, 1.0), perspective=True, refine=5)
     source = quilt(texture(1, 48, 48), (96, 64), settings).source
     assert source[0].max() == 0
     assert source[-1].min() == 4

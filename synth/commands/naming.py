@@ -1,0 +1,34 @@
+"""The names of outputs, where a person gave none or only a folder, and runs that make one output per file."""
+
+import argparse
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import synth
+
+
+def output_of(given: Path | None, default: str) -> Path:
+    """The file to write: as given; in a folder that was given, or in this one, by its default name."""
+    if given is None:
+        return Path(default)
+    return given / default if given.is_dir() else given
+
+
+def one_by_one(arguments: argparse.Namespace) -> Iterator[argparse.Namespace]:
+    """The arguments of a run for each of several exemplars; with -o, which must name a folder, into that."""
+    output, several = arguments.output, arguments.exemplars
+    if output is not None and not output.is_dir() and len(several) > 1:
+        raise synth.InputError(f"--each makes a file for each exemplar but {output} is no folder; name one that exists")
+    for number, exemplar in enumerate(several, 1):
+        yield argparse.Namespace(**{**vars(arguments), "exemplars": [exemplar], "more": number < len(several)})
+
+
+def for_each(arguments: argparse.Namespace, run: Callable[[argparse.Namespace, bool], str]) -> str:
+    """A run for each exemplar; all are checked before the first works. `run`: with whether to work; the summary."""
+    names = [exemplar.stem for exemplar in arguments.exemplars]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise synth.InputError(f"two exemplars are called {twice}, and so would their outputs; make them one by one")
+    for each in one_by_one(arguments):
+        run(each, False)
+    return "\n".join(run(each, True) for each in one_by_one(arguments))

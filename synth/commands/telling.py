@@ -1,0 +1,56 @@
+"""What commands say when they are done: a line for people, and details for those who want them."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+    from kwatra import Result
+    from synth.io import Array
+
+_MEASURED = 7
+"""Least side, in pixels, of a picture that `kwatra.measure` takes."""
+
+
+def contributions(paths: Sequence[Path], source: "Array") -> str:
+    """What part of an output comes from each of several exemplars: source (H, W) is their number, -1 for none."""
+    import numpy as np
+
+    if len(paths) < 2:
+        return ""
+    pixels = np.bincount(source[source >= 0].ravel(), minlength=len(paths))
+    parts = [f"{path.name} {_percent(count / max(source.size, 1))}" for path, count in zip(paths, pixels, strict=True)]
+    return f"; of it {', '.join(parts)}"
+
+
+def details(rows: Mapping[str, object]) -> str:
+    """Further lines of a summary: what, and its value."""
+    width = max(map(len, rows))
+    return "".join(f"\n  {name.ljust(width)}  {value}" for name, value in rows.items())
+
+
+def of_result(result: "Result") -> dict[str, object]:
+    """How an optimization went."""
+    levels = dict.fromkeys(f"1/{stage.factor} with windows of {stage.width}" for stage in result.stages)
+    energy = result.energies[-1] if result.energies else {}
+    named = [f"{name} {value:.4g}" for name, value in energy.items()
+             if name not in ("level", "factor", "width", "iteration", "route", "changed", "residual")]  # fmt: skip
+    return {"levels": ", ".join(levels), "iterations": len(result.energies), "energy": ", ".join(named),
+            "ended because": result.stopped}  # fmt: skip
+
+
+def quality(output: "Tensor", exemplars: "Sequence[Tensor]") -> dict[str, object]:
+    """How good an output (C, H, W) is, as `kwatra score` says it; nothing where it is too small to tell."""
+    from kwatra import measure
+
+    if min(min(image.shape[1:]) for image in (output, *exemplars)) < _MEASURED:
+        return {}
+    figures = measure(output, list(exemplars))
+    rest = ", ".join(f"{name} {value:.3f}" for name, value in figures.items() if name != "overall")
+    return {"quality": f"overall {figures['overall']:.3f} (0 is best; {rest})"}
+
+
+def _percent(part: float) -> str:
+    return "nothing" if part == 0 else "under 1%" if part < 0.01 else f"{part:.0%}"
