@@ -55,7 +55,7 @@ def test_a_folder_of_frames_the_energy_and_the_flow(folder: Path, capsys: pytest
     assert main(words) == 0
     assert sorted(path.name for path in Path("film").iterdir()) == [f"{n:06d}.png" for n in range(4)]
     assert torch.equal(read_image("film/000000.png").pixels, read_image("a.png").pixels)
-    assert torch.equal(read_image("film/0003.png").pixels, read_image("b.png").pixels)
+    assert torch.equal(read_image("film/000003.png").pixels, read_image("b.png").pixels)
     rows = list(csv.DictReader(Path("energy.csv").read_text().splitlines()))
     assert {"level", "factor", "iteration", "velocity", "change", "features", "total"} == set(rows[0])
     velocity = read_flow("way.npz").flow
