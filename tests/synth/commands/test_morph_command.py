@@ -90,12 +90,12 @@ def test_there_and_back_in_a_loop(folder: Path) -> None:
     assert main([*words, "-o", "frames"]) == 0
     assert read_video("film.gif").frames.shape == (3, 8, 32, 40)
     assert read_video("film.mp4").frames.shape == (3, 8, 32, 40)
-    assert torch.equal(read_image("frames/0001.png").pixels, read_image("frames/0007.png").pixels)
+    assert torch.equal(read_image("frames/000001.png").pixels, read_image("frames/000007.png").pixels)
 
 
 def test_gray_and_16_bits_beside_color_of_8(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["morph", "a.png", "deep.png", "-o", "film", "--method", "blend", "--frames", "2"]) == 0
-    last = read_image("film/0001.png")
+    last = read_image("film/000001.png")
     assert last.kind == Kind("uint16", ("R", "G", "B"))
     assert torch.equal(last.pixels, read_image("deep.png").pixels.expand(3, -1, -1))
     assert "B is gray and was made color like the other" in capsys.readouterr().out
@@ -187,7 +187,7 @@ def test_an_interrupt_leaves_the_frames_that_are_whole(
     way = ["--there-and-back"] if back else []
     assert main([*words[:3], "-o", "part", *words[5:], *way]) == 130
     assert f"interrupted with 3 of {8 if back else 5} frames whole in part" in capsys.readouterr().err
-    names = ["0000.png", "0001.png", "0002.png"]
+    names = ["000000.png", "000001.png", "000002.png"]
     assert sorted(path.name for path in Path("part").iterdir()) == names
     for name in names:
         assert torch.equal(read_image(f"part/{name}").pixels, read_image(f"film/{name}").pixels)
