@@ -10,7 +10,7 @@ from kwatra.result import Progress, Result, Stage
 from kwatra.settings import Settings
 from kwatra.source import Bags, Prepared
 from kwatra.steps import Ballot, CheapestSeams, Mode, Pull, Step, match_histogram, mean, regular, winner
-from kwatra.terms import Charge, HardPixels, Quadratic, Scaled, SoftPixels, Sum, Term, TermLike
+from kwatra.terms import Charge, HardPixels, PlaceCharge, Quadratic, Scaled, SoftPixels, Stay, Sum, Term, TermLike
 from kwatra.windows import Feature, FreeWindows, Grid, gradient
 
 __all__ = [
@@ -28,6 +28,7 @@ __all__ = [
     "Lattice",
     "Level",
     "Mode",
+    "PlaceCharge",
     "Prepared",
     "Progress",
     "Pull",
@@ -37,6 +38,7 @@ __all__ = [
     "Settings",
     "SoftPixels",
     "Stage",
+    "Stay",
     "Step",
     "Sum",
     "Term",

@@ -18,6 +18,9 @@ FINISHING = 2
 LAID_FINE = 320
 """Images with up to so many pixels across have their blocks laid at full resolution; of larger ones that takes long."""
 
+DEPTH = 4
+"""Frames of a video's window (thesis 5.5: about 4)."""
+
 FEWEST = 64
 """A level needs at least so many windows to choose from."""
 
@@ -66,10 +69,13 @@ def planned_levels(exemplar: Exemplar, shape: Sequence[int], iterations: int) ->
 
     The coarsest resolution is the one at which the exemplar still has 24 pixels, at most 1/4 (1/8 where the element
     spans 64 pixels or more). Its window spans the texture element, within 8 to 16 pixels; the finer resolutions
-    mend what is left with 16 and 8. Windows that hardly fit between the exemplar's holes are left out.
+    mend what is left with 16 and 8. Windows that hardly fit between the exemplar's holes are left out. Of videos each
+    resolution has one window, `DEPTH` frames deep, and half the iterations: time is never subsampled (thesis 5.5).
     """
     least = min(*exemplar.extent[-2:], *shape[-2:])
     element = element_size(exemplar)
+    if len(shape) > 2:
+        return _between_holes(exemplar, _planned_in_time(exemplar.extent, shape, element, iterations))
     coarsest = 8 if element >= 64 else 4
     factors = [f for f in (8, 4, 2, 1) if f <= coarsest and (f == 1 or least >= 24 * f)]
     levels = []
@@ -81,6 +87,18 @@ def planned_levels(exemplar: Exemplar, shape: Sequence[int], iterations: int) ->
         fit = [w for w in widths if w <= least // factor] or [_largest_window(least // factor)]
         levels += [Level(factor, w, iterations) for w in fit]
     return _between_holes(exemplar, levels)
+
+
+def _planned_in_time(extent: Sequence[int], shape: Sequence[int], element: float, iterations: int) -> list[Level]:
+    """A video's levels: up to three resolutions, windows of 8 pixels, at the coarsest of as many as an element has."""
+    least, depth = min(*extent[-2:], *shape[-2:]), min(DEPTH, extent[0], shape[0])
+    factors = [f for f in (4, 2, 1) if f == 1 or least >= 24 * f]
+    levels = []
+    for factor in factors:
+        widest = min(max(round(element / factor / 4) * 4, 8), 16) if factor == factors[0] > 1 else 8
+        width = widest if widest <= least // factor else _largest_window(least // factor)
+        levels.append(Level(factor, width, max(iterations // 2, 1), depth))
+    return levels
 
 
 def finishing(levels: Sequence[Level]) -> tuple[Level, ...]:
@@ -101,7 +119,7 @@ def _between_holes(exemplar: Exemplar, levels: Sequence[Level]) -> tuple[Level, 
     def count(level: Level) -> int:
         return int(exemplar.coarser(level.factors(axes)).corners(level.window(axes)).sum())
 
-    small = [Level(1, width, levels[-1].iterations) for width in range(levels[-1].width, 2, -2)]
+    small = [replace(levels[-1], factor=1, width=width) for width in range(levels[-1].width, 2, -2)]
     kept = [level for level in levels if count(level) >= FEWEST] or [level for level in small if count(level)][:1]
     if not kept:
         raise InputError("no 4x4 window fits between the exemplar's holes; they leave too little to copy from")

@@ -30,7 +30,7 @@ FLOOR = 1e-3
 """Steps below this part of a band's mean square step in space are rounding."""
 
 UNDIRECTED = 0.02
-"""About what a(d) of the halves of one clip, 15 frames each, differ by: as much is chance where nothing has a direction."""
+"""About what a(d) of the halves of one clip, 15 frames each, differ by: so much is chance where nothing has a way."""
 
 _DIRECTIONS = ((0, 1), (1, 0), (1, 1), (1, -1))
 

@@ -27,7 +27,7 @@ from kwatra.pieces.mosaic import Mosaic
 from kwatra.pieces.regions import Regions
 from kwatra.pieces.seams import SeamCost
 from kwatra.pieces.sheet import Cut, Patch, Sheet, each
-from kwatra.terms import Wish
+from kwatra.terms import PlaceCharge, Wish
 
 GOOD = 0.05
 """Cost is counted in the mean (geometric) of the least disagreement and the one this share of blocks stays below."""
@@ -40,6 +40,9 @@ TOLERANCE = 0.05
 
 CONTINUATION = 0.5
 """What a block costs more when it merely continues the copy that a neighbor began: a new texture, not a larger copy."""
+
+CONTINUATION_IN_TIME = 2.0
+"""The same for videos, in which a copy that runs on in time is a replay of the exemplar."""
 
 MISMATCH_FLOOR = 0.05
 """Disagreement, as a mean square relative to the exemplar's variance, that is hardly seen."""
@@ -60,8 +63,8 @@ class BlockStart:
     block: its size; grain: what offsets are multiples of. wraps: along which axes the output
     is periodic; None for none. usage: what a block costs whose
     pixels were used once more than all on average. aligned: False takes whole blocks at random. seams: of how many
-    blocks the seams are compared. wish: values that pixels should have, with weights; a weight of 1 counts fully, as
-    what is laid already.
+    blocks the seams are compared. places: what is charged for where in the exemplar a block comes from. wish: values
+    that pixels should have, with weights; a weight of 1 counts fully, as what is laid already.
     """
 
     def __init__(
@@ -76,11 +79,13 @@ class BlockStart:
         usage: float = 0.35,
         aligned: bool = True,
         seams: int = 1,
+        places: Sequence[PlaceCharge] = (),
         wish: Wish | None = None,
     ) -> None:
         self.exemplar, self.shape = exemplar, tuple(shape)
         self.grain, self.generator = tuple(grain), generator
-        self.usage, self.aligned, self.seams = usage, aligned, seams
+        self.usage, self.aligned, self.seams, self.places = usage, aligned, seams, places
+        self.continuation = CONTINUATION if len(self.shape) == 2 else CONTINUATION_IN_TIME
         share = exemplar.share.cpu()
         colors = _continued(exemplar)
         mosaic = Mosaic([(colors * share).numpy()])
@@ -181,7 +186,8 @@ class BlockStart:
             others = mismatch[self.valid]
         least = max(others.min(), MISMATCH_FLOOR), max(np.quantile(others, GOOD), MISMATCH_FLOOR)
         used = self._on_grain(box_sums(self.used, self.block)) / math.prod(self.block)
-        cost = mismatch / math.sqrt(math.prod(least)) + self.usage * (used - self.used.mean()) + CONTINUATION * again
+        cost = (mismatch + self._away(box)) / math.sqrt(math.prod(least))
+        cost = cost + self.usage * (used - self.used.mean()) + self.continuation * again
         flat = np.where(self.valid, cost, math.inf).ravel()
         if self.seams > 1 and self.aligned and self.wish is None and known.any():
             picks = flat.argsort(kind="stable")[: self.seams]
@@ -213,6 +219,16 @@ class BlockStart:
             if count > 0:
                 mismatch = mismatch + self._on_grain(self.fit.inside(value, weight)) / (count * self.variance)
         return np.round(mismatch, 9)  # what agrees equally well stays a tie, whatever the transform rounds
+
+    def _away(self, box: Box) -> np.ndarray | float:
+        """What is charged for the place of each block, shaped as `valid`, relative to the variance."""
+        if not self.places:
+            return 0.0
+        there = torch.from_numpy(np.indices(self.valid.shape).reshape(len(self.shape), -1).T * np.array(self.grain))
+        here = torch.tensor([box.start])
+        costs = [place(here, there[None].to(self.exemplar.canvas.device))[0].cpu() for place in self.places]
+        away: np.ndarray = torch.stack(costs).sum(0).double().numpy().reshape(self.valid.shape)
+        return away / self.variance
 
     def _continuations(self, known: np.ndarray, place: np.ndarray) -> np.ndarray:
         """Which blocks would only continue a copy that is there already, shaped as `valid`."""

@@ -6,17 +6,29 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from kwatra.source import Source
-from kwatra.terms import Charge, Wish
+from kwatra.source import Placed, Source
+from kwatra.terms import Charge, PlaceCharge, Wish
 from kwatra.windows import Layout, Metric
 
 
 @dataclass(frozen=True)
 class Wants:
-    """What terms want of an image: a wish for each pixel, or None, and what they charge candidates."""
+    """What terms want of an image: a wish for each pixel, or None, and what they charge candidates.
+
+    charges: for what they hold; places: for where they come from.
+    """
 
     wish: Wish | None = None
     charges: Sequence[Charge] = ()
+    places: Sequence[PlaceCharge] = ()
+
+    def away(self, corners: Tensor, source: Source, candidates: Tensor) -> Tensor | None:
+        """What candidates (N, k) cost windows at corners (N, n) for their places, (N, k); None where nothing does."""
+        if not self.places or not isinstance(source, Placed):
+            return None
+        there = source.corners(candidates)
+        costs = [place(corners, there) for place in self.places]
+        return sum(costs[1:], costs[0])
 
 
 @dataclass(frozen=True)

@@ -21,15 +21,22 @@ def fits(source: Source) -> TypeGuard[SourceWindows]:
 
 
 def nearest_in_place(
-    pixels: Tensor, corners: Tensor, source: SourceWindows, candidates: Tensor, settled: float = 0.0
+    pixels: Tensor,
+    corners: Tensor,
+    source: SourceWindows,
+    candidates: Tensor,
+    settled: float = 0.0,
+    away: Tensor | None = None,
 ) -> tuple[Tensor, Tensor]:
     """Of candidates (N, k) the nearest to each window at corners (N, n), the first of equals: numbers (N,).
 
     pixels: a channels-last image, `continued` where it wraps. Also gives their squared distances (N,). What is no
-    further than `settled` is taken without a look at the candidates after it.
+    further than `settled` is taken without a look at the candidates after it. away (N, k): what each candidate costs
+    besides, which is not part of the squared distance.
     """
     channels, shape = pixels.shape[-1], tuple(pixels.shape[:-1])
     canvas = tuple(source.pixels.shape[:-1])
+    besides = torch.zeros(candidates.shape) if away is None else away.contiguous()
     choice = torch.empty(len(candidates), dtype=torch.long)
     squared = torch.empty(len(candidates))
     _nearest(
@@ -41,10 +48,13 @@ def nearest_in_place(
         (source.corners(candidates) * strides(canvas, channels)).sum(-1).contiguous(),
         row_starts(canvas, source.width, channels),
         source.metric.weight.flatten(0, -3).flatten(1).contiguous(),
+        besides,
         settled,
         choice,
         squared,
     )
+    if away is not None:
+        squared = (squared - away.gather(1, choice[:, None])[:, 0]).clamp(min=0)
     return candidates.gather(1, choice[:, None])[:, 0], squared
 
 
@@ -75,15 +85,15 @@ def sums_in_place(layout: Layout, source: SourceWindows, matches: Tensor, weight
 
 @Compiled
 def _nearest(
-    image: Any, first: Any, rows: Any, canvas: Any, there: Any, canvas_rows: Any, weight: Any, settled: float,
-    choice: Any, squared: Any, low: int, high: int,
+    image: Any, first: Any, rows: Any, canvas: Any, there: Any, canvas_rows: Any, weight: Any, away: Any,
+    settled: float, choice: Any, squared: Any, low: int, high: int,
 ) -> None:  # fmt: skip
     for window in range(low, high):
         least, best = weight[0, 0] * 0 + 3e38, 0
         for k in range(there.shape[1]):
             if k > 0 and (least <= settled or there[window, k] == there[window, best]):
                 continue
-            distance = weight[0, 0] * 0
+            distance = away[window, k]
             for r in range(len(rows)):
                 a, b = first[window] + rows[r], there[window, k] + canvas_rows[r]
                 for i in range(weight.shape[1]):

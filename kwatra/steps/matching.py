@@ -73,33 +73,49 @@ class Matching:
         asks: on the coherent route, whether windows of which terms want something ask the index as well.
         """
         coherent = None if matches is None else self._coherent(matches)
-        if self.active is None and wants.wish is None and not wants.charges and fits(self.source):
-            return self._plain(self.source, image, coherent, route)
+        if self.mask is None and wants.wish is None and not wants.charges and fits(self.source):
+            return self._plain(self.source, image, coherent, wants, route)
         found, distances, free = [], [], []
         for part, band in bands(self.layout, self.source.metric):
             asked = Asked.of(band, image, wants, self.mask)
             near = None if coherent is None else coherent[part]
             active = None if self.active is None else self.active[part]
-            number, squared = self._matched(asked, near, active, route, asks)
+            number, squared = self._matched(asked, wants, near, active, route, asks)
             found.append(number)
             distances.append(squared)
-            free.append(squared if self.free is None else self._free(asked, number, band.gather(self.free)))
+            free.append(squared if self.free is None else self._apart(asked.windows, number, band.gather(self.free)))
         return Found(torch.cat(found), torch.cat(distances), torch.cat(free))
 
-    def _plain(self, source: SourceWindows, image: Tensor, coherent: Tensor | None, route: str) -> Found:
-        """As `best`, where colors are all there is to compare: windows stay where they are."""
+    def _plain(self, source: SourceWindows, image: Tensor, coherent: Tensor | None, wants: Wants, route: str) -> Found:
+        """As `best`, where colors and places are all there is to compare: windows stay where they are."""
         pixels, corners = continued(channels_last(image), self.layout), self.layout.corners
         number = source.numbers[:1].expand(len(corners)).clone()
         squared = torch.full((len(corners),), torch.inf)
         if coherent is not None:
-            number, squared = nearest_in_place(pixels, corners, source, coherent, SETTLED)
+            away = wants.away(corners, source, coherent)
+            number, squared = nearest_in_place(pixels, corners, source, coherent, SETTLED, away)
         if route != "coherent":
-            for pick in (squared > SETTLED).nonzero()[:, 0].split(max(CHUNK // source.metric.weight.numel(), 1)):
+            open_, k = squared > SETTLED, self.candidates * (PARTIAL if wants.places else 1)
+            open_ = open_ if self.active is None else open_ & self.active
+            for pick in open_.nonzero()[:, 0].split(max(CHUNK // source.metric.weight.numel(), 1)):
                 windows = windows_at(pixels, corners[pick], source.width)
-                found = source.nearest(source.describe(windows), self.candidates, route)
+                found = source.nearest(source.describe(windows), k, route)
                 near = found if coherent is None else torch.cat([number[pick, None], found], 1)
-                number[pick], squared[pick] = nearest_in_place(pixels, corners[pick], source, near)
-        return Found(number, squared, squared)
+                away = wants.away(corners[pick], source, near)
+                number[pick], squared[pick] = nearest_in_place(pixels, corners[pick], source, near, away=away)
+        if self.active is None or self.free is None:
+            return Found(number, squared, squared)
+        squared = squared * self.active
+        return Found(number, squared, self._freed(self.free, image, number, squared))
+
+    def _freed(self, pixels: Tensor, image: Tensor, number: Tensor, squared: Tensor) -> Tensor:
+        """Squared distances (N,) over the free `pixels` alone, of windows whose distances over all are `squared`."""
+        freed = squared.clone()
+        for part, band in bands(self.layout, self.source.metric):
+            free = band.gather(pixels)
+            some = (free < 1).flatten(1).any(1) & (squared[part] > 0)
+            freed[part][some] = self._apart(band.gather(image)[some], number[part][some], free[some])
+        return freed
 
     def by_terms(self, wants: Wants, blank: Tensor, generator: torch.Generator) -> Tensor:
         """Matches (N,) that please the terms alone, whatever they look like (thesis 7.1, initialization).
@@ -119,14 +135,14 @@ class Matching:
             found.append(number)
         return torch.cat(found)
 
-    def _free(self, asked: Asked, number: Tensor, free: Tensor) -> Tensor:
+    def _apart(self, windows: Tensor, number: Tensor, free: Tensor) -> Tensor:
         """Squared distances (N,) of windows to their matches over the values where `free` (N, *width, C) is 1."""
         metric = self.source.metric
         share = (metric.weight * free).flatten(1).sum(1)
-        return metric.squared(free * (asked.windows - self.source.windows(number))) / share.clamp(min=1e-12)
+        return metric.squared(free * (windows - self.source.windows(number))) / share.clamp(min=1e-12)
 
     def _matched(
-        self, asked: Asked, near: Tensor | None, active: Tensor | None, route: str, asks: bool
+        self, asked: Asked, wants: Wants, near: Tensor | None, active: Tensor | None, route: str, asks: bool
     ) -> tuple[Tensor, Tensor]:
         """Best matches of the windows and their squared distances; `near` are coherent candidates.
 
@@ -145,8 +161,10 @@ class Matching:
         pick = open_.nonzero()[:, 0]
         if len(pick):
             asked, near = asked[pick], None if near is None else near[pick]
-            candidates = self._candidates(asked, near, route, asks)
-            number[pick], squared[pick] = cheapest(self.source, candidates, partial(asked.cost, self.source.metric))
+            candidates = self._candidates(asked, wants, near, route, asks)
+            away = wants.away(asked.corners, self.source, candidates)
+            cost = partial(asked.cost, self.source.metric)
+            number[pick], squared[pick] = cheapest(self.source, candidates, cost, away)
         return number, squared
 
     def _coherent(self, matches: Tensor) -> Tensor:
@@ -158,9 +176,9 @@ class Matching:
                 columns.append(self.source.snapped(corners[neighbor] + shift))
         return torch.stack(columns, 1)
 
-    def _candidates(self, asked: Asked, near: Tensor | None, route: str, asks: bool) -> Tensor:
+    def _candidates(self, asked: Asked, wants: Wants, near: Tensor | None, route: str, asks: bool) -> Tensor:
         """The most promising matches (N, k) of windows: the one they have first, then those estimated nearest."""
-        k = self.candidates * (1 if self.mask is None and not asked.charges else PARTIAL)
+        k = self.candidates * (1 if self.mask is None and not asked.charges and not wants.places else PARTIAL)
         described = self.source.describe(asked.target(self.source, None if near is None else near[:, 0]))
         if near is None:
             rest = self.source.nearest(described, k, route)
@@ -170,7 +188,8 @@ class Matching:
                 rest = torch.cat([rest, self._asked_for(described, wanted, near[:, :1], k)], 1)
         else:
             rest = torch.cat([near[:, 1:], self.source.nearest(described, k, route)], 1)
-        order = self.source.estimate(described, rest).argsort(dim=1, stable=True)[:, :k]
+        estimate, away = self.source.estimate(described, rest), wants.away(asked.corners, self.source, rest)
+        order = (estimate if away is None else estimate + away).argsort(dim=1, stable=True)[:, :k]
         rest = rest.gather(1, order)
         return rest if near is None else torch.cat([near[:, :1], rest], 1)
 
@@ -183,17 +202,23 @@ class Matching:
 
 
 def cheapest(
-    source: Source, candidates: Tensor, cost: Callable[[Tensor], tuple[Tensor, Tensor]]
+    source: Source,
+    candidates: Tensor,
+    cost: Callable[[Tensor], tuple[Tensor, Tensor]],
+    away: Tensor | None = None,
 ) -> tuple[Tensor, Tensor]:
     """Choose among candidates (N, k) by exact cost; the first of equals wins.
 
-    `cost` maps source windows (N, *width, C) to what is compared (N,) and to squared distances (N,). Returns the
-    chosen numbers (N,) and their squared distances (N,).
+    `cost` maps source windows (N, *width, C) to what is compared (N,) and to squared distances (N,). away (N, k): what
+    candidates cost besides. Returns the chosen numbers (N,) and their squared distances (N,).
     """
     best = candidates[:, 0]
     least, distance = cost(source.windows(best))
-    for column in candidates.T[1:]:
+    if away is not None:
+        least = least + away[:, 0]
+    for number, column in enumerate(candidates.T[1:], 1):
         c, d = cost(source.windows(column))
+        c = c if away is None else c + away[:, number]
         better = c < least
         best = torch.where(better, column, best)
         distance = torch.where(better, d, distance)

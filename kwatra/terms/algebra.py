@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Protocol, runtime_checkable
 from torch import Tensor
 
 from kwatra.base import InputError, mean
+from kwatra.exemplar import Exemplar
 
 if TYPE_CHECKING:
     from kwatra.steps.step import Step
@@ -50,6 +51,11 @@ class Quadratic:
 Charge = Callable[[Tensor, Tensor], Tensor]
 """What it costs a term to put source windows (N, *width, C) at corners (N, n) of the image: (N,), in the units of a
 squared distance of windows, a mean over their pixels and channels."""
+
+
+PlaceCharge = Callable[[Tensor, Tensor], Tensor]
+"""What it costs a term that windows at corners (N, n) of the image come from corners (N, k, n) of an exemplar's canvas:
+(N, k) >= 0, in the units of `Charge`. No pixel is looked at."""
 
 
 @runtime_checkable
@@ -95,6 +101,14 @@ class Term(ABC):
 
         x is None before there is an image: then only a window's own pixels can be charged for. None, the default, where
         the quadratic says all there is to know. A class of your own may leave this out.
+        """
+        return None
+
+    def place_charge(self, exemplar: Exemplar, shape: tuple[int, ...], width: tuple[int, ...]) -> PlaceCharge | None:
+        """What the search should charge candidates for the place they come from; None, the default, for nothing.
+
+        exemplar and the output's shape *S are at one resolution; width: of the windows, or blocks, that are placed. A
+        class of your own may leave this out.
         """
         return None
 
@@ -144,6 +158,11 @@ class Scaled(Term):
         inner = charge_of(self.term, x, step)
         return None if inner is None else lambda corners, windows: self.factor * inner(corners, windows)
 
+    def place_charge(self, exemplar: Exemplar, shape: tuple[int, ...], width: tuple[int, ...]) -> PlaceCharge | None:
+        """The factor times the inner term's charge."""
+        inner = place_charge_of(self.term, exemplar, shape, width)
+        return None if inner is None else lambda corners, there: self.factor * inner(corners, there)
+
     def energy(self, x: Tensor) -> float:
         """The factor times the inner term's energy."""
         return self.factor * self.term.energy(x)
@@ -188,6 +207,14 @@ def parts_of(terms: "TermLike | Sum | Sequence[TermLike | Sum]") -> tuple[TermLi
 def charge_of(term: TermLike, x: Tensor | None, step: "Step") -> Charge | None:
     """What the term charges candidates, None where it leaves that to its quadratic (see `Term.charge`)."""
     charge: Charge | None = term.charge(x, step) if hasattr(term, "charge") else None
+    return charge
+
+
+def place_charge_of(
+    term: TermLike, exemplar: Exemplar, shape: tuple[int, ...], width: tuple[int, ...]
+) -> PlaceCharge | None:
+    """What the term charges for places, None for nothing (see `Term.place_charge`)."""
+    charge: PlaceCharge | None = term.place_charge(exemplar, shape, width) if hasattr(term, "place_charge") else None
     return charge
 
 

@@ -14,7 +14,8 @@ import torch
 from torch import Tensor
 
 from kwatra.base import LARGEST, InputError, coarse_shape, resized
-from kwatra.terms.algebra import Charge, Quadratic, TermLike, charge_of, within
+from kwatra.exemplar import Exemplar
+from kwatra.terms.algebra import Charge, PlaceCharge, Quadratic, TermLike, charge_of, place_charge_of, within
 
 if TYPE_CHECKING:
     from kwatra.steps.step import Step
@@ -34,7 +35,7 @@ def wish_of(quadratics: Sequence[Quadratic], x: Tensor) -> Wish | None:
     A diagonal F is taken as it is. Another is replaced by its diagonal and by the value that one Jacobi step from x
     would reach, c = x - F (x - c) / diag F, which has the same gradient at x.
     """
-    if not quadratics:
+    if not any(bool((q.diagonal > 0).any()) for q in quadratics):
         return None
     weight = torch.zeros_like(x)
     pull = torch.zeros_like(x)
@@ -94,6 +95,11 @@ class Controls:
     def charges(self, x: Tensor | None, step: "Step") -> list[Charge | None]:
         """What every term charges candidates; None for those whose quadratic says it (see `Term.charge`)."""
         return [charge_of(term, x, step) for term in self.terms]
+
+    def place_charges(self, exemplar: Exemplar, width: tuple[int, ...]) -> dict[str, PlaceCharge]:
+        """What terms charge for the places in an exemplar of this resolution that windows of `width` come from."""
+        charges = {t.name: place_charge_of(t, exemplar, self.shape, width) for t in self.terms}
+        return {name: charge for name, charge in charges.items() if charge is not None}
 
     def wish(self, x: Tensor) -> Wish | None:
         """What the blocks of a start should agree with, where it can be told without an image: by diagonal terms."""
