@@ -189,7 +189,7 @@ class BlockStart:
         cost = (mismatch + self._away(box)) / math.sqrt(math.prod(least))
         cost = cost + self.usage * (used - self.used.mean()) + self.continuation * again
         flat = np.where(self.valid, cost, math.inf).ravel()
-        if self.seams > 1 and self.aligned and self.wish is None and known.any():
+        if self.seams > 1 and self.aligned and known.any() and not self._wished(at):
             picks = flat.argsort(kind="stable")[: self.seams]
             picks = picks[flat[picks] <= flat.min() + ACCEPTABLE]
         else:
@@ -197,6 +197,10 @@ class BlockStart:
             picks = good[[int(torch.randint(len(good), (1,), generator=self.generator))]]
         corners = np.stack(np.unravel_index(picks, cost.shape), 1) * np.array(self.grain)
         return [(tuple(corner), float(flat[pick])) for corner, pick in zip(corners.tolist(), picks, strict=True)]
+
+    def _wished(self, at: tuple[np.ndarray, ...]) -> bool:
+        """Whether anything is wished for at some pixels."""
+        return self.wish is not None and bool((self.wish[0][each(at)] > 0).any())
 
     def _on_grain(self, values: np.ndarray) -> np.ndarray:
         """Values for all corners, of those at which a block may start."""
