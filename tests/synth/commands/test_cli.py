@@ -20,6 +20,7 @@ from PIL import Image
 from synth import Kind, read_image, write_image
 from synth.cli import main
 from synth.io.images import read_array, read_values
+from synth.io.videos import write_video
 
 RGB = Kind("uint8", ("R", "G", "B"))
 QUICK = ["--preset", "fast", "--size", "64x48"]
@@ -168,7 +169,29 @@ def test_score_as_table_and_as_json(folder: Path, capsys: pytest.CaptureFixture[
     assert noise["overall"] > same["overall"]
 
 
+def test_videos_are_scored_from_files_and_folders(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    clip = torch.stack(
+        [torch.rand(3, 24, 24, generator=torch.Generator().manual_seed(0)).roll(t, 2) for t in range(9)], 1
+    )
+    write_video("clip", clip, 10)
+    write_video("back.gif", clip.flip(1), 10)
+    assert main(["score", "clip", "clip", "back.gif"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in lines] == ["output", "clip", "back.gif"]
+    assert main(["score", "clip", "clip", "back.gif", "--json"]) == 0
+    same, back = json.loads(capsys.readouterr().out)
+    assert same["forward"] == 0
+    assert back["direction"] > 1.5
+    assert list(back) == lines[0].split()
+
+
 # ---- what it refuses
+
+
+def test_stills_and_videos_are_not_mixed(folder: Path, refused: Callable[..., str]) -> None:
+    write_video("clip", torch.rand(3, 2, 16, 16), 10)
+    assert "brick.png is an image but clip is a video; measure images" in refused("score", "clip", "brick.png")
+    assert "clip is a video but brick.png is an image" in refused("score", "brick.png", "brick.png", "clip")
 
 
 def test_missing_exemplar(refused: Callable[..., str]) -> None:

@@ -157,11 +157,16 @@ def test_options_that_would_be_ignored(
     assert sentence in refused(*arguments.split())
 
 
-def test_what_cannot_be_measured_in_a_minute_is_refused(folder: Path, refused: Callable[..., str]) -> None:
+def test_what_cannot_be_measured_in_a_minute_is_refused(
+    folder: Path, refused: Callable[..., str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     tifffile.imwrite("many.tif", np.zeros((24, 24, 17), np.float32), photometric="minisblack", planarconfig="contig")
     assert "many.tif is 24x24 with 17 channels; at most" in refused("score", "many.tif", "many.tif")
     Image.new("1", (4097, 4096)).save("large.png")
     assert "large.png is 4097x4096 with 1 channel; at most 2^24 pixels" in refused("score", "large.png", "large.png")
+    write_video("short", noise(3, 4, 12, 16), 10)
+    monkeypatch.setattr("synth.commands.score._MOST_FRAMES_PIXELS", 700)
+    assert "short is 16x12 with 3 channels and 4 frames long; at most" in refused("score", "short", "short")
 
 
 def test_merge_heeds_the_number_of_threads(folder: Path) -> None:
