@@ -26,7 +26,7 @@ from kwatra import InputError
 from synth import read_image, write_image
 from synth.metamorphosis.judging import judge
 from synth.metamorphosis.methods import METHODS
-from synth.metamorphosis.sheet import contact_sheet
+from synth.sheets import contact_sheet
 
 FIGURES = ("ends", "near", "progress", "sharpness", "ghost", "steps", "coherence", "overall", "cpu")
 SIDE = 96

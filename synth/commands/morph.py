@@ -170,7 +170,7 @@ def _writers(
 ) -> "dict[Path, Writer]":
     """What writes each file."""
     from synth.commands.report import energy_writer
-    from synth.metamorphosis.sheet import contact_sheet
+    from synth.sheets import contact_sheet
 
     writers: dict[Path, Writer] = {}
     output = folder.path
