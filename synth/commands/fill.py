@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import synth
 from synth import io, texture
-from synth.commands.checks import finish, set_up
+from synth.commands.checks import check_size, finish, set_up
 from synth.commands.naming import output_of
-from synth.commands.parsing import Subparsers, add_common, file, target, whole
+from synth.commands.parsing import Subparsers, add_common, file, margins, mask, target, whole
 from synth.commands.progress import progress_line
 from synth.commands.telling import contributions, details, of_result
 from synth.words import counted
@@ -19,9 +19,14 @@ if TYPE_CHECKING:
 
 LOADS = ("synth.texture.filling", "synth.io.images")
 
+TRANSPARENT = 0.5
+"""What is more transparent than this is a hole, where no mask says what is; as in masks made of alpha."""
+
 _EPILOG = """examples:
   kwatra fill wall.png --hole scratch.png              as wall_fill.png, from the rest of the wall
   kwatra fill wall.png --hole scratch.png --exemplar brick.png
+  kwatra fill cut_out.png                              what is transparent
+  kwatra fill wall.png --extend 64                     64 pixels more on each side
 """
 
 
@@ -36,7 +41,10 @@ def add(commands: Subparsers) -> None:
     )
     add = parser.add_argument
     add("image", type=file, metavar="IMAGE", help="the image with a hole")
-    add("--hole", type=file, required=True, metavar="MASK", help="image of the same size, white where to fill")
+    add("--hole", type=mask, metavar="MASK", help="image of the same size, white where to fill; not:MASK is the "
+        "opposite (default: what is transparent in IMAGE)")  # fmt: skip
+    add("--extend", type=margins, metavar="PX", help="make the image larger by so many pixels on each side, or by "
+        "LEFT,TOP,RIGHT,BOTTOM, and fill them")  # fmt: skip
     add("--exemplar", type=file, action="append", default=[], metavar="FILE", help="fill from this image instead of "
         "from the rest of IMAGE; may be given again")  # fmt: skip
     add("-o", "--output", type=target, metavar="OUT", help="the file to write, or the folder it goes to (default: "
@@ -51,14 +59,7 @@ def run(arguments: argparse.Namespace) -> str:
     set_up(arguments)
     path = arguments.image
     image, kind = io.read_array(path)
-    hole = io.read_mask(arguments.hole).numpy()
-    if hole.shape != image.shape[:2]:
-        raise synth.InputError(
-            f"{arguments.hole} is {hole.shape[1]}x{hole.shape[0]} but {path} {image.shape[1]}x{image.shape[0]}; "
-            "a hole's mask has its image's size"
-        )
-    if not hole.any():
-        raise synth.InputError(f"{arguments.hole} is black everywhere; it is white where {path} is to be filled")
+    image, hole = _extended(image, _hole(arguments, image, kind), arguments.extend)
     exemplars = [_exemplar(each, path, kind) for each in arguments.exemplar]
     output = output_of(arguments.output, f"{path.stem}_fill{path.suffix}")
     io.check_output(output, kind, arguments.overwrite)
@@ -79,8 +80,43 @@ def run(arguments: argparse.Namespace) -> str:
     rows = {"file": output.resolve(), "pixels": kind, "preset": arguments.preset, **of_result(filled.result)}
     more = details(rows) if arguments.verbose else ""
     told = contributions(arguments.exemplar, filled.source[0][hole])
-    seed = arguments.seed
-    return f"wrote {output}: {counted(int(hole.sum()), 'pixel')} filled, seed {seed}, in {took:.1f} s{told}{more}"
+    size = f"{hole.shape[1]}x{hole.shape[0]}, {counted(int(hole.sum()), 'pixel')} filled"
+    return f"wrote {output}: {size}, seed {arguments.seed}, in {took:.1f} s{told}{more}"
+
+
+def _hole(arguments: argparse.Namespace, image: "Array", kind: "Kind") -> "Array":
+    """Where the image (H, W, C) is to be filled, boolean (H, W)."""
+    import numpy as np
+
+    path = arguments.image
+    if arguments.hole is not None:
+        hole: Array = io.read_mask(arguments.hole).numpy()
+        if hole.shape != image.shape[:2]:
+            raise synth.InputError(
+                f"{arguments.hole} is {hole.shape[1]}x{hole.shape[0]} but {path} {image.shape[1]}x{image.shape[0]}; "
+                "a hole's mask has its image's size"
+            )
+        if not hole.any():
+            raise synth.InputError(f"{arguments.hole} is black everywhere; it is white where {path} is to be filled")
+        return hole
+    hole = np.zeros(image.shape[:2], bool)
+    if "A" in kind.channels:
+        hole = io.to_pixels(image)[kind.channels.index("A")].numpy() <= TRANSPARENT
+    if not hole.any() and arguments.extend is None:
+        raise synth.InputError(f"{path} has nothing to fill: give a --hole, --extend it, or make a part transparent")
+    return hole
+
+
+def _extended(image: "Array", hole: "Array", margins: tuple[int, int, int, int] | None) -> "tuple[Array, Array]":
+    """The image (H, W, C) and its hole (H, W) with margins (left, top, right, bottom), which are to be filled."""
+    import numpy as np
+
+    if margins is None:
+        return image, hole
+    left, top, right, bottom = margins
+    check_size((hole.shape[0] + top + bottom, hole.shape[1] + left + right))
+    around = ((top, bottom), (left, right))
+    return np.pad(image, (*around, (0, 0)), mode="edge"), np.pad(hole, around, constant_values=True)
 
 
 def _exemplar(path: Path, image: Path, kind: "Kind") -> "Array":

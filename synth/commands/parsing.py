@@ -75,6 +75,12 @@ def file(text: str) -> Path:
     return Path(text)
 
 
+def mask(text: str) -> Path:
+    """A mask's file, or not:FILE, which means its opposite."""
+    file(text.removeprefix("not:"))
+    return Path(text)
+
+
 def target(text: str) -> Path:
     """A file to write, or a folder that is there for it to be written into."""
     path = file(text)
@@ -127,6 +133,15 @@ def position(text: str) -> tuple[int, int]:
     if not (_is_whole(x.removeprefix("-")) and _is_whole(y.removeprefix("-"))):
         raise argparse.ArgumentTypeError(f"{text!r} is no position; write X,Y in pixels, for example 40,80")
     return int(x), int(y)
+
+
+def margins(text: str) -> tuple[int, int, int, int]:
+    """Pixels on each side, or LEFT,TOP,RIGHT,BOTTOM."""
+    parts = text.split(",")
+    if len(parts) not in (1, 4) or not all(map(_is_whole, parts)) or not any(int(part) for part in parts):
+        raise argparse.ArgumentTypeError(f"{text!r} are no margins; write pixels as 64, or LEFT,TOP,RIGHT,BOTTOM")
+    left, top, right, bottom = (int(part) for part in parts * (4 // len(parts)))
+    return left, top, right, bottom
 
 
 def number(least: float, most: float, what: str = "number") -> Callable[[str], float]:

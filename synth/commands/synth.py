@@ -27,6 +27,7 @@ from synth.commands.progress import progress_line
 from synth.commands.report import ENERGY_SUFFIXES, energy_writer
 from synth.commands.telling import contributions, details, of_result, quality
 from synth.commands.tiles import tile_size
+from synth.commands.wishes import Wishes, add_wishes
 from synth.words import listed
 
 if TYPE_CHECKING:
@@ -42,6 +43,7 @@ _EPILOG = """examples:
   kwatra synth brick.png -o wall.png --size 1024x768 --tile
   kwatra synth brick.png --also normal=brick_n.png     also writes brick_synth_normal.png
   kwatra synth a.png b.png c.png --each -o made/       three textures; without --each one that blends all three
+  kwatra synth sand.png --keep logo.png                a new texture around the logo's opaque pixels
   kwatra synth field.png --guide field_labels.png=wanted_labels.png
 """
 
@@ -81,6 +83,7 @@ def add(commands: Subparsers) -> None:
         "0.1 to 0.3 suits maps that vary smoothly (default: 1)")  # fmt: skip
     add("--each", action="store_true", help="make one output of each exemplar instead of one of all; -o may name a "
         "folder for them")  # fmt: skip
+    add_wishes(parser)
     add_common(parser, verbose=True)
 
 
@@ -103,6 +106,7 @@ class _Inputs:
     start: "Picture | None"
     guide: "tuple[list[Array], Array] | None"
     maps: "list[Map]"
+    wishes: Wishes
     size: tuple[int, int]
     output: Path
 
@@ -115,12 +119,18 @@ class _Inputs:
         if arguments.guide is None:
             refuse_unused(arguments, ["guide_weight"], "says what a --guide counts but there is none")
         guide = None if arguments.guide is None else texture.read_guide(arguments.guide, len(exemplars))
-        size = _output_size(arguments, exemplars[0], start, guide)
+        wishes = Wishes.read(arguments, kind, exemplars)
+        given = wishes.sizes
+        if guide is not None:
+            given = {"the guide's output map": guide[1].shape[:2], **given}
+        if start is not None:
+            given = {"--start": _size_of(start.pixels), **given}
+        size = _output_size(arguments, exemplars[0], given)
         first = arguments.exemplars[0]
         output = output_of(arguments.output, f"{first.stem}_synth{first.suffix}")
         sizes = [_size_of(exemplar) for exemplar in exemplars]
         maps = [texture.read_map(request, sizes, output) for request in arguments.also]
-        inputs = cls(exemplars, kind, start, guide, maps, size, output)
+        inputs = cls(exemplars, kind, start, guide, maps, wishes, size, output)
         _check_outputs(arguments, inputs)
         return inputs
 
@@ -145,8 +155,11 @@ def _one(arguments: argparse.Namespace, work: bool) -> str:
             mirror=arguments.mirror,
             rotate=arguments.rotate,
             scale=arguments.scale or (),
+            terms=inputs.wishes.terms(exemplars, arguments.device),
+            mask=inputs.wishes.mask,
             guide=inputs.guide,
             guide_weight=arguments.guide_weight or 1.0,
+            exemplar_mask=inputs.wishes.allowed,
             device=arguments.device,
             callback=callback,
         )
@@ -167,7 +180,8 @@ def _details(
 
 def _writers(arguments: argparse.Namespace, inputs: _Inputs, synthesis: "Synthesis[Tensor]") -> "dict[Path, Writer]":
     output, kind = inputs.output, inputs.kind
-    writers = {output: io.image_writer(output, io.straight(synthesis.image, kind), kind)}
+    made = inputs.wishes.kept(synthesis.image)
+    writers = {output: io.image_writer(output, io.straight(made, kind), kind)}
     writers |= {carried.output: texture.map_writer(carried, synthesis) for carried in inputs.maps}
     if arguments.map is not None:
         writers[arguments.map] = texture.source_writer(arguments.map, synthesis.source)
@@ -189,22 +203,16 @@ def _read_start(path: Path, kind: "Kind", size: tuple[int, int] | None) -> "Pict
 
 
 def _output_size(
-    arguments: argparse.Namespace,
-    exemplar: "Tensor",
-    start: "Picture | None",
-    guide: "tuple[list[Array], Array] | None",
+    arguments: argparse.Namespace, exemplar: "Tensor", given: "dict[str, tuple[int, int]]"
 ) -> tuple[int, int]:
-    """(height, width): as asked, or the start's or the guide's, or twice the exemplar's."""
-    guided = None if guide is None else guide[1].shape[:2]
-    given = _size_of(start.pixels) if start is not None else guided
-    if arguments.tile == "nearest" and given is not None:
-        raise synth.InputError("--tile nearest chooses a size but --start or --guide has one; use --tile alone")
+    """(height, width): as asked, or that of what is given of the output, by name; or else twice the exemplar's."""
+    if arguments.tile == "nearest" and given:
+        raise synth.InputError(f"--tile nearest chooses a size but {next(iter(given))} has one; use --tile alone")
     down, across = _size_of(exemplar)
-    height, width = arguments.size or given or (2 * down, 2 * across)
-    if guided is not None and guided != (height, width):
-        raise synth.InputError(
-            f"the guide's output map is {guided[1]}x{guided[0]} but the output {width}x{height}; give both one size"
-        )
+    height, width = arguments.size or next(iter(given.values()), (2 * down, 2 * across))
+    for name, (down, across) in given.items():
+        if (down, across) != (height, width):
+            raise synth.InputError(f"{name} is {across}x{down} but the output {width}x{height}; give both one size")
     check_size((height, width))
     return height, width
 

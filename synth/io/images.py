@@ -84,7 +84,12 @@ def write_image(path: str | Path, pixels: Tensor, kind: Kind, overwrite: bool = 
 
 
 def read_mask(path: str | Path) -> Tensor:
-    """Read an image as booleans (H, W): white is True, or opaque where it has alpha. Raises as `read_image` does."""
+    """Read an image as booleans (H, W): white is True, or opaque where it has alpha; of "not:FILE" the opposite.
+
+    Raises as `read_image` does.
+    """
+    if str(path).startswith("not:"):
+        return ~read_mask(str(path).removeprefix("not:"))
     picture = read_image(path)
     if picture.kind.channels[-1] == "A" and bool((picture.pixels[-1] < 1).any()):
         return picture.pixels[-1] > 0.5

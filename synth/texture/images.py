@@ -77,6 +77,7 @@ def synthesize(
     mask: Tensor | np.ndarray | None = None,
     guide: tuple[Any, Any] | None = None,
     guide_weight: float = 1.0,
+    exemplar_mask: Tensor | np.ndarray | Sequence[Tensor | np.ndarray] | None = None,
     device: str = "cpu",
     callback: Callable[[Progress], None] | None = None,
 ) -> Synthesis[Image]:
@@ -91,8 +92,9 @@ def synthesize(
     is 1. mask: boolean (height, width), True where texture belongs. guide: a map of the exemplar (one for each) and
     one of the output, images of one kind and any number of channels: where the output's has a value, texture goes
     that has a like one in the exemplar; `size` may be left out, it is the output map's. guide_weight: what the guide
-    counts beside the colors; 0.1 to 0.3 suits maps that vary smoothly. Same seed, same bits, for any number of threads.
-    Raises InputError for what cannot be used.
+    counts beside the colors; 0.1 to 0.3 suits maps that vary smoothly. exemplar_mask: boolean, of the exemplar's size,
+    True where it may be copied from; of several exemplars one for each. Same seed, same bits, for any number of
+    threads. Raises InputError for what cannot be used.
     """
     images, form = _images(exemplar)
     settings, tries = _settings(preset, tile, levels)
@@ -104,7 +106,10 @@ def synthesize(
         settings, terms = guidance.settings(settings, pictures, size), guidance.terms(terms, channels, device)
         pictures, weights = guidance.joined(pictures), guidance.weights(channels)
         begin = None if begin is None else guidance.beside(begin)
-    source = Exemplar.of(pictures, weights=weights, mirror=mirror, rotate=rotate, scale=scale, device=device)
+    masks = _masks(exemplar_mask)
+    source = Exemplar.of(
+        pictures, weights=weights, masks=masks, mirror=mirror, rotate=rotate, scale=scale, device=device
+    )
     hidden, begin = (None if t is None else torch.as_tensor(t).to(device) for t in (mask, begin))
     run = partial(kwatra.optimize, source, size, settings=settings, terms=terms, mask=hidden, start=begin)
     result = _Runs(tries, seed, callback, channels).best(run, source)
@@ -125,6 +130,14 @@ def _images(exemplar: Image | Sequence[Image]) -> tuple[list[Image], Form[Image]
     if not images:
         raise InputError("no exemplar was given; give at least one image")
     return images, Form.of(images)
+
+
+def _masks(masks: Any) -> list[Tensor] | None:
+    """Masks of the exemplars, given as one or as several, tensors or arrays."""
+    if masks is None:
+        return None
+    several = [masks] if isinstance(masks, (Tensor, np.ndarray)) else masks
+    return [torch.as_tensor(mask) for mask in several]
 
 
 def _size_of(size: tuple[int, int] | None, guidance: Guide | None) -> tuple[int, int]:

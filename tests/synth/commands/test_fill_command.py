@@ -73,7 +73,7 @@ def test_it_says_what_it_did_and_takes_exemplars(folder: Path, capsys: pytest.Ca
     write_image("flat.png", flat, Kind("uint8", ("R", "G", "B")))
     options = ["--exemplar", "flat.png", "--exemplar", "flat.png", "-o", "out.png", "--preset", "fast"]
     assert main(["fill", "wall.png", "--hole", "hole.png", *options]) == 0
-    assert capsys.readouterr().out.startswith("wrote out.png: 400 pixels filled, seed 0, in ")
+    assert capsys.readouterr().out.startswith("wrote out.png: 72x64, 400 pixels filled, seed 0, in ")
     middle = read_image("out.png").pixels[:, 26:34, 36:44]
     assert float((middle - 0.2).abs().max()) < 0.1  # what differs at the border is spread over the inside
 
