@@ -26,6 +26,7 @@ class Mosaic:
     `images`: one (C, *shape) float array per source. `bands`: for each source the part of the output, as fractions
     (low, high) of axis `-2`, in which it may be used; None for everywhere. `matrices`: for each source the 2x2 matrix
     that takes the last two axes, from its center, to where the exemplar shows the same; None where none is transformed.
+    `homes`: for each source the number of the exemplar that it is a variant of; None where all are of one.
     """
 
     def __init__(
@@ -33,12 +34,14 @@ class Mosaic:
         images: Sequence[np.ndarray],
         bands: Sequence[tuple[float, float]] | None = None,
         matrices: Sequence[np.ndarray] | None = None,
+        homes: Sequence[int] | None = None,
     ):
         self.images = [np.ascontiguousarray(image, dtype=np.float32) for image in images]
         self.shapes = [image.shape[1:] for image in self.images]
         self.dims = len(self.shapes[0])
         self.bands = list(bands) if bands is not None else None
         self.matrices = [np.eye(2)] * len(self.images) if matrices is None else list(matrices)
+        self.homes = np.array([0] * len(self.images) if homes is None else homes)
         self.cell = tuple(max(s[d] for s in self.shapes) + 2 for d in range(self.dims))
         steps = [int(np.prod(self.cell[d + 1 :])) for d in range(self.dims)]
         self.strides = tuple(steps)
@@ -91,9 +94,9 @@ class Mosaic:
         return number.astype(np.int32), at - 1
 
     def mirrored(self, number: int) -> list[int]:
-        """The sources of the other handedness than source `number`."""
-        hand = np.linalg.det(self.matrices)
-        return [int(k) for k in np.flatnonzero(hand * hand[number] < 0)]
+        """The variants of the same exemplar of the other handedness than source `number`."""
+        hand, same = np.linalg.det(self.matrices), self.homes == self.homes[number]
+        return [int(k) for k in np.flatnonzero(same & (hand * hand[number] < 0))]
 
     def moved(self, at: np.ndarray, here: int, there: int) -> np.ndarray:
         """Where source `there` shows what source `here` shows at `at` (dims, n), rounded to pixels and not clipped."""

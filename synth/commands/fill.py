@@ -7,17 +7,18 @@ from typing import TYPE_CHECKING
 
 import synth
 from synth import io, texture
-from synth.commands.checks import check_size, finish, set_up
+from synth.commands.checks import check_distinct, check_size, finish, set_up
 from synth.commands.naming import output_of
 from synth.commands.parsing import Subparsers, add_common, file, margins, mask, target, whole
 from synth.commands.progress import progress_line
 from synth.commands.telling import contributions, details, of_result
-from synth.words import counted
+from synth.words import counted, listed
 
 if TYPE_CHECKING:
-    from synth.io import Array, Kind
+    from synth.io import Array, Kind, Writer
+    from synth.texture import Map
 
-LOADS = ("synth.texture.filling", "synth.io.images")
+LOADS = ("synth.texture.filling", "synth.texture.maps")
 
 TRANSPARENT = 0.5
 """What is more transparent than this is a hole, where no mask says what is; as in masks made of alpha."""
@@ -49,6 +50,10 @@ def add(commands: Subparsers) -> None:
         "from the rest of IMAGE; may be given again")  # fmt: skip
     add("-o", "--output", type=target, metavar="OUT", help="the file to write, or the folder it goes to (default: "
         "IMAGE_fill in this folder)")  # fmt: skip
+    add("--also", action="append", default=[], metavar="NAME=FILE", help="fill a map of the image likewise, exactly, "
+        "as OUT_NAME; with --exemplar NAME=FILE,FILE1,... the exemplars' too; may be given again")  # fmt: skip
+    add("--map", type=file, metavar="FILE", help="write where each pixel comes from: .npy or .png, as of kwatra synth; "
+        "number 0 is the image, from 1 on the exemplars")  # fmt: skip
     add("--seed", type=whole(0), default=0, metavar="N", help="another seed, another filling (default: 0)")
     add("--preset", choices=("fast", "default", "best"), default="default", help="how much work to spend")
     add_common(parser, verbose=True)
@@ -59,10 +64,10 @@ def run(arguments: argparse.Namespace) -> str:
     set_up(arguments)
     path = arguments.image
     image, kind = io.read_array(path)
-    image, hole = _extended(image, _hole(arguments, image, kind), arguments.extend)
     exemplars = [_exemplar(each, path, kind) for each in arguments.exemplar]
     output = output_of(arguments.output, f"{path.stem}_fill{path.suffix}")
-    io.check_output(output, kind, arguments.overwrite)
+    maps = _maps(arguments, output, kind, [image, *exemplars])
+    image, hole = _extended(image, _hole(arguments, image, kind), arguments.extend)
     began = time.perf_counter()
     with progress_line(f"{path.name}, {counted(int(hole.sum()), 'pixel')}") as callback:
         filled = texture.fill(
@@ -76,12 +81,17 @@ def run(arguments: argparse.Namespace) -> str:
         )
     took = time.perf_counter() - began
     image[hole] = io.unmixed(filled.image, kind)[hole]
-    finish({output: io.array_writer(output, image, kind)})
+    source = _source(filled.source, hole, arguments)
+    writers: dict[Path, Writer] = {output: io.array_writer(output, image, kind)}
+    writers |= {carried.output: texture.map_writer(carried, source) for carried in maps}
+    if arguments.map is not None:
+        writers[arguments.map] = texture.source_writer(arguments.map, source)
+    finish(writers)
     rows = {"file": output.resolve(), "pixels": kind, "preset": arguments.preset, **of_result(filled.result)}
     more = details(rows) if arguments.verbose else ""
     told = contributions(arguments.exemplar, filled.source[0][hole])
     size = f"{hole.shape[1]}x{hole.shape[0]}, {counted(int(hole.sum()), 'pixel')} filled"
-    return f"wrote {output}: {size}, seed {arguments.seed}, in {took:.1f} s{told}{more}"
+    return f"wrote {listed(list(writers))}: {size}, seed {arguments.seed}, in {took:.1f} s{told}{more}"
 
 
 def _hole(arguments: argparse.Namespace, image: "Array", kind: "Kind") -> "Array":
@@ -117,6 +127,30 @@ def _extended(image: "Array", hole: "Array", margins: tuple[int, int, int, int] 
     check_size((hole.shape[0] + top + bottom, hole.shape[1] + left + right))
     around = ((top, bottom), (left, right))
     return np.pad(image, (*around, (0, 0)), mode="edge"), np.pad(hole, around, constant_values=True)
+
+
+def _maps(arguments: argparse.Namespace, output: Path, kind: "Kind", images: "list[Array]") -> "list[Map]":
+    """The maps to be filled likewise; and all outputs are checked."""
+    sizes = [(image.shape[0], image.shape[1]) for image in images]
+    maps = [texture.read_map(request, sizes, output) for request in arguments.also]
+    for path, its in [(output, kind), *((carried.output, carried.kind) for carried in maps)]:
+        io.check_output(path, its, arguments.overwrite)
+    if arguments.map is not None:
+        texture.check_source_output(arguments.map, sizes, arguments.overwrite)
+    more = [] if arguments.map is None else [arguments.map]
+    check_distinct([output, *(carried.output for carried in maps), *more])
+    return maps
+
+
+def _source(source: "Array", hole: "Array", arguments: argparse.Namespace) -> "Array":
+    """Where pixels come from in the files: 0 is the image, without its margins, from 1 on are the exemplars."""
+    import numpy as np
+
+    left, top = (0, 0) if arguments.extend is None else arguments.extend[:2]
+    moved = np.indices((1, *hole.shape))[:, 0] - np.array([0, top, left])[:, None, None]
+    if arguments.exemplar:
+        return np.where(hole, source + np.array([1, 0, 0])[:, None, None], moved)
+    return np.where(hole, source - np.array([0, top, left])[:, None, None], moved)
 
 
 def _exemplar(path: Path, image: Path, kind: "Kind") -> "Array":

@@ -2,11 +2,12 @@
 
 import argparse
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import synth
-from synth import io, quilting
+from synth import io, quilting, texture
 from synth.commands.checks import check_distinct, check_size, finish, refuse_unused, set_up
 from synth.commands.naming import output_of
 from synth.commands.parsing import (
@@ -26,6 +27,7 @@ from synth.commands.parsing import (
 )
 from synth.commands.progress import work_line
 from synth.commands.sewing import add_blending, extra_writers, seams_kind, settings_of, sewn
+from synth.commands.telling import contributions
 from synth.commands.tiles import tile_size
 from synth.words import counted, listed
 
@@ -33,7 +35,7 @@ if TYPE_CHECKING:
     from synth.io import Writer
     from synth.quilting import QuiltSettings
 
-LOADS = ("synth.quilting.video", "synth.quilting.draw", "synth.io.images", "synth.io.videos")
+LOADS = ("synth.quilting.video", "synth.texture.maps", "synth.quilting.draw", "synth.io.images", "synth.io.videos")
 
 _EPILOG = """examples:
   kwatra quilt bricks.png                                 twice the size, as bricks_quilt.png
@@ -53,7 +55,8 @@ def add(commands: Subparsers) -> None:
         epilog=_EPILOG,
     )
     add = parser.add_argument
-    add("exemplar", type=file, metavar="EXEMPLAR", help="an image, a video (.mp4, .gif) or a folder of frames")
+    add("exemplars", nargs="+", type=file, metavar="EXEMPLAR", help="an image or several of one texture; a video, "
+        ".mp4 or .gif; or a folder of frames")  # fmt: skip
     add("-o", "--output", type=target, metavar="OUT", help="the file or folder to write (default: EXEMPLAR_quilt)")
     add("--size", type=size, metavar="WIDTHxHEIGHT", help="size in pixels (default: an image's doubled, a video's own)")
     add("--placement", choices=("random", "whole", "sub"), help="how patches are placed: whole for structured "
@@ -69,7 +72,10 @@ def add(commands: Subparsers) -> None:
     add_blending(parser, "default: 0, and 1 for videos")
     _add_video(parser)
     add("--seams", type=file, metavar="FILE", help="also write the result with its seams drawn in red")
-    add("--map", type=file, metavar="FILE", help="also write where each pixel is from: .npy, int32, (copy, [t,] y, x)")
+    add("--map", type=file, metavar="FILE", help="also write where each pixel is from: .npy, int32, (exemplar, y, x); "
+        "of a video (copy, t, y, x)")  # fmt: skip
+    add("--also", action="append", default=[], metavar="NAME=FILE", help="images: carry a map of the exemplar along, "
+        "exactly, to OUT_NAME; with several exemplars NAME=FILE1,FILE2; may be given again")  # fmt: skip
     add("--seed", type=whole(0), default=0, metavar="N", help="another seed, another result (default: 0)")
     add_common(parser, device=False, verbose=True)
 
@@ -102,35 +108,45 @@ def run(arguments: argparse.Namespace) -> str:
     set_up(arguments)
     if arguments.perspective and (len(arguments.scale or ()) < 2 or arguments.tile):
         raise synth.InputError("--perspective needs a range of scales and no tile; give --scale A:B without --tile")
-    return (_video if io.is_video(arguments.exemplar) else _image)(arguments)
+    video = next((path for path in arguments.exemplars if io.is_video(path)), None)
+    if video is not None and len(arguments.exemplars) > 1:
+        raise synth.InputError(f"{video} is a video, of which only one is quilted; give images, or one video")
+    return (_image if video is None else _video)(arguments)
 
 
 def _image(arguments: argparse.Namespace) -> str:
-    source = arguments.exemplar
+    sources, source = arguments.exemplars, arguments.exemplars[0]
     refuse_unused(arguments, ("mode", "frames", "loop", "hold", "fps"), f"is for videos but {source} is an image")
     settings = settings_of(quilting.QuiltSettings(), arguments)
     _refuse_k(arguments, settings)
-    picture = io.read_image(source)
-    height, width = arguments.size or [2 * n for n in picture.pixels.shape[1:]]
+    exemplars, kind = io.raised([io.read_image(path) for path in sources], sources)
+    height, width = arguments.size or [2 * n for n in exemplars[0].shape[1:]]
     check_size((height, width))
-    height, width = tile_size(arguments.tile, (height, width), [picture.pixels])
+    height, width = tile_size(arguments.tile, (height, width), exemplars)
     output = output_of(arguments.output, f"{source.stem}_quilt{source.suffix}")
-    _check_outputs(arguments, output)
-    io.check_output(output, picture.kind, arguments.overwrite)
+    sizes = [(exemplar.shape[1], exemplar.shape[2]) for exemplar in exemplars]
+    maps = [texture.read_map(request, sizes, output) for request in arguments.also]
+    _check_outputs(arguments, output, [carried.output for carried in maps])
+    for path, its in [(output, kind), *((carried.output, carried.kind) for carried in maps)]:
+        io.check_output(path, its, arguments.overwrite)
     if arguments.seams is not None:
         io.check_output(arguments.seams, seams_kind(), arguments.overwrite)
     began = time.perf_counter()
     with work_line(f"{source.name} to {width}x{height}") as report:
-        result = quilting.quilt(picture.pixels, (height, width), settings, report)
+        result = quilting.quilt(exemplars, (height, width), settings, report)
     took = time.perf_counter() - began
-    writers = {output: io.image_writer(output, result.image, picture.kind)} | extra_writers(arguments, result)
+    origins = quilting.origins(result, exemplars, settings)
+    writers = {output: io.image_writer(output, result.image, kind)} | extra_writers(arguments, result, origins=origins)
+    writers |= {carried.output: texture.map_writer(carried, origins) for carried in maps}
     finish(writers)
-    more = sewn(result, output, picture.kind) if arguments.verbose else ""
-    return f"wrote {listed(list(writers))}: {width}x{height}, seed {arguments.seed}, in {took:.1f} s{more}"
+    told = contributions(sources, origins[0])
+    more = sewn(result, output, kind) if arguments.verbose else ""
+    return f"wrote {listed(list(writers))}: {width}x{height}, seed {arguments.seed}, in {took:.1f} s{told}{more}"
 
 
 def _video(arguments: argparse.Namespace) -> str:
-    source = arguments.exemplar
+    source = arguments.exemplars[0]
+    refuse_unused(arguments, ["also"], f"is for images but {source} is a video")
     output = arguments.output or Path(f"{source.stem}_quilt{'' if source.is_dir() else source.suffix}")
     _check_outputs(arguments, output)
     io.check_video_output(output, arguments.overwrite)
@@ -185,7 +201,7 @@ def _refuse_k(arguments: argparse.Namespace, settings: "QuiltSettings") -> None:
         refuse_unused(arguments, ["k"], "is for --placement whole and sub but it is random")
 
 
-def _check_outputs(arguments: argparse.Namespace, output: Path) -> None:
+def _check_outputs(arguments: argparse.Namespace, output: Path, more: Sequence[Path] = ()) -> None:
     if arguments.map is not None:
         io.check_output(arguments.map, None, arguments.overwrite, (".npy",))
-    check_distinct([path for path in (output, arguments.seams, arguments.map) if path is not None])
+    check_distinct([path for path in (output, arguments.seams, arguments.map, *more) if path is not None])

@@ -9,7 +9,7 @@ from synth.commands.parsing import Parser, number
 from synth.commands.telling import details
 
 if TYPE_CHECKING:
-    from synth.io import Kind, Writer
+    from synth.io import Array, Kind, Writer
     from synth.quilting import Quilt, QuiltSettings
 
 _FIELDS = ("placement", "k", "refine", "seconds", "tile", "rotate", "mirror", "scale", "perspective")
@@ -40,8 +40,10 @@ def seams_kind() -> "Kind":
     return io.Kind("uint8", ("R", "G", "B"))
 
 
-def extra_writers(arguments: argparse.Namespace, result: "Quilt", rate: float = 25.0) -> "dict[Path, Writer]":
-    """What writes the seams, and the map where the command has one; `rate` is a video's."""
+def extra_writers(
+    arguments: argparse.Namespace, result: "Quilt", rate: float = 25.0, origins: "Array | None" = None
+) -> "dict[Path, Writer]":
+    """What writes the seams, and the map where the command has one: an image's `origins`; `rate` is a video's."""
     writers: dict[Path, Writer] = {}
     if arguments.seams is not None:
         drawn = quilting.seams_drawn(result)
@@ -50,15 +52,16 @@ def extra_writers(arguments: argparse.Namespace, result: "Quilt", rate: float = 
         else:
             writers[arguments.seams] = io.image_writer(arguments.seams, drawn, seams_kind())
     if getattr(arguments, "map", None) is not None:
-        writers[arguments.map] = _map_writer(result)
+        table = _copies(result) if origins is None else origins
+        writers[arguments.map] = io.npy_writer(table.astype("int32"))
     return writers
 
 
-def _map_writer(result: "Quilt") -> "Writer":
+def _copies(result: "Quilt") -> "Array":
+    """Of which copy, and where there, each pixel is: (copy, t, y, x) by (4, T, H, W)."""
     import numpy as np
 
-    place = result.offset.numpy() + np.indices(result.patch.shape, dtype=np.int32)
-    return io.npy_writer(np.concatenate([result.source.numpy()[None], place]).astype(np.int32))
+    return np.concatenate([result.source.numpy()[None], result.offset.numpy() + np.indices(result.patch.shape)])
 
 
 def sewn(result: "Quilt", output: Path, kind: "Kind") -> str:

@@ -11,6 +11,7 @@ from synth import io, texture
 from synth.commands.checks import check_distinct, check_size, finish, refuse_unused, set_up
 from synth.commands.naming import for_each, output_of
 from synth.commands.parsing import (
+    Parser,
     Subparsers,
     add_common,
     add_scale,
@@ -43,6 +44,8 @@ _EPILOG = """examples:
   kwatra synth brick.png -o wall.png --size 1024x768 --tile
   kwatra synth brick.png --also normal=brick_n.png     also writes brick_synth_normal.png
   kwatra synth a.png b.png c.png --each -o made/       three textures; without --each one that blends all three
+  kwatra synth brick.png --map where.npy               and when its other maps are there:
+  kwatra synth brick_n.png --apply where.npy           a map, rearranged as brick.png was
   kwatra synth sand.png --keep logo.png                a new texture around the logo's opaque pixels
   kwatra synth field.png --guide field_labels.png=wanted_labels.png
 """
@@ -83,6 +86,8 @@ def add(commands: Subparsers) -> None:
         "0.1 to 0.3 suits maps that vary smoothly (default: 1)")  # fmt: skip
     add("--each", action="store_true", help="make one output of each exemplar instead of one of all; -o may name a "
         "folder for them")  # fmt: skip
+    add("--apply", type=file, metavar="MAP", help="synthesize nothing: rearrange the EXEMPLAR as a MAP says that --map "
+        "has written, of synth, quilt, tile or fill; for maps that come later")  # fmt: skip
     add_wishes(parser)
     add_common(parser, verbose=True)
 
@@ -90,11 +95,22 @@ def add(commands: Subparsers) -> None:
 def run(arguments: argparse.Namespace) -> str:
     """Check everything, work, write everything; returns the summary."""
     set_up(arguments)
+    if arguments.apply is not None:
+        from synth.commands.applying import apply
+
+        return apply(arguments, _defaults())
     if not arguments.each:
         return _one(arguments, True)
     single = ("also", "map", "energy", "progress_images")
     refuse_unused(arguments, single, "belongs to one output but --each makes several")
     return for_each(arguments, _one)
+
+
+def _defaults() -> argparse.Namespace:
+    """The arguments as they are where only an exemplar is given."""
+    parser = Parser()
+    add(parser.add_subparsers(dest="command"))
+    return parser.parse_args(["synth", "EXEMPLAR"])
 
 
 @dataclass(frozen=True)
@@ -182,7 +198,7 @@ def _writers(arguments: argparse.Namespace, inputs: _Inputs, synthesis: "Synthes
     output, kind = inputs.output, inputs.kind
     made = inputs.wishes.kept(synthesis.image)
     writers = {output: io.image_writer(output, io.straight(made, kind), kind)}
-    writers |= {carried.output: texture.map_writer(carried, synthesis) for carried in inputs.maps}
+    writers |= {carried.output: texture.map_writer(carried, synthesis.source) for carried in inputs.maps}
     if arguments.map is not None:
         writers[arguments.map] = texture.source_writer(arguments.map, synthesis.source)
     if arguments.energy is not None:

@@ -83,7 +83,7 @@ def run(arguments: argparse.Namespace) -> str:
     tiled, sewn = made.take(array), (made.image != made.take(colors)).any(-1)
     tiled[sewn] = io.unmixed(made.image, kind)[sewn]
     writers: dict[Path, Writer] = {output: io.array_writer(output, tiled, kind)}
-    writers |= {carried.output: texture.map_writer(carried, made) for carried in maps}
+    writers |= {carried.output: texture.map_writer(carried, made.source) for carried in maps}
     if arguments.map is not None:
         writers[arguments.map] = texture.source_writer(arguments.map, made.source)
     finish(writers)

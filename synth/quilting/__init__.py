@@ -15,9 +15,20 @@ if TYPE_CHECKING:
     from synth.quilting.draw import seams_drawn
     from synth.quilting.merging import Overlay, merge
     from synth.quilting.synthesis import Quilt, QuiltSettings, quilt
+    from synth.quilting.tracing import origins
     from synth.quilting.video import default_settings, quilt_video
 
-__all__ = ["Overlay", "Quilt", "QuiltSettings", "default_settings", "merge", "quilt", "quilt_video", "seams_drawn"]
+__all__ = [
+    "Overlay",
+    "Quilt",
+    "QuiltSettings",
+    "default_settings",
+    "merge",
+    "origins",
+    "quilt",
+    "quilt_video",
+    "seams_drawn",
+]
 
 __getattr__, __dir__ = lazy(
     __name__,
@@ -27,6 +38,7 @@ __getattr__, __dir__ = lazy(
         "QuiltSettings": "synth.quilting.synthesis",
         "default_settings": "synth.quilting.video",
         "merge": "synth.quilting.merging",
+        "origins": "synth.quilting.tracing",
         "quilt": "synth.quilting.synthesis",
         "quilt_video": "synth.quilting.video",
         "seams_drawn": "synth.quilting.draw",

@@ -101,20 +101,27 @@ class Quilt:
 
 
 def quilt(
-    exemplar: Tensor,
+    exemplar: Tensor | Sequence[Tensor],
     size: Sequence[int],
     settings: QuiltSettings | None = None,
     report: Report = lambda what, part: None,
 ) -> Quilt:
     """A new texture of `size` (H, W) or (T, H, W) from an exemplar (C, H, W) or (C, T, H, W), values in any range.
 
-    Raises InputError for an exemplar that is too small or not finite, or a size that does not fit it.
+    Several exemplars of one texture may be given. Raises InputError for an exemplar that is too small or not finite,
+    for some that differ in channels, or a size that does not fit.
     """
     settings = settings or QuiltSettings()
-    check_exemplar(exemplar)
-    size = whole_sizes(size, exemplar.ndim - 1, "the size")
-    sheet = new_sheet(sources_of(exemplar, settings), size, settings)
-    placer = new_placer(sheet, settings, error_region(exemplar.shape[1:], settings.region))
+    exemplars = [exemplar] if isinstance(exemplar, Tensor) else list(exemplar)
+    for each in exemplars:
+        check_exemplar(each)
+        if (each.shape[0], each.ndim) != (exemplars[0].shape[0], exemplars[0].ndim):
+            raise InputError(f"exemplars have shapes {tuple(exemplars[0].shape)} and {tuple(each.shape)}; give them "
+                             "the same channels and axes")  # fmt: skip
+    size = whole_sizes(size, exemplars[0].ndim - 1, "the size")
+    sheet = new_sheet(sources_of(exemplars, settings), size, settings)
+    smallest = [min(sides) for sides in zip(*(each.shape[1:] for each in exemplars), strict=True)]
+    placer = new_placer(sheet, settings, error_region(smallest, settings.region))
     history, stopped = run(sheet, placer, settings, report)
     return result_of(sheet, settings, history, stopped)
 
@@ -136,19 +143,28 @@ def check_exemplar(exemplar: Tensor) -> None:
         raise InputError("the exemplar has NaN or infinite values, or too large ones; replace them by finite ones")
 
 
-def sources_of(exemplar: Tensor, settings: QuiltSettings) -> Mosaic:
-    """The exemplar and the copies of it that the settings ask for."""
+def variants_of(exemplars: Sequence[Tensor], settings: QuiltSettings) -> list[tuple[int, Variant, tuple[float, float]]]:
+    """All that is copied from: number of the exemplar, variant of it, and the part of the output it is for."""
     scales = [*settings.scale] if settings.perspective else [1.0, *(s for s in settings.scale if s != 1)]
-    made: list[Variant] = []
-    parts: list[tuple[float, float]] = []
-    for scale, part in zip(scales, bands(len(scales)), strict=True):
-        more = variants(exemplar, scale, settings.rotate, settings.mirror)
-        made += more
-        parts += [part] * len(more)
-    for copy in made:
-        check_exemplar(copy.image)
-    images, matrices = [copy.image.numpy() for copy in made], [copy.matrix for copy in made]
-    return Mosaic(images, parts if settings.perspective else None, matrices)
+    return [
+        (number, variant, part)
+        for number, exemplar in enumerate(exemplars)
+        for scale, part in zip(scales, bands(len(scales)), strict=True)
+        for variant in variants(exemplar, scale, settings.rotate, settings.mirror)
+    ]
+
+
+def sources_of(exemplar: Tensor | Sequence[Tensor], settings: QuiltSettings) -> Mosaic:
+    """The exemplar, or several, and the variants that the settings ask for."""
+    made = variants_of([exemplar] if isinstance(exemplar, Tensor) else exemplar, settings)
+    for _, variant, _ in made:
+        check_exemplar(variant.image)
+    return Mosaic(
+        [variant.image.numpy() for _, variant, _ in made],
+        [part for _, _, part in made] if settings.perspective else None,
+        [variant.matrix for _, variant, _ in made],
+        [number for number, _, _ in made],
+    )
 
 
 def new_sheet(sources: Mosaic, size: Sequence[int], settings: QuiltSettings) -> Sheet[Mosaic]:

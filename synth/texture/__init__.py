@@ -6,8 +6,16 @@ from synth.lazy import lazy
 
 if TYPE_CHECKING:
     from synth.texture.filling import fill
-    from synth.texture.images import PRESETS, Synthesis, synthesize
-    from synth.texture.maps import Map, check_source_output, map_writer, read_guide, read_map, source_writer
+    from synth.texture.images import PRESETS, Synthesis, synthesize, taken
+    from synth.texture.maps import (
+        Map,
+        check_source_output,
+        map_writer,
+        read_guide,
+        read_map,
+        read_source,
+        source_writer,
+    )
     from synth.texture.periods import whole_size
     from synth.texture.tiling import tile
 
@@ -20,8 +28,10 @@ __all__ = [
     "map_writer",
     "read_guide",
     "read_map",
+    "read_source",
     "source_writer",
     "synthesize",
+    "taken",
     "tile",
     "whole_size",
 ]
@@ -37,8 +47,10 @@ __getattr__, __dir__ = lazy(
         "map_writer": "synth.texture.maps",
         "read_guide": "synth.texture.maps",
         "read_map": "synth.texture.maps",
+        "read_source": "synth.texture.maps",
         "source_writer": "synth.texture.maps",
         "synthesize": "synth.texture.images",
+        "taken": "synth.texture.images",
         "tile": "synth.texture.tiling",
         "whole_size": "synth.texture.periods",
     },

@@ -53,12 +53,18 @@ class Synthesis(Generic[Image]):
         if len(several) <= self.source[0].max():
             raise InputError(f"{len(several)} maps were given, but the exemplar has more images; give one for each")
         arrays: list[np.ndarray] = [m.movedim(0, -1).numpy() if isinstance(m, Tensor) else m for m in several]
-        taken = np.zeros((*self.source.shape[1:], *arrays[0].shape[2:]), arrays[0].dtype)
-        for number, array in enumerate(arrays):
-            here = self.source[0] == number
-            taken[here] = array[self.source[1][here], self.source[2][here]]
-        rearranged: Any = torch.from_numpy(taken).movedim(-1, 0) if isinstance(several[0], Tensor) else taken
+        made = taken(arrays, self.source)
+        rearranged: Any = torch.from_numpy(made).movedim(-1, 0) if isinstance(several[0], Tensor) else made
         return rearranged  # the kind of maps that were given
+
+
+def taken(maps: Sequence[np.ndarray], source: np.ndarray) -> np.ndarray:
+    """Maps (H, W) or (H, W, C), one per image, rearranged as `source` (3, *S) says: image, row, column; -1 leaves 0."""
+    made = np.zeros((*source.shape[1:], *maps[0].shape[2:]), maps[0].dtype)
+    for number, array in enumerate(maps):
+        here = source[0] == number
+        made[here] = array[source[1][here], source[2][here]]
+    return made
 
 
 def synthesize(

@@ -8,16 +8,15 @@ or rotated.
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from kwatra.base import InputError
 from synth.io.images import array_writer, check_output, read_array, read_values
 from synth.io.kinds import Array, Kind
-from synth.io.numpy_files import npy_writer
+from synth.io.numpy_files import npy_writer, read_npy
 from synth.io.outputs import Writer
-from synth.texture.images import Synthesis
+from synth.texture.images import taken
 from synth.words import counted
 
 SOURCE_SUFFIXES = (".npy", ".png")
@@ -70,9 +69,9 @@ def read_guide(request: str, count: int) -> tuple[list[Array], Array]:
     return list(arrays[:-1]), arrays[-1]
 
 
-def map_writer(carried: Map, synthesis: Synthesis[Any]) -> Writer:
-    """What writes a map rearranged as the synthesis rearranged its exemplar."""
-    return array_writer(carried.output, synthesis.take(carried.arrays), carried.kind)
+def map_writer(carried: Map, source: Array) -> Writer:
+    """What writes a map rearranged as `source` (3, H, W) says: number of the exemplar, row, column; -1 leaves 0."""
+    return array_writer(carried.output, taken(carried.arrays, source), carried.kind)
 
 
 def check_source_output(path: Path, sizes: list[tuple[int, int]], overwrite: bool) -> None:
@@ -92,6 +91,24 @@ def source_writer(path: Path, source: Array) -> Writer:
         return array_writer(path, colors, _SOURCE_PNG)
 
     return npy_writer(source.astype(np.int32))
+
+
+def read_source(path: Path) -> Array:
+    """Read source coordinates (3, H, W) int64 = (exemplar, y, x) as `source_writer` writes them; -1: from none.
+
+    Raises InputError for a file that holds something else.
+    """
+    if path.suffix.lower() == ".png":
+        colors, kind = read_array(path)
+        if (kind.dtype, kind.channels) != (_SOURCE_PNG.dtype, _SOURCE_PNG.channels):
+            raise InputError(f"{path} holds {kind}; a map of where pixels come from holds {_SOURCE_PNG}")
+        source = colors.astype(np.int64).transpose(2, 0, 1)[::-1]
+        return np.where(source[0] == 2**16 - 1, -1, source)
+    source = read_npy(path)
+    if source.ndim != 3 or len(source) != 3 or source.dtype.kind not in "iu" or 0 in source.shape:
+        raise InputError(f"{path} holds {source.dtype} of shape {source.shape}; a map of where pixels come from is "
+                         "int32 (3, H, W), as --map writes it")  # fmt: skip
+    return source.astype(np.int64)
 
 
 def _split(request: str, count: int) -> tuple[str, list[Path]]:
