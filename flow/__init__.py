@@ -1,6 +1,6 @@
 """Motion: flow fields, warps, and textures that flow along them."""
 
-from flow.animation import PRESETS, Frame, Renewing, State, animate, flow_term, loop, published
+from flow.animation import PRESETS, VIDEO_PRESETS, Frame, Renewing, State, animate, flow_term, loop, published
 from flow.fields import (
     NAMES,
     Field,
@@ -30,6 +30,7 @@ from flow.warps import Lookup, Warp, end_point_error, filled, lookup, seen, warp
 __all__ = [
     "NAMES",
     "PRESETS",
+    "VIDEO_PRESETS",
     "Field",
     "Frame",
     "Lookup",

@@ -2,8 +2,8 @@
 
 from flow.animation.looping import loop
 from flow.animation.sequence import Frame, State, animate
-from flow.animation.settings import PRESETS, Renewing
+from flow.animation.settings import PRESETS, VIDEO_PRESETS, Renewing
 from flow.animation.term import flow_term
 from flow.animation.thesis import published
 
-__all__ = ["PRESETS", "Frame", "Renewing", "State", "animate", "flow_term", "loop", "published"]
+__all__ = ["PRESETS", "VIDEO_PRESETS", "Frame", "Renewing", "State", "animate", "flow_term", "loop", "published"]

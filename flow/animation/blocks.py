@@ -4,42 +4,69 @@ Agreement is the squared difference over the known pixels, for every place at on
 matching (thesis section 3.2).
 """
 
+from collections.abc import Callable
+
 import numpy as np
 import torch
 from torch import Tensor
 
-from kwatra import Exemplar
+from flow.animation.film import Film
 from kwatra.base import InputError, mean
 from kwatra.pieces import Fit, box_sums
+
+_AT_ONCE = 1 << 17
+"""A video's blocks are looked for in pages that have about so many pixels together, and in two at least."""
 
 
 class Blocks:
     """Blocks of `size` x `size` px, halved until one fits into the exemplar."""
 
-    def __init__(self, exemplar: Exemplar, size: int) -> None:
-        while size > 2 and not bool(exemplar.corners((size, size)).any()):
+    def __init__(self, film: Film, size: int) -> None:
+        exemplar = film.described
+        page = film.cut(exemplar, [0])
+        while size > 2 and not bool(page.corners((size, size)).any()):
             size = max(size // 2, 2)
-        if size < 2 or not bool(exemplar.corners((size, size)).any()):
+        if size < 2 or not bool(page.corners((size, size)).any()):
             raise InputError("no 2x2 block fits into the exemplar; its mask leaves too little to copy from")
-        self.size = size
-        self._valid = exemplar.corners((size, size)).cpu().numpy()
+        self.size, self._film = size, film
         self._root = exemplar.share.sqrt()
         known = exemplar.owner >= 0
         self._middle = torch.stack([mean(channel[known]) for channel in exemplar.canvas]).view(-1, 1, 1)
-        self._fit = Fit(self._scaled(torch.where(known, exemplar.canvas, self._middle)))
+        self._pages: list[int] = []
+        self._turn([0])
 
     def _scaled(self, colors: Tensor) -> np.ndarray:
         scaled: np.ndarray = ((colors - self._middle) * self._root).double().cpu().numpy()
         return scaled
 
-    def nearest(self, content: Tensor, known: Tensor, used: Tensor, generator: torch.Generator) -> Tensor:
+    def _turn(self, pages: list[int]) -> None:
+        """Look for blocks in some pages alone, and wherever none is masked."""
+        if pages != self._pages:
+            part = self._film.cut(self._film.described, pages)
+            self._pages = pages
+            self._valid = part.corners((self.size, self.size)).cpu().numpy()
+            self._fit = Fit(self._scaled(torch.where(part.owner >= 0, part.canvas, self._middle)))
+
+    def _drawn(self, generator: torch.Generator) -> list[int]:
+        """Some of the pages from which texture can live on; of a picture its one."""
+        first, last = self._film.starts
+        if first == last:
+            return [first]
+        count = max(_AT_ONCE // (self._film.pitch * self._film.strip.shape[1]), 2)
+        return sorted((first + torch.randperm(last - first + 1, generator=generator)[:count]).tolist())
+
+    def nearest(
+        self, content: Tensor, known: Tensor, used: Callable[[Tensor], Tensor], generator: torch.Generator
+    ) -> Tensor:
         """Corners (n, 2), x first, of the blocks nearest to contents (n, C, size, size) where known (n, 1, size, size).
 
-        known weighs the pixels, >= 0; of a block of which nothing is known any may come. used: what each pixel of the
-        canvas costs, as a mean square difference.
+        known weighs the pixels, >= 0; of a block of which nothing is known any may come. used: what each pixel of some
+        rows (r,) of the strip costs, as a mean square difference, (r, W).
         """
+        self._turn(self._drawn(generator))
         places = np.argwhere(self._valid)
-        again = box_sums(used.double().cpu().numpy(), (self.size, self.size)) / self.size**2
+        costs = used(self._film.rows(self._pages))
+        again = box_sums(costs.double().cpu().numpy(), (self.size, self.size)) / self.size**2
         weights = known[:, 0].double().cpu().numpy()
         pick = iter(torch.randint(len(places), (int((weights.max((1, 2)) == 0).sum()),), generator=generator).tolist())
         found = []
@@ -49,4 +76,5 @@ class Blocks:
                 continue
             cost = self._fit.inside(self._scaled(block), weight) + weight.sum() * again
             found.append(np.unravel_index(np.where(self._valid, cost, np.inf).argmin(), cost.shape))
-        return torch.from_numpy(np.array(found)).flip(1).to(content.device)
+        corners = torch.from_numpy(np.array(found)).T
+        return self._film.uncut(corners, self._pages).T.flip(1).to(content.device)

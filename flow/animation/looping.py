@@ -16,6 +16,7 @@ import torch
 from scipy import ndimage
 from torch import Tensor
 
+from flow.animation.film import Film
 from flow.animation.fusion import seam_cut
 from flow.animation.sequence import Frame, Mask, Motion, State
 from flow.animation.settings import Renewing
@@ -56,7 +57,7 @@ def loop(
     if frames < 2:
         raise InputError(f"a loop is to have {frames} frames; give at least 2")
     exemplar = Exemplar.of(exemplar) if isinstance(exemplar, Tensor) else exemplar
-    motion = Motion(exemplar, field, shape, mask, None, renewing or Renewing(), seed)
+    motion = Motion(Film.of(exemplar), field, shape, mask, None, renewing, seed)
     motion.check(after)
     return _frames(motion, frames, first, synthesis or Settings(), after)
 
@@ -88,7 +89,7 @@ class _Back:
     def __init__(self, motion: Motion, start: Frame, frames: int) -> None:
         self.motion = motion
         reverse = Motion(
-            motion.exemplar,
+            motion.film.backward,
             _reversed(motion.field, frames),
             motion.shape,
             (lambda k: motion.allowed(frames - k if k else 0)),

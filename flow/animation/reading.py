@@ -12,19 +12,22 @@ _NEAR = 2.0
 
 
 class Reading:
-    """Reads an exemplar between its pixels, by one of the interpolations of `flow.warp`."""
+    """Reads an exemplar between its pixels, by one of the interpolations of `flow.warp`.
+
+    continued (C, h, w): the exemplar's canvas, what is nobody's filled in from the nearest pixel.
+    """
 
     def __init__(self, exemplar: Exemplar, interpolation: str) -> None:
         self._owner, self._interpolation = exemplar.owner, interpolation
         known = exemplar.owner >= 0
-        self._canvas = filled(exemplar.canvas, known)
+        self.continued = filled(exemplar.canvas, known)
         self._pixels = filled(pixel_coordinates(known.shape, known.device).flip(0).long(), known)
         colors = exemplar.canvas[:, known]
         self._low, self._high = colors.amin(1)[:, None], colors.amax(1)[:, None]
 
     def __call__(self, source: Tensor) -> Tensor:
         """The colors at source coordinates (2, *S), x first: (C, *S), within the exemplar's range."""
-        return self.within(warp(self._canvas, source, self._interpolation))
+        return self.within(warp(self.continued, source, self._interpolation))
 
     def within(self, colors: Tensor) -> Tensor:
         """Colors (C, *S), each channel kept within the exemplar's range."""

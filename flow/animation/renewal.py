@@ -5,7 +5,7 @@ loses is texture: copies of the exemplar are bent, what they show goes out of pr
 cease to agree. So the texture energy (thesis equation 18) is measured, window by window; where it is highest, blocks
 of the exemplar are found that come closest to what is there; and of each block those pixels are taken that lower
 
-    U = sum_p max(wear(p) + tone(p) - tolerance, 0) + lambda sum_p K(p) |x(p) - x+(p)|^2 + seams,
+    U = sum_p max(wear(p) + tone(p) - tolerance, 0) + age(p) + lambda sum_p K(p) |x(p) - x+(p)|^2 + seams,
 
 by a minimum cut (a fusion of two labelings: Lempitsky, Rother, Roth and Blake 2010) in which old seams are remembered,
 so that a block may mend them. A seam costs what its copies differ by on both of its sides (thesis equation 1); wear
@@ -17,14 +17,17 @@ not laid. Only what is lost, beyond the exemplar's border, is replaced whatever 
 averaged, so nothing blurs; and a pixel changes only where that buys more texture than it costs in motion.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 import torch
 from torch import Tensor
 
+from flow.animation.aging import Aging
 from flow.animation.blocks import Blocks
 from flow.animation.copies import JUMP, softened
+from flow.animation.film import Film
 from flow.animation.reading import Reading
 from flow.animation.settings import Renewing
 from flow.animation.stock import COUNTS, Coordinates, counted
@@ -32,7 +35,6 @@ from flow.animation.term import gradient_weight
 from flow.animation.tones import Tones
 from flow.animation.wear import Wear, Worn
 from flow.warps import pixel_coordinates
-from kwatra import Exemplar
 from kwatra.base import mean, total
 from kwatra.cut import along
 from kwatra.pieces import Box, Cut, Patch, SeamCost, Sheet, box_sums
@@ -85,12 +87,14 @@ class Carried:
 class Renewal:
     """Renews frames of `shape` (H, W) with texture from an exemplar."""
 
-    def __init__(self, exemplar: Exemplar, shape: tuple[int, int], settings: Renewing) -> None:
-        self.exemplar, self.shape, self.settings = exemplar, shape, settings
-        self.wear = Wear(exemplar, shape, settings.window, settings.step, settings.area)
-        self.tones = Tones(exemplar, settings.tones)
+    def __init__(self, film: Film, shape: tuple[int, int], settings: Renewing) -> None:
+        self.film, self.shape, self.settings = film, shape, settings
+        exemplar = film.described
+        self.wear = Wear(film, shape, settings.window, settings.step, settings.area)
+        self.tones = Tones(film.strip, settings.tones)
+        self.aging = Aging(film, settings.aging)
         self.read = Reading(exemplar, settings.interpolation)
-        self.blocks = Blocks(exemplar, min(settings.block, *shape))
+        self.blocks = Blocks(film, min(settings.block, *shape))
         self._share = exemplar.share
         self.stock = Coordinates(exemplar, self.wear.variance, settings.seam)
         self._pixels = pixel_coordinates(shape, exemplar.canvas.device)
@@ -148,8 +152,8 @@ class Renewal:
 
     def _worn(self, frame: Carried, wear: Tensor, source: Tensor, spot: Spot = _ALL) -> Tensor:
         """U's first sum, pixel by pixel, where wear (h, w) is that at a spot that shows source (2, h, w)."""
-        costs = wear + frame.prices[self.tones.of(source)]
-        return (costs - self.settings.tolerance).clamp(min=0) * frame.counts[spot]
+        costs = (wear + frame.prices[self.tones.of(source)] - self.settings.tolerance).clamp(min=0)
+        return (costs + self.aging.of(source)) * frame.counts[spot]
 
     def _flow(self, frame: Carried, image: Tensor, spot: Spot = _ALL) -> Tensor:
         """U's second sum, pixel by pixel: what an image (C, h, w) costs at a spot of the frame."""
@@ -207,14 +211,20 @@ class Renewal:
         step = off[:, again].median(1).values
         return corner + step if bool(self.read.usable(source + step.view(2, 1, 1)).all()) else corner
 
-    def _costs(self, frame: Carried) -> Tensor:
-        """What using each exemplar pixel (canvas) once more costs: by how much it is used already, and its tone."""
-        height, width = self.exemplar.shape
+    def _costs(self, frame: Carried) -> Callable[[Tensor], Tensor]:
+        """What using each exemplar pixel of some rows (r,) once more costs, (r, W).
+
+        By how much its place is used already, in whatever frame, by its tone, and by how soon it cannot live on.
+        """
+        height, width = self.film.strip.shape
         x, y = frame.source[:, frame.inside].round().long()
-        place = y.clamp(0, height - 1) * width + x.clamp(0, width - 1)
-        used = torch.bincount(place, minlength=height * width).view(height, width).float()
+        place = y.clamp(0, height - 1) % self.film.pitch * width + x.clamp(0, width - 1)
+        used = torch.bincount(place, minlength=self.film.pitch * width).view(-1, width).float()
         usage = self.settings.usage * used / mean(used).clamp(min=1e-6)
-        return self.wear.variance * (usage + self.tones.costs(frame.prices))
+        return lambda rows: (
+            self.wear.variance
+            * (usage[rows % self.film.pitch] + self.tones.costs(frame.prices, rows) + self.aging.costs(rows))
+        )
 
     def _fuse(self, frame: Carried, patch: Patch, spot: Spot) -> None:
         """Take of a block the pixels that lower the energy, as the cut guesses; and only if, measured, they do."""

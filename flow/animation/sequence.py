@@ -17,17 +17,26 @@ from torch import Tensor
 from flow.animation.carrying import carried
 from flow.animation.copies import tidied
 from flow.animation.entering import SIDES, entered, enters, known_of
+from flow.animation.film import Film
+from flow.animation.reading import Reading
 from flow.animation.renewal import Renewal
-from flow.animation.settings import Renewing
+from flow.animation.settings import PRESETS, VIDEO_PRESETS, Renewing
 from flow.animation.stock import NOWHERE
 from flow.animation.term import blended, flow_term
 from flow.animation.upright import Upright
+from flow.animation.wear import blurred
 from flow.fields import Field
 from flow.warps import Lookup, filled, lookup
 from kwatra import Exemplar, InputError, Level, Result, Settings, optimize
 from kwatra.base import check_mask, generator_of
 from kwatra.result import Row
 from kwatra.source import look_up
+
+_BEGINNING = 1 << 17
+"""The first frame of a video is made of frames that have about so many pixels together, and of two at least."""
+
+_SHADES = 6.0
+"""Shades are colors blurred by so many px."""
 
 _PROJECTION = (Level(1, 16), Level(1, 8))
 """How a given first picture is brought to the exemplar: at full resolution, keeping what is texture already."""
@@ -82,10 +91,12 @@ def animate(
 ) -> Iterator[Frame]:
     """The frames, of `shape` (H, W), of a texture that flows along a field.
 
-    exemplar: an Exemplar, or an image (C, H, W). frames: how many; None for no end. first: a picture (C, H, W) to begin
-    with, brought to the exemplar first. mask: True where texture belongs, (H, W), or a function of the frame's number.
+    exemplar: an Exemplar, an image (C, H, W), or a video (C, T, H, W), whose texture lives on as it does there, one of
+    its frames in each. frames: how many; None for no end. first: a picture (C, H, W) to begin with, brought to the
+    exemplar first. mask: True where texture belongs, (H, W), or a function of the frame's number.
     enter: begin with an empty frame into which the flow carries texture from this side, one of SIDES. synthesis: how
-    the first frame is made; renewing: how the others are. after: go on after this state instead of beginning; the
+    the first frame is made; renewing: how the others are (default: of PRESETS or
+    VIDEO_PRESETS). after: go on after this state instead of beginning; the
     frames are the same bits as without the break.
 
     Raises InputError for what cannot be done, at once where it can be seen at once.
@@ -97,7 +108,7 @@ def animate(
     if enter is not None and first is not None:
         raise InputError("texture is to enter an empty frame, but a first frame is given; leave out one of the two")
     exemplar = Exemplar.of(exemplar) if isinstance(exemplar, Tensor) else exemplar
-    motion = Motion(exemplar, field, shape, mask, enter, renewing or Renewing(), seed)
+    motion = Motion(Film.of(exemplar), field, shape, mask, enter, renewing, seed)
     motion.check(after)
     return _frames(motion, frames, first, synthesis, after)
 
@@ -123,21 +134,21 @@ class Motion:
 
     def __init__(
         self,
-        exemplar: Exemplar,
+        film: Film,
         field: Field,
         shape: tuple[int, int],
         mask: Mask,
         enter: str | None,
-        renewing: Renewing,
+        renewing: Renewing | None,
         seed: int,
     ) -> None:
-        if len(exemplar.shape) != 2:
-            raise InputError("an animation needs an image to copy from, but the exemplar is a video; give one frame")
-        self.exemplar, self.field, self.shape = exemplar, field, shape
+        renewing = renewing or (PRESETS if film.motion is None else VIDEO_PRESETS)["default"]
+        self.film, self.field, self.shape = film, field, shape
         self.mask, self.enter, self.seed = mask, enter, seed
-        self.device = exemplar.canvas.device
-        self.upright = Upright(exemplar, renewing.stiffness)
-        self.renewing, self.renewal = renewing, Renewal(exemplar, shape, renewing)
+        self.channels, self.device = len(film.strip.canvas), film.strip.canvas.device
+        self.upright = Upright(film.strip, renewing.stiffness)
+        self.renewing, self.renewal = renewing, Renewal(film, shape, renewing)
+        self.read = Reading(film.strip, renewing.interpolation)
         self._steady: tuple[Tensor, Lookup] | None = None
         self._whole = torch.ones(shape, dtype=torch.bool, device=self.device)
 
@@ -148,8 +159,8 @@ class Motion:
         if state is not None and tuple(state.inside.shape) != tuple(self.shape):
             size, asked = "x".join(map(str, state.inside.shape)), "x".join(map(str, self.shape))
             raise InputError(f"the state to go on from has frames of {size} (HxW), not {asked}; give that shape")
-        if state is not None and len(state.image) != len(self.exemplar.canvas):
-            have, want = len(state.image), len(self.exemplar.canvas)
+        if state is not None and len(state.image) != self.channels:
+            have, want = len(state.image), self.channels
             raise InputError(
                 f"the state to go on from has {have} channels, the exemplar {want}; give that it was made of"
             )
@@ -171,14 +182,16 @@ class Motion:
         if self.enter is not None:
             inside = torch.zeros_like(inside)
             nowhere = torch.full((2, *self.shape), NOWHERE, device=self.device)
-            empty = torch.zeros(len(self.exemplar.canvas), *self.shape, device=self.device)
+            empty = torch.zeros(self.channels, *self.shape, device=self.device)
             return self._frame(State(0, nowhere, inside, empty), {})
         if first is not None:
             synthesis = replace(synthesis, levels=_PROJECTION)
         mask = None if self.mask is None else inside
-        still = optimize(self.exemplar, self.shape, settings=synthesis, start=first, mask=mask, seed=self.seed)
-        source = tidied(still.where.flip(0).float(), inside, inside)
-        return self._frame(State(0, source, inside, self.renewal.read.picture(source, inside)), {})
+        pages = self.film.spread(max(_BEGINNING // (self.film.pitch * self.film.strip.shape[1]), 2))
+        exemplar = self.film.cut(self.film.strip, pages)
+        still = optimize(exemplar, self.shape, settings=synthesis, start=first, mask=mask, seed=self.seed)
+        source = tidied(self.film.uncut(still.where, pages).flip(0).float(), inside, inside)
+        return self._frame(State(0, source, inside, self.read.picture(source, inside)), {})
 
     def resumed(self, state: State) -> Frame:
         """The frame that a state shows."""
@@ -199,17 +212,37 @@ class Motion:
         generator = generator_of(self.seed, number)
         source = carried(state.source, look, state.inside)
         moved = inside & (source != state.source).any(0)
-        source = self.upright(tidied(source, moved, inside), moved)
-        source, image, report = self.renewal(source, inside, generator, moved)
-        return self._frame(State(number, source, inside, self._blended(image, state, look)), report)
+        older = self.upright(tidied(source, moved, inside), moved)
+        source = self.film.onward(older)
+        lives = inside & (source != older).any(0)
+        source, image, report = self.renewal(source, inside, generator, moved | lives)
+        image = self._blended(image[: self.channels], state, look, self._lived(older, lives))
+        return self._frame(State(number, source, inside, image), report)
 
-    def _blended(self, copies: Tensor, before: State, look: Lookup) -> Tensor:
-        """A frame (C, H, W) that shows its copies and, as the flow term asks, what the one before has carried there."""
+    def _lived(self, older: Tensor, lives: Tensor) -> Tensor:
+        """By how much colors (C, H, W) change as texture lives on from coordinates (2, H, W), where it does (H, W)."""
+        change = torch.zeros(self.channels, *self.shape, device=self.device)
+        if bool(lives.any()):
+            before = older[:, lives]
+            change[:, lives] = self.read(self.film.onward(before)) - self.read(before)
+        return change
+
+    def _blended(self, copies: Tensor, before: State, look: Lookup, change: Tensor) -> Tensor:
+        """A frame (C, H, W) that shows its copies and, as the flow term asks, what the one before has carried there.
+
+        change (C, H, W): by how much that has changed since by itself.
+        """
         if self.renewing.inertia == 0 or not bool(look.known.any()):
             return copies
         known = filled(before.image, before.inside)
         term = flow_term(known, look, self.renewing.inertia, self.renewing.interpolation)
-        return self.renewal.read.within(blended(copies, term))
+        target = term.target + change
+        image = blended(copies, replace(term, target=target))
+        if self.renewing.shades:
+            known = look.known & before.inside
+            off = torch.where(known, target - image, 0.0)
+            image = image + torch.where(known, self.renewing.shades * blurred(off, known, _SHADES), 0.0)
+        return self.read.within(image)
 
     def _lookup(self, flow: Tensor, inside: Tensor) -> Lookup:
         if self.field.steady and self._steady is not None and torch.equal(self._steady[0], inside):
@@ -219,8 +252,8 @@ class Motion:
         return look
 
     def _frame(self, state: State, report: dict[str, float]) -> Frame:
-        where = self.renewal.read.pixels(state.source)
-        origin = look_up(self.exemplar.origin, where)
+        pixels = self.read.pixels(state.source)
+        where, origin = self.film.where(pixels), look_up(self.film.strip.origin, pixels)
         origin[:1] = torch.where(state.inside, origin[:1], -1)
         rows: list[Row] = [{"frame": state.number, **report}]
         shown = torch.where(state.inside, state.image, 0.0)

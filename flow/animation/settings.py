@@ -1,6 +1,6 @@
 """How worn texture is renewed, and presets of it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from kwatra.base import InputError
 
@@ -13,8 +13,10 @@ class Renewing:
     tolerance: wear that is left alone. stiffness: how much copies resist being turned and stretched, in px^2; 0: not
     at all. area: what wear has where a copy shows more or less of the exemplar than its own area. tones: what parts
     as bright as others shown too often cost. usage: what much-used parts of the exemplar cost. inertia: how much the
-    frame before, carried along, counts in a frame's colors against its copies' 1; 0: not at all. blocks: at most so
-    many a frame, besides those that new texture needs. block: their size. window, step: the windows whose energy is
+    frame before, carried along, counts in a frame's colors against its copies' 1; 0: not at all. shades: in [0, 1), how
+    much of what the frame before is brighter or darker than the copies, over some px around, lasts. aging: what a
+    video's texture costs that cannot live on; what soon cannot, a part of it. blocks: at most so many a frame, besides
+    those that new texture needs. block: their size. window, step: the windows whose energy is
     measured, and their distance. interpolation: see `flow.warp`.
     Energies are in variances of the exemplar, sizes in px. flow_weight and blocks were tuned on nuts and bricks that
     turn by 2 px a frame.
@@ -28,6 +30,8 @@ class Renewing:
     tones: float = 1.0
     usage: float = 0.3
     inertia: float = 0.4
+    shades: float = 0.0
+    aging: float = 0.3
     blocks: int = 14
     block: int = 48
     window: int = 24
@@ -36,8 +40,10 @@ class Renewing:
 
     def __post_init__(self) -> None:
         costs = self.flow_weight, self.seam, self.tolerance, self.stiffness, self.area, self.tones, self.usage
-        if min(*costs, self.inertia, self.blocks) < 0:
+        if min(*costs, self.inertia, self.shades, self.aging, self.blocks) < 0:
             raise InputError(f"{self} has a negative weight or number of blocks; give 0 or more")
+        if self.shades >= 1:
+            raise InputError(f"{self} keeps all shades, for ever; give less than 1")
         if min(self.block, self.window, self.step) < 2:
             raise InputError(f"{self} has a size below 2 px; give at least 2")
 
@@ -47,4 +53,17 @@ PRESETS = {
     "default": Renewing(),
     "best": Renewing(blocks=60, step=4),
 }
-"""How much work to spend on a frame."""
+"""How much work to spend on a frame of a texture from pictures."""
+
+
+def _for_videos(preset: Renewing, blocks: int) -> Renewing:
+    return replace(preset, tolerance=0.4, tones=0.6, usage=0.15, inertia=1.2, shades=0.8, blocks=blocks)
+
+
+VIDEO_PRESETS = {
+    "fast": _for_videos(PRESETS["fast"], 5),
+    "default": _for_videos(PRESETS["default"], 8),
+    "best": _for_videos(PRESETS["best"], 16),
+}
+"""The same for videos, whose texture is renewed all the time, since they end. Tuned on a fountain and a plume of smoke
+that turn by 2 px a frame."""

@@ -49,6 +49,6 @@ class Tones:
         share = _CLASSES * shown / shown.sum().clamp(min=1)
         return self.weight * share.clamp(min=0.1).log()
 
-    def costs(self, prices: Tensor) -> Tensor:
-        """What each pixel of the exemplar's canvas costs at these prices (16,): (h, w)."""
-        return prices[self._tone]
+    def costs(self, prices: Tensor, rows: Tensor) -> Tensor:
+        """What the pixels of some rows (r,) of the exemplar's canvas cost at these prices (16,): (r, w)."""
+        return prices[self._tone[rows]]

@@ -8,8 +8,9 @@ from scipy import ndimage
 from torch import Tensor
 
 from flow.animation.copies import distortion
-from kwatra import Exemplar, Grid
-from kwatra.source import SourceWindows, at_windows
+from flow.animation.film import Film
+from kwatra import Grid
+from kwatra.source import SourceWindows
 from kwatra.windows import channels_last, windows_at
 
 _BLUR = 1.0
@@ -21,6 +22,8 @@ _SETTLED = 1e-3
 _EXACT = 1 << 24
 """Up to so many pairs of windows the search is exact."""
 
+_SEARCHED = 1 << 17
+"""Of a video windows are looked for in pages that have about so many pixels together, and in two at least."""
 
 _REACH = math.ceil(4 * _BLUR)
 """How far, in px, the blur carries a change."""
@@ -46,18 +49,24 @@ class Wear:
     Values are in variances of the exemplar: 0 is a verbatim copy, 2 what two unrelated pixels have between them.
     """
 
-    def __init__(self, exemplar: Exemplar, shape: tuple[int, int], width: int, step: int, area: float) -> None:
-        self.area = area
+    def __init__(self, film: Film, shape: tuple[int, int], width: int, step: int, area: float) -> None:
+        exemplar = film.described
+        pages = film.spread(max(_SEARCHED // (film.pitch * exemplar.shape[1]), 2))
+        self.area, self._film = area, film
         self.variance = max(float((exemplar.variances * exemplar.share.flatten()).sum()), 1e-8)
-        fits = (w for w in range(min(width, *shape), 0, -1) if bool(exemplar.corners((w, w)).any()))
+        page = film.cut(exemplar, [0])
+        fits = (w for w in range(min(width, *shape), 0, -1) if bool(page.corners((w, w)).any()))
         width = next(fits, 1)
         step = min(step, width)
         width -= width % step
         smooth = replace(exemplar, canvas=blurred(exemplar.canvas, exemplar.owner >= 0, _BLUR))
-        self.source = SourceWindows(smooth, (width, width), torch.Generator().manual_seed(0))
+        self._pixels = channels_last(smooth.canvas)
+        self.source = SourceWindows(film.cut(smooth, pages), (width, width), torch.Generator().manual_seed(0))
         self.grid = Grid(shape, (width, width), (step, step), device=exemplar.canvas.device)
         pairs = len(self.grid) * len(self.source.numbers)
         self._route = "exact" if pairs <= _EXACT else "approximate"
+        last = [film.pitch - width, exemplar.shape[1] - width] if film.pages > 1 else [*self.source.positions]
+        self._last = torch.tensor(last, device=exemplar.canvas.device)
         self._mass = self.grid.scatter(self.source.metric.falloff.expand(len(self.grid), -1, -1, 1))[0]
 
     def __call__(self, image: Tensor, source: Tensor, inside: Tensor) -> Tensor:
@@ -103,11 +112,21 @@ class Wear:
         high = torch.tensor([part.stop for part in spot], device=corners.device)
         return ((corners < high) & (corners + width > low)).all(1).nonzero()[:, 0]
 
+    def _copied(self, source: Tensor, which: Tensor) -> Tensor:
+        """The windows (n, *width, C) that put the coordinates at these windows' centers there."""
+        half = torch.tensor([w // 2 for w in self.grid.width], device=source.device)
+        center = self.grid.corners[which] + half
+        there = source.flip(0).round().long()[(slice(None), *center.T)].T
+        page = (there[:, 0] // self._film.pitch).clamp(0, self._film.pages - 1) * self._film.pitch
+        first = torch.stack([page, torch.zeros_like(page)], 1)
+        # pages are alike in what may be copied
+        corner = self.source.corners(self.source.snapped((there - first - half).clamp(max=self._last)))
+        return windows_at(self._pixels, first + corner, self.source.width)
+
     def _energy(self, image: Tensor, source: Tensor, which: Tensor) -> Tensor:
         """Squared distance (n,) of these windows to the nearest of what each copies and what the search finds."""
         windows = windows_at(channels_last(image), self.grid.corners[which], self.grid.width)
-        copied = at_windows(self.grid, self.source, source.flip(0).round().long())[which]
-        energy = self.source.metric.squared(windows - self.source.windows(copied))
+        energy = self.source.metric.squared(windows - self._copied(source, which))
         worn = (energy > _SETTLED * self.variance).nonzero()[:, 0]
         if len(worn):
             windows = windows[worn]

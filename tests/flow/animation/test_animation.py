@@ -11,6 +11,7 @@ from skimage import data
 from torch import Tensor
 
 import flow
+from flow.animation.film import Film
 from flow.animation.sequence import Motion
 from flow.animation.settings import Renewing
 from kwatra import Exemplar, InputError, Settings
@@ -151,7 +152,7 @@ def test_a_frame_shows_its_copies_and_some_of_the_frame_before() -> None:
     field, inertia = flow.rotation(2.0), 0.8
     quick = replace(QUICK, inertia=inertia)
     before, after = animated(field, 4, renewing=quick)[-2:]
-    copies = Motion(Exemplar.of(brick()), field, SHAPE, None, None, quick, 0).renewal.read.picture(
+    copies = Motion(Film.of(Exemplar.of(brick())), field, SHAPE, None, None, quick, 0).renewal.read.picture(
         after.state.source, after.state.inside
     )
     x = (after.image - copies)[0]
@@ -310,7 +311,6 @@ def test_what_cannot_be_done_is_refused_at_once() -> None:
     refused("but a first frame is given; leave out one of the two", enter="left", first=brick())
     refused("is to enter from the right, but the flow never comes from there; give another side", enter="right")
     refused("is to enter from any side, but the flow never comes", enter="all", field=flow.source())
-    refused("but the exemplar is a video; give one frame", exemplar=torch.rand(1, 4, 20, 20))
     refused("a flow is 30x20 but the frame 72x64", field=flow.sampled(torch.zeros(2, 20, 30)))
     refused("beyond the 72x64 frame; give a lower speed", field=flow.uniform(80.0))
     refused("1 vectors that are NaN", field=flow.Field(lambda t, s: torch.zeros(2, *s).index_put(
@@ -327,6 +327,6 @@ def test_what_cannot_be_done_is_refused_at_once() -> None:
 
 
 def test_a_motion_shows_the_state_it_is_given() -> None:
-    motion = Motion(Exemplar.of(brick()), flow.rotation(1.0), SHAPE, None, None, QUICK, 0)
+    motion = Motion(Film.of(Exemplar.of(brick())), flow.rotation(1.0), SHAPE, None, None, QUICK, 0)
     frame = motion.step(motion.begin(None, Settings()).state)
     assert torch.equal(motion.resumed(frame.state).image, frame.image)

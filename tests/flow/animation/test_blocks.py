@@ -7,6 +7,7 @@ from torch import Tensor
 
 import flow
 from flow.animation.blocks import Blocks
+from flow.animation.film import Film
 from flow.warps.warp import pixel_coordinates
 from kwatra import Exemplar, InputError
 
@@ -32,7 +33,7 @@ def cut(image: Tensor, x: float, y: float) -> Tensor:
 def nearest(exemplar: Exemplar, content: Tensor, known: Tensor | None = None, used: Tensor | None = None) -> Tensor:
     known = torch.ones(len(content), 1, SIZE, SIZE) if known is None else known
     used = torch.zeros(exemplar.shape) if used is None else used
-    return Blocks(exemplar, SIZE).nearest(content, known, used, generator())
+    return Blocks(Film.of(exemplar), SIZE).nearest(content, known, lambda rows: used[rows], generator())
 
 
 @pytest.mark.parametrize("place", [(0, 0), (54, 44), (53, 43), (13, 22), (30, 7)])
@@ -134,14 +135,14 @@ def test_channels_without_weight_do_not_count() -> None:
 
 
 def test_blocks_shrink_until_they_fit() -> None:
-    assert Blocks(Exemplar.of(smooth(24, 24)), 48).size == 24
-    assert Blocks(Exemplar.of(smooth(23, 40)), 48).size == 12
-    blocks = Blocks(Exemplar.of(smooth(9, 9)), 15)  # odd, so without a coarse search
+    assert Blocks(Film.of(Exemplar.of(smooth(24, 24))), 48).size == 24
+    assert Blocks(Film.of(Exemplar.of(smooth(23, 40))), 48).size == 12
+    blocks = Blocks(Film.of(Exemplar.of(smooth(9, 9))), 15)  # odd, so without a coarse search
     assert blocks.size == 7
     content = smooth(9, 9)[None, :, 1:8, 2:9]
-    found = blocks.nearest(content, torch.ones(1, 1, 7, 7), torch.zeros(9, 9), generator())
+    found = blocks.nearest(content, torch.ones(1, 1, 7, 7), lambda rows: torch.zeros(len(rows), 9), generator())
     assert torch.equal(found, torch.tensor([[2.0, 1.0]]))
     holes = torch.zeros(9, 9, dtype=torch.bool)
     holes[::2, ::2] = True
     with pytest.raises(InputError, match="no 2x2 block fits into the exemplar; its mask leaves too little"):
-        Blocks(Exemplar.of(smooth(9, 9), masks=[holes]), 15)
+        Blocks(Film.of(Exemplar.of(smooth(9, 9), masks=[holes])), 15)

@@ -12,6 +12,7 @@ from skimage import data
 from torch import Tensor
 
 import flow
+from flow.animation.film import Film
 from flow.animation.fusion import seam_cut
 from flow.animation.renewal import Renewal, _starts
 from flow.animation.settings import PRESETS, Renewing
@@ -41,7 +42,7 @@ def copied(degrees: float = 0.0) -> Tensor:
 
 
 def renewed(source: Tensor, inside: Tensor = WHOLE, settings: Renewing = QUICK, exemplar: Exemplar | None = None):
-    renewal = Renewal(exemplar or Exemplar.of(brick()), SHAPE, settings)
+    renewal = Renewal(Film.of(exemplar or Exemplar.of(brick())), SHAPE, settings)
     return renewal, *renewal(source, inside, torch.Generator().manual_seed(0))
 
 
@@ -147,7 +148,7 @@ def test_a_renewal_mends_an_old_seam() -> None:
     """A piece from elsewhere within a copy: taking the copy again there costs nothing and ends its seams."""
     source = copied()
     source[1, 24:29, 26:32] += 9.0
-    renewal = Renewal(Exemplar.of(brick()), SHAPE, replace(QUICK, flow_weight=0.0, usage=0.0))
+    renewal = Renewal(Film.of(Exemplar.of(brick())), SHAPE, replace(QUICK, flow_weight=0.0, usage=0.0))
     frame = renewal.begin(source, WHOLE, ~WHOLE)
     assert frame.sheet.total == pytest.approx(seams_energy(renewal, source) * COUNTS, rel=1e-3)
     assert frame.sheet.total > 0
@@ -252,7 +253,7 @@ def test_what_is_shown_stays_within_the_exemplars_range_and_out_of_its_holes() -
     hole = torch.ones(96, 96, dtype=torch.bool)
     hole[40:50, 40:50] = False
     exemplar = Exemplar.of(torch.where(hole, brick(), 9.0), masks=[hole])
-    image = Renewal(exemplar, SHAPE, QUICK).read(copied(3.0) + 0.4)
+    image = Renewal(Film.of(exemplar), SHAPE, QUICK).read(copied(3.0) + 0.4)
     assert float(brick()[:, hole].min()) <= float(image.min())
     assert float(image.max()) <= float(brick()[:, hole].max())
 
@@ -297,7 +298,7 @@ def test_a_tone_shown_too_often_is_renewed() -> None:
 @pytest.mark.parametrize("side", [2, 3, 4, 5, 6, 7])
 def test_every_pixel_lies_in_a_block_however_small_the_exemplar(side: int) -> None:
     """Blocks of 3 px that began every 4 px would leave gaps that no block ever fills."""
-    renewal = Renewal(Exemplar.of(brick()[:, :side, :side]), (13, 18), QUICK)
+    renewal = Renewal(Film.of(Exemplar.of(brick()[:, :side, :side])), (13, 18), QUICK)
     covered = [torch.zeros(n, dtype=torch.bool) for n in (13, 18)]
     for line, n in zip(covered, (13, 18), strict=True):
         for start in _starts(n, renewal.blocks.size).tolist():
@@ -309,6 +310,6 @@ def test_a_frame_is_filled_from_a_tiny_exemplar() -> None:
     source = torch.full((2, 12, 14), -9.0)
     exemplar = Exemplar.of(brick()[:, :6, :6])
     inside = torch.ones(12, 14, dtype=torch.bool)
-    renewal = Renewal(exemplar, (12, 14), replace(QUICK, block=3))
+    renewal = Renewal(Film.of(exemplar), (12, 14), replace(QUICK, block=3))
     filled, _, _ = renewal(source, inside, torch.Generator().manual_seed(0))
     assert bool(owned(exemplar, filled).all())

@@ -45,7 +45,7 @@ def test_the_exemplar_itself_costs_nothing() -> None:
 
 def test_each_pixel_of_the_exemplar_costs_its_tones_price() -> None:
     tones, prices = Tones(Exemplar.of(noise()), 1.0), torch.arange(16.0)
-    assert torch.equal(tones.costs(prices), tones.of(ALL).float())
+    assert torch.equal(tones.costs(prices, torch.arange(len(ALL[0]))), tones.of(ALL).float())
 
 
 def test_a_tone_shown_too_often_costs_the_logarithm_of_how_often() -> None:

@@ -10,6 +10,7 @@ from scipy import ndimage
 from torch import Tensor
 
 import flow
+from flow.animation.film import Film
 from flow.animation.wear import Wear
 from flow.warps.warp import pixel_coordinates
 from kwatra import Exemplar
@@ -37,7 +38,7 @@ def turned(degrees: float, size: float = 1.0) -> Tensor:
 def wear_of(exemplar: Exemplar | Tensor, source: Tensor, area: float = 0.0, inside: Tensor = WHOLE) -> Tensor:
     exemplar = Exemplar.of(exemplar) if isinstance(exemplar, Tensor) else exemplar
     image = flow.warp(exemplar.canvas, source, "lanczos")
-    return Wear(exemplar, SHAPE, 16, 4, area)(image, source, inside)
+    return Wear(Film.of(exemplar), SHAPE, 16, 4, area)(image, source, inside)
 
 
 def test_a_verbatim_copy_is_not_worn() -> None:
@@ -53,7 +54,7 @@ def test_a_fraction_of_a_pixel_is_hardly_wear() -> None:
 def test_a_copy_from_elsewhere_than_its_coordinates_say_is_found() -> None:
     image = flow.warp(stones(), turned(0))
     lying = turned(0).flip(1)
-    assert float(Wear(Exemplar.of(stones()), SHAPE, 16, 4, 0.0)(image, lying, WHOLE).max()) < AT_THE_BORDER
+    assert float(Wear(Film.of(Exemplar.of(stones())), SHAPE, 16, 4, 0.0)(image, lying, WHOLE).max()) < AT_THE_BORDER
 
 
 def test_wear_grows_as_a_copy_turns() -> None:
@@ -66,7 +67,7 @@ def test_wear_grows_as_a_copy_turns() -> None:
 def test_wear_is_where_the_wrong_pixels_are() -> None:
     image = flow.warp(stones(), turned(0))
     image[:, 8:14, 8:14] = stones(seed=9)[:, :6, :6]
-    wear = Wear(Exemplar.of(stones()), SHAPE, 16, 4, 0.0)(image, turned(0), WHOLE)
+    wear = Wear(Film.of(Exemplar.of(stones())), SHAPE, 16, 4, 0.0)(image, turned(0), WHOLE)
     assert float(wear[11, 11]) > 0.1
     assert float(wear[:, 32:].max()) < AT_THE_BORDER
 
@@ -78,7 +79,7 @@ def test_something_unrelated_is_as_worn_as_its_nearest_window_is_far() -> None:
     weight = falloff((8, 8)) / 3
     least = F.conv2d((blurred[None] - 0.8).square(), weight.expand(1, 3, 8, 8)).min()
     variance = stones().var((1, 2), correction=0).mean()
-    wear = Wear(Exemplar.of(stones()), SHAPE, 8, 4, 0.0)(image, turned(0), WHOLE)
+    wear = Wear(Film.of(Exemplar.of(stones())), SHAPE, 8, 4, 0.0)(image, turned(0), WHOLE)
     assert torch.allclose(wear, least / variance, rtol=1e-3)
 
 
@@ -103,8 +104,8 @@ def test_channels_count_by_their_weight() -> None:
     spoiled = flow.warp(stones(), turned(0))
     spoiled[2] = 0.5
     source = Exemplar.of(stones(), weights=[1.0, 1.0, 0.0])
-    assert float(Wear(source, SHAPE, 16, 4, 0.0)(spoiled, turned(0), WHOLE).max()) < AT_THE_BORDER
-    assert float(Wear(Exemplar.of(stones()), SHAPE, 16, 4, 0.0)(spoiled, turned(0), WHOLE).mean()) > 0.1
+    assert float(Wear(Film.of(source), SHAPE, 16, 4, 0.0)(spoiled, turned(0), WHOLE).max()) < AT_THE_BORDER
+    assert float(Wear(Film.of(Exemplar.of(stones())), SHAPE, 16, 4, 0.0)(spoiled, turned(0), WHOLE).mean()) > 0.1
 
 
 def test_what_a_hole_of_the_exemplar_holds_has_no_influence() -> None:
@@ -112,7 +113,9 @@ def test_what_a_hole_of_the_exemplar_holds_has_no_influence() -> None:
     hole[20:30, 30:42] = False
     image = flow.warp(stones(), turned(9))
     figures = [
-        Wear(Exemplar.of(torch.where(hole, stones(), value), masks=[hole]), SHAPE, 16, 4, 0.1)(image, turned(9), WHOLE)
+        Wear(Film.of(Exemplar.of(torch.where(hole, stones(), value), masks=[hole])), SHAPE, 16, 4, 0.1)(
+            image, turned(9), WHOLE
+        )
         for value in (0.0, 1.0)
     ]
     assert torch.equal(*figures)
@@ -120,7 +123,7 @@ def test_what_a_hole_of_the_exemplar_holds_has_no_influence() -> None:
 
 @pytest.mark.parametrize("side", [5, 23])
 def test_windows_fit_into_small_exemplars_and_stay_few(side: int) -> None:
-    wear = Wear(Exemplar.of(stones(side)), SHAPE, 24, 6, 0.0)
+    wear = Wear(Film.of(Exemplar.of(stones(side))), SHAPE, 24, 6, 0.0)
     assert wear.grid.width[0] <= side
     assert len(wear.grid) <= 8 * 9
     assert bool(wear(torch.rand(3, *SHAPE), turned(0), WHOLE).isfinite().all())
@@ -128,13 +131,13 @@ def test_windows_fit_into_small_exemplars_and_stay_few(side: int) -> None:
 
 def test_an_exemplar_of_one_color_wears_only_where_another_shows() -> None:
     plain = torch.full((1, 30, 30), 0.4)
-    wear = Wear(Exemplar.of(plain), SHAPE, 16, 4, 0.0)
+    wear = Wear(Film.of(Exemplar.of(plain)), SHAPE, 16, 4, 0.0)
     assert float(wear(torch.full((1, *SHAPE), 0.4), turned(0), WHOLE).max()) < 1e-3
     assert float(wear(torch.full((1, *SHAPE), 0.5), turned(0), WHOLE).min()) > 1
 
 
 def test_wear_after_a_change_is_what_it_is_anew() -> None:
-    wear = Wear(Exemplar.of(stones()), SHAPE, 16, 4, 0.5)
+    wear = Wear(Film.of(Exemplar.of(stones())), SHAPE, 16, 4, 0.5)
     source = turned(6)
     image = flow.warp(stones(), source, "lanczos")
     worn = wear.of(image, source)

@@ -1,0 +1,165 @@
+"""An exemplar's frames under each other on one strip, so that a place there is a place in space and time.
+
+A picture is a film of one page. Of a video every page is a frame, and texture lives on from page to page:
+
+    onward(s) = s + v(s) + one page,
+
+where v is the exemplar's own motion, smooth in space and time: what drifts is followed, so that only the flow that is
+asked for is seen as motion, and what else changes is how the exemplar lives (thesis 7.3, 8.1.1). Where a page has no
+next one, or the motion leaves the frame, texture stays as it is; `left` says for how many frames it does not have to.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import torch
+from torch import Tensor
+
+from flow.animation.drift import drift
+from flow.animation.reading import Reading
+from flow.warps import pixel_coordinates, warp
+from kwatra import Exemplar
+
+_GAP = 16
+"""Rows between pages, at least, and the drift's largest step besides: what flows beyond a page ends in no other one."""
+
+_NEXT = 1
+"""Places are told apart by what they show so many frames on and before, too."""
+
+_DYNAMICS = 0.5
+"""What each of these counts beside all colors' 1."""
+
+
+@dataclass(frozen=True, eq=False)
+class Film:
+    """An exemplar's frames on a strip.
+
+    strip: all pages as one picture. pages: their number; pitch: rows from one to the next. motion (2, pages * pitch,
+    W): the exemplar's own, x first, in px per frame, forward; None for a picture. step: 1, or -1 where time runs
+    backward.
+    """
+
+    strip: Exemplar
+    pages: int
+    pitch: int
+    motion: Tensor | None = None
+    step: int = 1
+
+    @classmethod
+    def of(cls, exemplar: Exemplar) -> "Film":
+        """The film of an exemplar of pictures or videos; of videos, texture that is masked in any frame is not used."""
+        if len(exemplar.shape) == 2:
+            return cls(exemplar, 1, exemplar.shape[0])
+        if exemplar.shape[0] == 1:
+            return cls(
+                replace(exemplar, canvas=exemplar.canvas[:, 0], owner=exemplar.owner[0], origin=exemplar.origin[:, 0]),
+                1,
+                exemplar.shape[1],
+            )
+        motion = drift(exemplar)
+        gap = _GAP + 2 * int(motion.abs().max().ceil())
+        whole = (exemplar.owner == exemplar.owner[0]).all(0)
+        owner = torch.where(whole, exemplar.owner, -1.0)
+        number = torch.arange(len(owner), device=owner.device).view(-1, 1, 1)
+        owner = torch.where(owner >= 0, owner + number * (owner.max() + 1), -1.0)
+        flat = Exemplar(
+            _flat(exemplar.canvas, gap), _flat(owner[None], gap, -1.0)[0], _flat(exemplar.origin, gap), exemplar.weights
+        )
+        return cls(flat, len(owner), exemplar.shape[1] + gap, _flat(motion, gap))
+
+    @property
+    def backward(self) -> "Film":
+        """The same film, in which time runs backward."""
+        return self if self.motion is None else replace(self, step=-self.step)
+
+    @cached_property
+    def _read(self) -> Reading:
+        return Reading(self.strip, "bilinear")
+
+    def onward(self, source: Tensor) -> Tensor:
+        """Where texture at source coordinates (2, *S) is read a frame later; the same where it cannot live on."""
+        if self.motion is None:
+            return source
+        velocity = warp(self.motion, source, "bilinear")
+        moved = source + self.step * velocity
+        moved[1] += self.step * self.pitch
+        return torch.where(self._read.usable(moved), moved, source)
+
+    @cached_property
+    def left(self) -> Tensor:
+        """For how many frames texture at every place of the strip can live on, (rows, W); inf in a picture."""
+        rows, columns = self.strip.shape
+        if self.motion is None:
+            return torch.full((rows, columns), torch.inf, device=self.strip.canvas.device)
+        left = torch.zeros(rows, columns, device=self.strip.canvas.device)
+        places = pixel_coordinates((rows, columns), left.device)
+        order = range(self.pages - 2, -1, -1) if self.step > 0 else range(1, self.pages)
+        for page in order:
+            part = slice(page * self.pitch, (page + 1) * self.pitch)
+            here = places[:, part]
+            there = self.onward(here)
+            x, y = there.round().long()
+            left[part] = torch.where((there != here).any(0), 1 + left[y.clamp(0, rows - 1), x.clamp(0, columns - 1)], 0)
+        return left
+
+    @cached_property
+    def described(self) -> Exemplar:
+        """The strip with channels that tell its dynamics: the mean color in the next frame and in the one before."""
+        if self.motion is None:
+            return self.strip
+        places = pixel_coordinates(self.strip.shape, self.strip.canvas.device)
+        share = self.strip.share
+        gray = (self._read.continued * share).sum(0, keepdim=True)
+        more = []
+        for film in (self, self.backward):
+            there = places
+            for _ in range(_NEXT):
+                there = film.onward(there)
+            more.append(warp(gray, there, "bilinear"))
+        weight = _DYNAMICS * self.strip.weights.sum()
+        weights = torch.cat([self.strip.weights, weight.expand(2)])
+        return replace(self.strip, canvas=torch.cat([self.strip.canvas, *more]), weights=weights)
+
+    def spread(self, count: int) -> list[int]:
+        """Up to so many pages, evenly spread, of those from which texture can live on for a while."""
+        first, last = self.starts
+        numbers = torch.linspace(first, last, min(count, last - first + 1)).round().long()
+        return [int(number) for number in numbers]
+
+    @property
+    def starts(self) -> tuple[int, int]:
+        """The first and the last page from which texture can live on for half of the film, or longer."""
+        half = (self.pages - 1) // 2
+        return (0, half) if self.step > 0 else (self.pages - 1 - half, self.pages - 1)
+
+    def rows(self, pages: list[int]) -> Tensor:
+        """The rows of the strip that some pages have."""
+        row = torch.arange(self.pitch, device=self.strip.canvas.device)
+        return torch.cat([page * self.pitch + row for page in pages])
+
+    def cut(self, exemplar: Exemplar, pages: list[int]) -> Exemplar:
+        """The strip, or the described one, with some pages alone, one under the other."""
+        if self.pages == 1:
+            return exemplar
+        rows = self.rows(pages)
+        return replace(
+            exemplar, canvas=exemplar.canvas[:, rows], owner=exemplar.owner[rows], origin=exemplar.origin[:, rows]
+        )
+
+    def uncut(self, where: Tensor, pages: list[int]) -> Tensor:
+        """Places (2, *S), row first, of the whole strip from those of a strip of some pages alone."""
+        if self.pages == 1:
+            return where
+        number = torch.tensor(pages, device=where.device)[where[0] // self.pitch]
+        return torch.stack([number * self.pitch + where[0] % self.pitch, where[1]])
+
+    def where(self, pixels: Tensor) -> Tensor:
+        """The places on the exemplar's own canvas of pixels of the strip (2, *S), row first: frame, row and column."""
+        if len(self.strip.origin) == 3:
+            return pixels
+        return torch.stack([pixels[0] // self.pitch, pixels[0] % self.pitch, pixels[1]])
+
+
+def _flat(values: Tensor, gap: int, empty: float = 0.0) -> Tensor:
+    """Frames (C, T, H, W) under each other, each with a gap below: (C, T * (H + gap), W)."""
+    return torch.nn.functional.pad(values, (0, 0, 0, gap), value=empty).flatten(1, 2)
