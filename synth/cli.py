@@ -43,22 +43,40 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _run(argv: Sequence[str] | None, interrupts: "_Interrupts") -> int:
-    from importlib import import_module
-
     from synth.packages import shadowed
 
-    arguments = _parser().parse_args(argv)
+    words = sys.argv[1:] if argv is None else list(argv)
+    arguments = _parser().parse_args(words)
     stranger = shadowed()
     if stranger is not None:
         return _fail(stranger, 2)
+    say(_performed(arguments, words, interrupts), sys.stdout)
+    return 0
+
+
+def perform(words: Sequence[str]) -> str:
+    """Do what the words of a command line say; returns the summary. Raises what goes wrong."""
+    return _performed(_parser().parse_args(words), words, None)
+
+
+def _performed(arguments: "argparse.Namespace", words: Sequence[str], interrupts: "_Interrupts | None") -> str:
+    """The summary of a command, whose recipe is saved if that is asked."""
+    from importlib import import_module
+
     command = import_module(f"synth.commands.{arguments.command}")
     with import_module("synth.commands.progress").working(arguments.command):
         for module in command.LOADS:
             import_module(module)
-        interrupts.loading = False
+        if interrupts is not None:
+            interrupts.loading = False
+        if getattr(arguments, "save_recipe", None) is None:
+            summary: str = command.run(arguments)
+            return summary
+        recipes = import_module("synth.commands.recipes")
+        recipe = recipes.begun(arguments, words)
         summary = command.run(arguments)
-    say(summary, sys.stdout)
-    return 0
+        recipes.saved(recipe, arguments.save_recipe)
+        return f"{summary}\nits recipe is {arguments.save_recipe}"
 
 
 class _Interrupts:

@@ -3,5 +3,5 @@
 The files import nothing that takes long; what they need loads when a command runs, so that `--help` answers at once.
 """
 
-NAMES = ("synth", "fill", "tile", "score", "flow", "animate", "quilt", "merge", "morph", "patterns")
+NAMES = ("synth", "fill", "tile", "score", "flow", "animate", "quilt", "merge", "morph", "patterns", "run")
 """The commands, each a module of this package, in the order in which `--help` lists them."""

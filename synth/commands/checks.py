@@ -15,6 +15,9 @@ from synth import io
 if TYPE_CHECKING:
     from synth.io import Writer
 
+WRITTEN: "list[Path]" = []
+"""The files that `finish` wrote, for who wants to know what a run made."""
+
 _MOST_SIDE, _MOST_PIXELS = 2**16, 2**28
 
 
@@ -90,6 +93,7 @@ def finish(writers: "Mapping[Path, Writer]", more: bool = False) -> None:
         if ours:
             signal.signal(signal.SIGINT, signal.SIG_IGN)
         put()
+    WRITTEN.extend(path.absolute() for path in writers)
     if ours and more:
         signal.signal(signal.SIGINT, before)
 

@@ -206,6 +206,8 @@ def add_common(
     add("--threads", type=whole(1, MOST_THREADS), default=threads, metavar="N",
         help=f"threads to use (default: {threads or 'as many as cores'})")  # fmt: skip
     add("--overwrite", action="store_true", help="replace files that exist")
+    add("--save-recipe", type=file, metavar="FILE.toml", help="write what was done, and of which files: kwatra run "
+        "does it again")  # fmt: skip
     if verbose:
         add("--verbose", action="store_true", help="tell more when done: how it went, and how good it is")
 

@@ -29,7 +29,7 @@ from synth.commands.report import ENERGY_SUFFIXES, energy_writer
 from synth.commands.telling import contributions, details, of_result, quality
 from synth.commands.tiles import tile_size
 from synth.commands.wishes import Wishes, add_wishes
-from synth.words import listed
+from synth.words import counted, listed
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -80,10 +80,11 @@ def add(commands: Subparsers) -> None:
         "(3, H, W), or 16-bit .png with R = x, G = y, B = exemplar")  # fmt: skip
     add("--also", action="append", default=[], metavar="NAME=FILE", help="carry a map of the exemplar along, exactly, "
         "to OUT_NAME; with several exemplars NAME=FILE1,FILE2; may be given again")  # fmt: skip
-    add("--guide", metavar="MAP=MAP", help="EXEMPLAR_MAP=OUTPUT_MAP: put texture where the output's map is like the "
-        "exemplar's (labels, a density, a direction); with several exemplars A,B=OUTPUT_MAP")  # fmt: skip
-    add("--guide-weight", type=positive, metavar="W", help="what the guide counts beside the colors; "
-        "0.1 to 0.3 suits maps that vary smoothly (default: 1)")  # fmt: skip
+    add("--guide", action="append", default=[], metavar="MAP=MAP", help="EXEMPLAR_MAP=OUTPUT_MAP: put texture where "
+        "the output's map is like the exemplar's (labels, a density, a direction); with several exemplars "
+        "A,B=OUTPUT_MAP; may be given again")  # fmt: skip
+    add("--guide-weight", type=positive, action="append", default=[], metavar="W", help="what the guide counts beside "
+        "the colors, once for all or once for each; 0.1 to 0.3 suits maps that vary smoothly (default: 1)")  # fmt: skip
     add("--each", action="store_true", help="make one output of each exemplar instead of one of all; -o may name a "
         "folder for them")  # fmt: skip
     add("--apply", type=file, metavar="MAP", help="synthesize nothing: rearrange the EXEMPLAR as a MAP says that --map "
@@ -120,7 +121,7 @@ class _Inputs:
     exemplars: "list[Tensor]"
     kind: "Kind"
     start: "Picture | None"
-    guide: "tuple[list[Array], Array] | None"
+    guides: "list[tuple[list[Array], Array]]"
     maps: "list[Map]"
     wishes: Wishes
     size: tuple[int, int]
@@ -132,12 +133,10 @@ class _Inputs:
         pictures = [io.read_image(path) for path in arguments.exemplars]
         exemplars, kind = io.raised(pictures, arguments.exemplars)
         start = None if arguments.start is None else _read_start(arguments.start, kind, arguments.size)
-        if arguments.guide is None:
-            refuse_unused(arguments, ["guide_weight"], "says what a --guide counts but there is none")
-        guide = None if arguments.guide is None else texture.read_guide(arguments.guide, len(exemplars))
+        guides = _guides(arguments, len(exemplars))
         wishes = Wishes.read(arguments, kind, exemplars)
         given = wishes.sizes
-        if guide is not None:
+        for guide in guides:
             given = {"the guide's output map": guide[1].shape[:2], **given}
         if start is not None:
             given = {"--start": _size_of(start.pixels), **given}
@@ -146,9 +145,25 @@ class _Inputs:
         output = output_of(arguments.output, f"{first.stem}_synth{first.suffix}")
         sizes = [_size_of(exemplar) for exemplar in exemplars]
         maps = [texture.read_map(request, sizes, output) for request in arguments.also]
-        inputs = cls(exemplars, kind, start, guide, maps, wishes, size, output)
+        inputs = cls(exemplars, kind, start, guides, maps, wishes, size, output)
         _check_outputs(arguments, inputs)
         return inputs
+
+
+def _guides(arguments: argparse.Namespace, count: int) -> "list[tuple[list[Array], Array]]":
+    """The guides, each of maps for so many exemplars."""
+    guides, weights = arguments.guide, arguments.guide_weight
+    if not guides:
+        refuse_unused(arguments, ["guide_weight"], "says what a --guide counts but there is none")
+    if len(weights) > 1 and len(weights) != len(guides):
+        raise synth.InputError(f"there are {counted(len(guides), '--guide')} but {counted(len(weights), 'weight')}; "
+                               "give one --guide-weight for all, or one for each")  # fmt: skip
+    return [texture.read_guide(guide, count) for guide in guides]
+
+
+def _weight(weights: list[float]) -> float | list[float]:
+    """One weight for all guides, or one for each."""
+    return weights if len(weights) > 1 else (weights or [1.0])[0]
 
 
 def _one(arguments: argparse.Namespace, work: bool) -> str:
@@ -173,8 +188,8 @@ def _one(arguments: argparse.Namespace, work: bool) -> str:
             scale=arguments.scale or (),
             terms=inputs.wishes.terms(exemplars, arguments.device),
             mask=inputs.wishes.mask,
-            guide=inputs.guide,
-            guide_weight=arguments.guide_weight or 1.0,
+            guide=inputs.guides or None,
+            guide_weight=_weight(arguments.guide_weight),
             exemplar_mask=inputs.wishes.allowed,
             device=arguments.device,
             callback=callback,

@@ -37,19 +37,36 @@ BLOCK = 0.2
 class Guide:
     """Guide channels in [0, 1]: one map (G, H, W) for each exemplar, one for the output, and what they count.
 
-    weight: how much all of a guide's channels count beside all of the image's.
+    weight: how much all of a guide's channels count beside all of the image's; or how much each of them does.
     """
 
     exemplars: list[Tensor]
     output: Tensor
-    weight: float
+    weight: float | tuple[float, ...]
 
     @classmethod
-    def of(cls, guide: tuple[Any, Any], weight: float, images: Sequence[Tensor]) -> "Guide":
+    def joint(cls, guides: Any, weight: float | Sequence[float], images: Sequence[Tensor]) -> "Guide":
+        """As `of`; or, from a list of guides, all of them as one, with one weight for all or one for each."""
+        if not isinstance(guides, list) or not all(isinstance(guide, tuple) for guide in guides):
+            return cls.of(guides, weight, images)
+        weights = list(weight) if isinstance(weight, (list, tuple)) else [weight] * len(guides)
+        if not guides or len(weights) != len(guides):
+            raise InputError(f"there are {len(guides)} guides but {len(weights)} weights; give one weight, or one each")
+        parts = [cls.of(guide, each, images) for guide, each in zip(guides, weights, strict=True)]
+        for part in parts:
+            if part.output.shape[1:] != parts[0].output.shape[1:]:
+                raise InputError(f"the guides' output maps are {_size(parts[0].output)} and {_size(part.output)}; "
+                                 "give all the output's size")  # fmt: skip
+        exemplars = [torch.cat([part.exemplars[number] for part in parts]) for number in range(len(images))]
+        counts = tuple(count for part in parts for count in part.counts)
+        return cls(exemplars, torch.cat([part.output for part in parts]), counts)
+
+    @classmethod
+    def of(cls, guide: tuple[Any, Any], weight: Any, images: Sequence[Tensor]) -> "Guide":
         """From (exemplar's map or maps, output's map), of one kind, for exemplar images (C, H, W)."""
         if len(guide) != 2:
             raise InputError(f"the guide has {len(guide)} parts; give the exemplar's map and the output's")
-        if not (0 < weight < float("inf")):
+        if not isinstance(weight, (int, float)) or not 0 < weight < float("inf"):
             raise InputError(f"the guide's weight is {weight}; it is finite and > 0")
         maps = list(guide[0]) if isinstance(guide[0], (list, tuple)) else [guide[0]]
         if len(maps) != len(images):
@@ -71,9 +88,15 @@ class Guide:
                 )
         return cls(exemplars, output, weight)
 
+    @property
+    def counts(self) -> tuple[float, ...]:
+        """What each channel counts beside all of the image's."""
+        own = len(self.output)
+        return self.weight if isinstance(self.weight, tuple) else (self.weight / own,) * own
+
     def weights(self, channels: int) -> list[float]:
         """The weights of all channels of a guided image."""
-        return [1.0] * channels + [self.weight * channels / len(self.output)] * len(self.output)
+        return [1.0] * channels + [count * channels for count in self.counts]
 
     def joined(self, images: Sequence[Tensor]) -> list[Tensor]:
         """The exemplar images with their guide channels."""

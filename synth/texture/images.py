@@ -81,8 +81,8 @@ def synthesize(
     scale: Sequence[float] = (),
     terms: TermLike | Sum | Sequence[TermLike | Sum] = (),
     mask: Tensor | np.ndarray | None = None,
-    guide: tuple[Any, Any] | None = None,
-    guide_weight: float = 1.0,
+    guide: tuple[Any, Any] | list[tuple[Any, Any]] | None = None,
+    guide_weight: float | Sequence[float] = 1.0,
     exemplar_mask: Tensor | np.ndarray | Sequence[Tensor | np.ndarray] | None = None,
     device: str = "cpu",
     callback: Callable[[Progress], None] | None = None,
@@ -98,15 +98,15 @@ def synthesize(
     is 1. mask: boolean (height, width), True where texture belongs. guide: a map of the exemplar (one for each) and
     one of the output, images of one kind and any number of channels: where the output's has a value, texture goes
     that has a like one in the exemplar; `size` may be left out, it is the output map's. guide_weight: what the guide
-    counts beside the colors; 0.1 to 0.3 suits maps that vary smoothly. exemplar_mask: boolean, of the exemplar's size,
-    True where it may be copied from; of several exemplars one for each. Same seed, same bits, for any number of
-    threads. Raises InputError for what cannot be used.
+    counts beside the colors; 0.1 to 0.3 suits maps that vary smoothly. Several guides are a list, and may have a weight
+    each. exemplar_mask: boolean, of the exemplar's size, True where it may be copied from; of several exemplars one for
+    each. Same seed, same bits, for any number of threads. Raises InputError for what cannot be used.
     """
     images, form = _images(exemplar)
     settings, tries = _settings(preset, tile, levels)
     pictures = [form.normalized(image) for image in images]
     begin, channels = None if start is None else form.normalized(start), len(pictures[0])
-    guidance = None if guide is None else Guide.of(guide, guide_weight, pictures)
+    guidance = None if guide is None else Guide.joint(guide, guide_weight, pictures)
     size, weights = _size_of(size, guidance), None
     if guidance is not None:
         settings, terms = guidance.settings(settings, pictures, size), guidance.terms(terms, channels, device)

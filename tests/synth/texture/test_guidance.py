@@ -91,3 +91,20 @@ def test_a_term_that_charges_candidates_charges_them_beside_a_guide_too():
     synthesize(image, guide=(labels, labels), terms=Watcher(), levels=[(1, 8)])
     assert seen
     assert set(seen) == {(3, 3)}
+
+
+def test_several_guides_have_weights_of_their_own() -> None:
+    image, labels = lying_and_upright()
+    other = np.full(labels.shape, 9, np.uint8)
+    other[:, :3] = 0
+    against = (255 - wanted()).astype(np.uint8)
+    alone = synthesize(image, guide=[(labels, wanted()), (other, np.full((80, 80), 9, np.uint8))], preset="fast")
+    assert np.mean(alone.take(labels) != wanted()) < 0.06
+    assert np.mean(alone.take(other) == 9) > 0.97
+    for weights, followed in (([4.0, 0.01], wanted()), ([0.01, 4.0], against)):
+        made = synthesize(image, guide=[(labels, wanted()), (labels, against)], guide_weight=weights, preset="fast")
+        assert np.mean(made.take(labels) != followed) < 0.06
+    with pytest.raises(InputError, match="there are 2 guides but 3 weights"):
+        synthesize(image, guide=[(labels, wanted())] * 2, guide_weight=[1, 1, 1])
+    with pytest.raises(InputError, match="the guides' output maps are 80x80 and 70x80"):
+        synthesize(image, guide=[(labels, wanted()), (labels, wanted()[:, :70])])
