@@ -22,15 +22,15 @@ _ALIKE = 0.55
 _CONFIDENCE = 0.3
 _BLUR = 0.2
 _LEAST_VOTE = 0.25
-_LOOKS = 2
+_LOOKS = 3
 _REACH = 0.35
 _ROUNDS = 8
 _APART = 1.2
 _SHAPE = 2.0
 """What the shape's distance, a share of the radius, counts beside that of the look."""
 
-_CLEAR = 0.9
-"""Part of the distance that one in 20 shapes comes down to by chance: discs and crosses in noise lie below."""
+_CHANCE = 0.05
+"""Share of the shapes aligned by chance that may come down to the threshold: of .05 and less on crosses in noise."""
 
 
 @dataclass(frozen=True)
@@ -47,8 +47,8 @@ class Detection:
 def detect(image: Array, landmarks: Array, threshold: float | None = None) -> Detection:
     """The patterns in an image (H, W, C) that are like the one with landmarks (m, 2), nearest first.
 
-    threshold: the largest distance that is still the pattern; by default what shapes
-    that are aligned where votes are fewest do not come down to.
+    threshold: the largest distance that is still the pattern; by default what shapes that are aligned where votes are
+    fewest do not come down to.
     """
     size, offsets = radius(landmarks), landmarks - landmarks.mean(0)
     maps = features(image, size)
@@ -153,4 +153,4 @@ def _unlikely(chance: Array) -> float:
     """The distance that shapes aligned by chance, whose distances (n,) these are, do not come down to."""
     if not len(chance):
         return float("inf")
-    return _CLEAR * float(np.quantile(chance, 0.05))
+    return float(np.quantile(chance, _CHANCE))

@@ -19,16 +19,16 @@ from kwatra.base.compiled import jitted
 Array = NDArray[np.float32]
 Index = NDArray[np.int64]
 
-_CHUNK = 1 << 22
 _BLOCK = 8
-_AXES = 24
+_AXES = 48
+_ROUNDING = 1e-6
 
 
 class _Source(NamedTuple):
     """A source as it is searched: the first `ground` of its places have the mask's value 0, the others 1.
 
     padded (h + 2 reach, w + 2 reach, C); mask (h, w); taps (K, 2) and roots (K,) of their weights; axes (K * C, D), the
-    principal ones of its windows; places (N, 2) and their windows along the axes, (N, D).
+    principal ones of its windows; places (N, 2), their windows along the axes, (N, D), and half their squares, (N,).
     """
 
     padded: Array
@@ -38,6 +38,7 @@ class _Source(NamedTuple):
     axes: Array
     places: Index
     along: Array
+    half: Array
     ground: int
 
 
@@ -50,28 +51,47 @@ def grown(
     images (h, w, C) in [0, 1] and masks (h, w) of 0 and 1, of A and of B; widths of their windows, odd; shape: (H, W).
     """
     a, b = (_source(image, mask, width) for image, mask, width in zip(images, masks, widths, strict=True))
+    mask_a, mask_b = (_mask_source(mask, width) for mask, width in zip(masks, widths, strict=True))
     frame, mask = _blocks(images[0], masks[0], shape, np.random.default_rng(seed))
-    found_a, found_b = np.zeros((2, *shape, 2), np.int64)
+    found_a, found_b, seen_a, seen_b = np.zeros((4, *shape, 2), np.int64)
     for time in times:
         share = 1.0 - time
-        value_a, value_b = _matched(mask, a), _matched(mask, b)
+        _match(mask[..., None], mask_a, seen_a)
+        _match(mask[..., None], mask_b, seen_b)
+        value_a, value_b = (
+            of[tuple(np.moveaxis(seen, -1, 0))] for of, seen in zip(masks, (seen_a, seen_b), strict=True)
+        )
         mask = (share * value_a + (1 - share) * value_b).astype(np.float32)
         frame = frame.copy()
         _scan(frame, share, a, value_a, found_a, b, value_b, found_b)
         yield frame, mask
 
 
-def _source(image: Array, mask: Array, width: int) -> _Source:
+def _mask_source(mask: Array, width: int) -> _Source:
+    """A source's mask (h, w), to be searched as an image; windows have their middle, and every place is allowed."""
     taps, weights = _taps(width)
+    middle = np.zeros((1, 2), np.int64)
+    taps, weights = np.concatenate([middle, taps]), np.append(weights[:1], weights)  # it counts as its neighbors do
+    return _searched(mask[..., None], np.zeros_like(mask), taps, weights)
+
+
+def _source(image: Array, mask: Array, width: int) -> _Source:
+    """A source's image (h, w, C), of which places with one value of the mask (h, w) are searched at a time."""
+    return _searched(image, mask, *_taps(width))
+
+
+def _searched(image: Array, mask: Array, taps: Index, weights: Array) -> _Source:
+    width = 1 - 2 * int(taps[-1, 0])
     reach, roots = width // 2, np.sqrt(weights)
     padded = np.ascontiguousarray(np.pad(image, ((reach, reach), (reach, reach), (0, 0)), mode="wrap"))
     windows = np.concatenate([_windows(image[..., c], taps) * roots for c in range(image.shape[2])], 1)
     centered = windows - windows.mean(0)
     axes = np.ascontiguousarray(np.linalg.eigh(centered.T @ centered)[1][:, ::-1][:, :_AXES], np.float32)
+    along = (windows @ axes).astype(np.float32)
     order = np.argsort(mask.reshape(-1), kind="stable")
-    places = np.stack(np.unravel_index(order, mask.shape), 1)
-    along = np.ascontiguousarray((windows @ axes)[order], np.float32)
-    return _Source(padded, mask, taps, roots, axes, places, along, int((mask == 0).sum()))
+    places, along = np.stack(np.unravel_index(order, mask.shape), 1), np.ascontiguousarray(along[order])
+    half = np.square(along).sum(1) / 2
+    return _Source(padded, mask, taps, roots, axes, places, along, half, int((mask == 0).sum()))
 
 
 def _blocks(image: Array, mask: Array, shape: tuple[int, int], random: np.random.Generator) -> tuple[Array, Array]:
@@ -93,21 +113,18 @@ def _taps(width: int) -> tuple[Index, Array]:
     return np.stack([y, x], 1)[order], weights / weights.sum()
 
 
-def _matched(mask: Array, source: _Source) -> Array:
-    """For each window of a mask (H, W) the value in the middle of its best match in a source's mask: (H, W)."""
-    taps = np.concatenate([source.taps, np.zeros((1, 2), np.int64)])
-    roots = np.append(source.roots, source.roots[0])  # the middle counts as its neighbors do
-    here, there = (_windows(of, taps) * roots for of in (mask, source.mask))
-    half = 0.5 * np.square(there).sum(1)
-    step = max(1, _CHUNK // len(there))
-    best = [(half - here[k : k + step] @ there.T).argmin(1) for k in range(0, len(here), step)]
-    return source.mask.reshape(-1)[np.concatenate(best)].reshape(mask.shape)
-
-
 def _windows(mask: Array, offsets: Index) -> Array:
     """The periodic windows of a mask (H, W), as (H * W, K)."""
     rolled = [np.roll(mask, (-int(y), -int(x)), (0, 1)).reshape(-1) for y, x in offsets]
     return np.stack(rolled, 1)
+
+
+@jitted
+def _match(mask: Array, source: _Source, found: Index) -> None:
+    """Steps 1 and 2: the places (H, W, 2) that windows of a mask (H, W, 1) match best, over those of the last frame."""
+    for y in range(mask.shape[0]):
+        for x in range(mask.shape[1]):
+            found[y, x] = _nearest(_window(mask, y, x, source), source, 0.0, found, y, x)
 
 
 @jitted
@@ -144,8 +161,9 @@ def _window(frame: Array, y: int, x: int, source: _Source) -> Array:
 def _nearest(window: Array, source: _Source, wanted: float, found: Index, y: int, x: int) -> Index:
     """The place (2,) of a source, of the wanted mask value, whose window is nearest to a window (K * C,).
 
-    It is exact. The distance along the principal axes is never more than the whole one, so most places need only a few
-    axes; the match of the last frame, and those above and to the left continued, are a small distance to begin with.
+    It is exact. The distance along the principal axes is never more than the whole one, so only places are compared
+    whole that are near along these; the match of the last frame, those above and to the left continued, and the
+    nearest along the axes are a small distance to begin with.
     """
     rows, columns = source.mask.shape
     best = np.zeros(2, np.int64)
@@ -159,27 +177,21 @@ def _nearest(window: Array, source: _Source, wanted: float, found: Index, y: int
                 best[0], best[1], least = row, column, away
     along = np.dot(window, source.axes)
     begin, end = (0, source.ground) if wanted == 0 else (source.ground, len(source.places))
-    for number in range(begin, end):
-        if _beyond(along, source.along[number], least):
-            continue
-        row, column = source.places[number]
-        away = _away(window, source, row, column, least)
-        if away < least:
-            best[0], best[1], least = row, column, away
+    if begin == end:
+        return best
+    half = source.half[begin:end] - np.dot(source.along[begin:end], along)
+    own = np.dot(along, along) / 2
+    row, column = source.places[begin + half.argmin()]
+    away = _away(window, source, row, column, least)
+    if away < least:
+        best[0], best[1], least = row, column, away
+    for number in range(end - begin):
+        if 2 * (half[number] + own) < least + _ROUNDING:
+            row, column = source.places[begin + number]
+            away = _away(window, source, row, column, least)
+            if away < least:
+                best[0], best[1], least = row, column, away
     return best
-
-
-@jitted
-def _beyond(along: Array, other: Array, least: Any) -> bool:
-    """Whether two windows (D,), along the axes, are farther apart than the least; D is a multiple of four."""
-    away = np.float32(0)
-    for k in range(0, len(along), 4):
-        p, q = along[k] - other[k], along[k + 1] - other[k + 1]
-        r, s = along[k + 2] - other[k + 2], along[k + 3] - other[k + 3]
-        away += p * p + q * q + r * r + s * s
-        if away > least:
-            return True
-    return False
 
 
 @jitted
