@@ -32,6 +32,7 @@ _EPILOG = """examples:
   kwatra animate brick.png --flow rotation                  100 frames, as brick_rotation.mp4
   kwatra animate brick.png --flow uniform:90 --loop 60 -o falling.gif
   kwatra animate leaves.png --flow wind.flo --speed 2 --frames 1000 -o frames/
+  kwatra animate smoke.mp4 --flow vortices --frames 300     its texture moves as told and lives on as it does there
   kwatra animate sand.png --flow uniform --obstacle disc --fill-from left
   kwatra animate leaves.png --flow wind.flo --speed 2 --frames 2000 -o frames/ --resume
 """
@@ -47,12 +48,13 @@ def add(commands: Subparsers) -> None:
         epilog=_EPILOG,
     )
     add = parser.add_argument
-    add("exemplar", type=file, metavar="EXEMPLAR", help="image of the texture")
+    add("exemplar", type=file, metavar="EXEMPLAR", help="an image of the texture; or a video (.mp4, .gif) or a folder "
+        "of frames, whose texture lives on while it flows")  # fmt: skip
     add("--flow", required=True, metavar="FIELD", help="uniform:ANGLE, rotation, sink, ... (another name lists them "
         "all), or a file: .flo, .png (KITTI), .npy or .npz")  # fmt: skip
     add("--speed", type=float, metavar="PX", help="px per frame of the fastest pixel (default: 2; a file's own)")
-    add("--size", type=size, metavar="WIDTHxHEIGHT", help="size in pixels (default: that of the files given, or "
-        "256x256)")  # fmt: skip
+    add("--size", type=size, metavar="WIDTHxHEIGHT", help="size in pixels (default: that of the files given, a "
+        "video's own, or 256x256)")  # fmt: skip
     add("--resample", action="store_true", help="stretch a file's flow over frames of another size")
     length = parser.add_mutually_exclusive_group()
     length.add_argument("--frames", type=whole(1), metavar="N", help=f"how many frames (default: {_FRAMES})")
@@ -65,7 +67,7 @@ def add(commands: Subparsers) -> None:
         "frame that texture enters from there")  # fmt: skip
     add("-o", "--output", type=file, metavar="OUT", help="an .mp4 or .gif to write, or a folder for PNG frames, TIFF "
         "where the exemplar needs it (default: EXEMPLAR_FIELD.mp4 in this folder)")  # fmt: skip
-    add("--fps", type=rate, metavar="F", help=f"frames a second of a video (default: {_FPS:g})")
+    add("--fps", type=rate, metavar="F", help=f"frames a second of a video (default: as the exemplar, or {_FPS:g})")
     add("--seed", type=whole(0), default=0, metavar="N", help="another seed, another texture (default: 0)")
     add("--preset", choices=("fast", "default", "best"), default="default", help="how much work to spend")
     add("--resume", action="store_true", help="go on after the last frame of an interrupted run, or a folder's; the "
@@ -169,7 +171,7 @@ class _Job:
                 rate = (number + 1 - done) / (time.perf_counter() - began)
                 report(f"frame {number + 1} of {self.total}, {rate:.1f} frames/s", (number + 1) / self.total)
             if self.video:
-                fps = self.arguments.fps or _FPS
+                fps = self.arguments.fps or self.inputs.rate or _FPS
                 finish({self.output: io.video_writer(self.output, self._shown(report), fps)})
                 self.folder.remove()
         except KeyboardInterrupt:

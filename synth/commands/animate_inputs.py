@@ -18,6 +18,7 @@ from synth.commands.checks import check_size, refuse_unused
 from synth.io.alpha import premultiplied, straight
 from synth.io.flows import FLOW_SUFFIXES, field_of, read_flow
 from synth.io.images import Picture, read_image, read_mask
+from synth.io.videos import is_video, read_video
 from synth.texture.form import Form
 from synth.texture.images import PRESETS
 
@@ -34,6 +35,7 @@ _LEAST = 4
 class Inputs:
     """What an animation is made of.
 
+    exemplar: its pixels are (C, H, W), or (C, T, H, W) of a video, of which rate says how many frames play in a second.
     field: bent around the obstacle. shape: (H, W) of the frames. mask (H, W): False where the obstacle is; None where
     there is none. first: the pixels of a picture to begin with. form: takes the exemplar's pixels to [0, 1] and back.
     settings: all that decides what the frames look like, by names that a user knows; of files, what they hold.
@@ -48,6 +50,12 @@ class Inputs:
     first: Tensor | None
     form: Form[Tensor]
     settings: Mapping[str, str]
+    rate: float | None = None
+
+    @property
+    def video(self) -> bool:
+        """Whether the texture is that of a video."""
+        return self.exemplar.pixels.ndim == 4
 
     @property
     def extremes(self) -> tuple[float, float]:
@@ -69,19 +77,21 @@ class Inputs:
 def read_inputs(arguments: argparse.Namespace) -> Inputs:
     """Read all files that the arguments name; InputError for what does not fit together."""
     path = arguments.exemplar
-    exemplar = read_image(path)
+    exemplar, rate = _read_exemplar(path)
     first = None if arguments.first is None else _read_first(arguments.first, path, exemplar)
     drawn = read_mask(arguments.obstacle) if isinstance(arguments.obstacle, Path) else None
-    shape = _shape(arguments, first, drawn)
+    shape = _shape(arguments, first, drawn, _size(exemplar.pixels) if exemplar.pixels.ndim == 4 else _SIZE)
     if not _is_file(arguments.flow):
         refuse_unused(arguments, ["resample"], f"stretches a file's flow but {arguments.flow} is made for any size")
     field = field_of(arguments.flow, arguments.speed, arguments.resample)
     mask = None if arguments.obstacle is None else _mask(arguments.obstacle, drawn, shape)
     field = field if mask is None else flow.around(field, mask)
-    pixels = premultiplied(exemplar.pixels, exemplar.kind)
+    frames = exemplar.pixels.unbind(1) if exemplar.pixels.ndim == 4 else [exemplar.pixels]
+    mixed = [premultiplied(frame, exemplar.kind) for frame in frames]
+    pixels = torch.stack(mixed, 1) if exemplar.pixels.ndim == 4 else mixed[0]
     begin = None if first is None else premultiplied(first.pixels, first.kind)
     settings = _settings(arguments, exemplar, shape, mask, first)
-    return Inputs(replace(exemplar, pixels=pixels), field, shape, mask, begin, Form.of([pixels]), settings)
+    return Inputs(replace(exemplar, pixels=pixels), field, shape, mask, begin, Form.of(mixed), settings, rate)
 
 
 def frames_of(
@@ -99,7 +109,7 @@ def frames_of(
         frames=total,
         first=first,
         mask=inputs.mask,
-        renewing=flow.PRESETS[arguments.preset],
+        renewing=(flow.VIDEO_PRESETS if inputs.video else flow.PRESETS)[arguments.preset],
         synthesis=PRESETS[arguments.preset][0],
         seed=arguments.seed,
         after=None if after is None else after.to(device),
@@ -133,6 +143,14 @@ def name_of(text: str) -> str:
     return Path(text).stem if _is_file(text) else text.replace(":", "")
 
 
+def _read_exemplar(path: Path) -> tuple[Picture, float | None]:
+    """A picture, or a video and how many of its frames play in a second."""
+    if not is_video(path):
+        return read_image(path), None
+    clip = read_video(path)
+    return Picture(clip.frames, clip.kind), clip.rate
+
+
 def _read_first(path: Path, exemplar_path: Path, exemplar: Picture) -> Picture:
     first = read_image(path)
     kind, wanted = first.kind, exemplar.kind
@@ -141,14 +159,14 @@ def _read_first(path: Path, exemplar_path: Path, exemplar: Picture) -> Picture:
     return first
 
 
-def _shape(arguments: argparse.Namespace, first: Picture | None, drawn: Tensor | None) -> Shape:
+def _shape(arguments: argparse.Namespace, first: Picture | None, drawn: Tensor | None, default: Shape) -> Shape:
     """(H, W): as asked, or that of the files, which must all have it, but for a flow that may be stretched."""
     sizes: dict[Path, Shape] = {}
     if drawn is not None:
         sizes[arguments.obstacle] = _size(drawn)
     if first is not None:
         sizes[arguments.first] = _size(first.pixels)
-    default, recorded = _SIZE, Path(arguments.flow)
+    recorded = Path(arguments.flow)
     if _is_file(arguments.flow):
         default = _size(read_flow(recorded).flow)
         if not arguments.resample:

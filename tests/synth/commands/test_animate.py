@@ -19,7 +19,7 @@ from kwatra import Exemplar
 from synth import Kind, read_image, write_flow, write_image
 from synth.cli import main
 from synth.io.images import read_array
-from synth.io.videos import read_video
+from synth.io.videos import read_video, write_video
 from synth.texture.images import PRESETS
 
 GRAY, RGB = Kind("uint8", ("Y",)), Kind("uint8", ("R", "G", "B"))
@@ -466,3 +466,54 @@ def test_bad_input_costs_a_sentence(
     Path("old.mp4").touch()
     monkeypatch.setattr("kwatra.optimize", lambda *_, **__: pytest.fail("the work began"))
     assert sentence in refused(*but(SAND, arguments))
+
+
+# ---- videos
+
+
+@pytest.fixture
+def clip(folder: Path) -> torch.Tensor:
+    """Frames (1, 5, 40, 48) of a texture that changes in place, as a folder, living."""
+    start, end = (texture(size=48)[:, :40], texture(size=48).flip(2)[:, :40])
+    frames = torch.stack([torch.lerp(start, end, t / 4) for t in range(5)], 1)
+    write_video("living", frames, 10.0, GRAY)
+    return frames
+
+
+VIDEO = ["animate", "living", "--flow", "rotation", "--preset", "fast", "--speed", "1"]
+
+
+def test_a_video_is_animated_at_its_own_size_and_rate(clip: torch.Tensor, folder: Path) -> None:
+    write_video("living.gif", clip, 10.0)
+    assert main([*VIDEO, "--frames", "3", "-o", "out"]) == 0
+    read = read_video("living").frames
+    low, high = float(read.min()), float(read.max())
+    expected = flow.animate(
+        ((read.double() - low) / (high - low)).float(), flow.rotation(1.0), SHAPE, frames=3,
+        renewing=flow.VIDEO_PRESETS["fast"], synthesis=PRESETS["fast"][0],
+    )  # fmt: skip
+    for number, frame in enumerate(expected):
+        made = read_image(f"out/{number:06d}.png")
+        torch.testing.assert_close(made.pixels, frame.image * (high - low) + low, rtol=0, atol=0.51 / 255)
+    assert main(["animate", "living.gif", *VIDEO[2:], "--frames", "2", "-o", "out.mp4"]) == 0
+    assert read_video("out.mp4").rate == pytest.approx(10.0)
+
+
+def test_a_video_is_gone_on_with_and_loops(clip: torch.Tensor, folder: Path) -> None:
+    assert main([*VIDEO, "--frames", "4", "-o", "whole"]) == 0
+    assert main([*VIDEO, "--frames", "2", "-o", "part"]) == 0
+    assert main([*VIDEO, "--frames", "4", "-o", "part", "--resume"]) == 0
+    assert frames_of("part") == frames_of("whole")
+    assert main([*VIDEO, "--loop", "4", "-o", "round"]) == 0
+    assert main([*VIDEO, "--frames", "3", "--fill-from", "all", "--obstacle", "disc", "-o", "wet"]) == 0
+
+
+def test_a_video_that_cannot_be_read_is_refused(
+    clip: torch.Tensor, folder: Path, capsys: pytest.CaptureFixture
+) -> None:
+    write_video("one", clip[:, :1], 10.0, GRAY)
+    assert main(["animate", "one", "--flow", "rotation"]) == 2
+    assert "has 1 frame but a video needs at least 2" in capsys.readouterr().err
+    Path("none").mkdir()
+    assert main(["animate", "none", "--flow", "rotation"]) == 2
+    assert "none holds no images" in capsys.readouterr().err
