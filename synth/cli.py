@@ -5,6 +5,7 @@ long to import is imported when a command runs, so that `--help` answers at once
 """
 
 import os
+import re
 import signal
 import sys
 import threading
@@ -50,7 +51,8 @@ def _run(argv: Sequence[str] | None, interrupts: "_Interrupts") -> int:
     stranger = shadowed()
     if stranger is not None:
         return _fail(stranger, 2)
-    say(_performed(arguments, words, interrupts), sys.stdout)
+    summary = _performed(arguments, words, interrupts)
+    say(summary, sys.stderr if re.match(r"wrote -(?=[:, ])", summary) else sys.stdout)
     return 0
 
 

@@ -5,12 +5,16 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import synth
+from synth.io.streams import STREAM
 
 
 def output_of(given: Path | None, default: str) -> Path:
-    """The file to write: as given; in a folder that was given, or in this one, by its default name."""
+    """The file to write: as given; in a folder that was given, or in this one, by its default name.
+
+    What was made of an image from standard input goes to standard output.
+    """
     if given is None:
-        return Path(default)
+        return STREAM if default.startswith("-_") else Path(default)
     return given / default if given.is_dir() else given
 
 

@@ -50,6 +50,8 @@ def begun(arguments: argparse.Namespace, typed: Sequence[str]) -> Recipe:
     """The recipe of a run that is about to begin, of the words that were typed; InputError if it could not be saved."""
     io.check_output(arguments.save_recipe, None, arguments.overwrite, (".toml",))
     words = list(_without(typed, "--save-recipe"))
+    if "-" in words:
+        raise synth.InputError("a recipe cannot say what came or went by -; name files")
     if getattr(arguments, "seed", None) is not None and "--seed" not in arguments.options_given:
         words += ["--seed", str(arguments.seed)]
     checks.WRITTEN.clear()

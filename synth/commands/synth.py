@@ -56,8 +56,8 @@ def add(commands: Subparsers) -> None:
     parser = commands.add_parser(
         "synth",
         help="a new image from one or more exemplars of a texture",
-        description="Make a new image that looks like the exemplars. PNG, JPEG, TIFF and EXR come out\n"
-        "as they went in: gray or color, alpha, 8 or 16 bits or float.",
+        description="Make a new image that looks like the exemplars. PNG, JPEG, TIFF, EXR, WebP, BMP\n"
+        "and TGA come out as they went in: gray or color, alpha, 8 or 16 bits or float.",
         epilog=_EPILOG,
     )
     add = parser.add_argument

@@ -15,6 +15,7 @@ from kwatra.base import InputError
 from synth.io.image_formats import decode, encode
 from synth.io.kinds import Array, Kind, suffixes_for
 from synth.io.outputs import Writer, check_writable, write_files
+from synth.io.streams import STREAM, check_standard_output
 from synth.words import counted
 
 _DTYPES = ("bool", "uint8", "uint16", "float16", "float32", "float64")
@@ -35,7 +36,7 @@ class Picture:
 
 
 def read_image(path: str | Path) -> Picture:
-    """Read a PNG, JPEG, TIFF or EXR file.
+    """Read a PNG, JPEG, TIFF, EXR, WebP, BMP or TGA file.
 
     Raises InputError when the file is missing, is no such image, is damaged, or too large, holds numbers of other types
     than 8 or 16 bits and floats, or pixels that are NaN, infinite, or beyond 1e18.
@@ -103,17 +104,23 @@ def image_writer(path: str | Path, pixels: Tensor, kind: Kind) -> Writer:
 
 
 def array_writer(path: str | Path, array: Array, kind: Kind) -> Writer:
-    """What writes an array (H, W, C) that already has the kind's dtype; see `write_files`."""
-    suffix = Path(path).suffix.lower()
+    """What writes an array (H, W, C) that already has the kind's dtype; see `write_files`.
+
+    To standard output, `-`, as PNG, or TIFF where that cannot hold the kind.
+    """
+    suffix = suffixes_for(kind)[0] if Path(path) == STREAM else Path(path).suffix.lower()
     return lambda target: encode(target, array, kind, suffix)
 
 
 def check_output(path: str | Path, kind: Kind | None, overwrite: bool, suffixes: Iterable[str] = ()) -> None:
-    """Refuse, before any work, a file that could not be written.
+    """Refuse, before any work, a file that could not be written; an image's may be `-`, standard output.
 
     The ending must be one that can hold `kind`, or where that is None one of `suffixes`.
     """
     path = Path(path)
+    if path == STREAM and kind is not None:
+        check_standard_output()
+        return
     allowed = tuple(suffixes) if kind is None else suffixes_for(kind)
     if path.suffix.lower() not in allowed:
         what = "it" if kind is None else f"{kind} pixels"

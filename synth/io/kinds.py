@@ -66,6 +66,10 @@ def suffixes_for(kind: Kind) -> tuple[str, ...]:
         endings.insert(0, ".png")
     if kind.channels in (GRAY, RGB) and kind.dtype == "uint8":
         endings += [".jpg", ".jpeg"]
+    if usual and kind.dtype == "uint8":
+        endings += [".webp"] if kind.channels[:3] == RGB else []
+        endings += [".bmp"] if "A" not in kind.channels else []
+        endings.append(".tga")
     if kind.dtype in ("float16", "float32", "uint32"):
         endings.append(".exr")
     return tuple(endings)

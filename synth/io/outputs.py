@@ -9,11 +9,13 @@ import os
 import re
 import secrets
 import shutil
+import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
 from kwatra.base import InputError
+from synth.io.streams import STREAM, to_standard_output
 
 Writer = Callable[[Path], None]
 
@@ -64,8 +66,8 @@ def staged(writers: Mapping[Path, Writer]) -> Iterator[Callable[[], None]]:
     made: dict[Path, Path] = {}
     try:
         for path, writer in writers.items():
-            target = path.resolve()
-            made[target] = _beside(target)
+            target = STREAM if path == STREAM else path.resolve()
+            made[target] = _beside(target) if target != STREAM else _somewhere()
             with _told(path):
                 writer(made[target])
                 if made[target].is_file():
@@ -79,10 +81,14 @@ def staged(writers: Mapping[Path, Writer]) -> Iterator[Callable[[], None]]:
 def _put(made: Mapping[Path, Path]) -> None:
     """Move all to their targets; if one cannot be, whatever was there is back in its place."""
     aside: dict[Path, Path] = {}
+    made = dict(sorted(made.items(), key=lambda pair: pair[0] == STREAM))  # what is sent cannot be taken back
     placed: list[Path] = []
     try:
         for number, (target, temporary) in enumerate(made.items(), 1):
             with _told(target):
+                if target == STREAM:
+                    to_standard_output(temporary)
+                    continue
                 if target.is_dir() or (number < len(made) and target.exists()):
                     aside[target] = _set_aside(target)
                 os.replace(temporary, target)
@@ -117,6 +123,13 @@ def _beside(target: Path) -> Path:
     """A name in the target's folder that no other process or host has."""
     suffix = target.suffix if re.fullmatch(r"\.\w{1,8}", target.suffix, re.ASCII) else ""
     return target.with_name(f".kwatra-{secrets.token_hex(8)}{suffix}")
+
+
+def _somewhere() -> Path:
+    """A file that is no other's."""
+    handle, name = tempfile.mkstemp(prefix="kwatra-")
+    os.close(handle)
+    return Path(name)
 
 
 def _remove(path: Path) -> None:

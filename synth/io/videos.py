@@ -22,7 +22,7 @@ from synth.io.outputs import Writer, check_place, write_files
 from synth.words import counted
 
 VIDEO_SUFFIXES = (".mp4", ".gif")
-_FRAME_SUFFIXES = (".png", ".tif", ".tiff", ".jpg", ".jpeg", ".exr")
+_FRAME_SUFFIXES = (".png", ".tif", ".tiff", ".jpg", ".jpeg", ".exr", ".webp", ".bmp", ".tga")
 _COLORS = Kind("uint8", RGB)
 
 

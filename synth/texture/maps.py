@@ -16,6 +16,7 @@ from synth.io.images import array_writer, check_output, read_array, read_values
 from synth.io.kinds import Array, Kind
 from synth.io.numpy_files import npy_writer, read_npy
 from synth.io.outputs import Writer
+from synth.io.streams import STREAM
 from synth.texture.images import taken
 from synth.words import counted
 
@@ -39,6 +40,8 @@ def read_map(request: str, sizes: list[tuple[int, int]], output: Path) -> Map:
     `output` is the file of the synthesized image; the map goes beside it as STEM_NAME with the map's own ending.
     """
     name, files = _split(request, len(sizes))
+    if output == STREAM:
+        raise InputError("--also writes beside the output, which is a stream; name a file with -o")
     arrays, kinds = zip(*(read_values(file) for file in files), strict=True)
     for file, array, size in zip(files, arrays, sizes, strict=True):
         if array.shape[:2] != size:

@@ -215,7 +215,9 @@ def test_truncated_exemplar(folder: Path, refused: Callable[..., str]) -> None:
 
 def test_exemplar_that_is_no_image(folder: Path, refused: Callable[..., str]) -> None:
     Path("words.png").write_text("not an image")
-    assert "words.png is not a PNG, JPEG, TIFF or EXR image; convert it" in refused("synth", "words.png")
+    assert "words.png is not a PNG, JPEG, TIFF, EXR, WebP, BMP or TGA image; convert it" in refused(
+        "synth", "words.png"
+    )
 
 
 def test_exemplar_smaller_than_a_window(folder: Path, refused: Callable[..., str]) -> None:

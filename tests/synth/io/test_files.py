@@ -30,6 +30,9 @@ CASES = [
         for dtype in ("uint8", "uint16", "float16", "float32", "float64")
         for channels in (GRAY, GRAY_ALPHA, RGB, RGBA)
     ],
+    *[(".webp", "uint8", channels) for channels in (RGB, RGBA)],
+    *[(".bmp", "uint8", channels) for channels in (GRAY, RGB)],
+    *[(".tga", "uint8", channels) for channels in (GRAY, GRAY_ALPHA, RGB, RGBA)],
     (".tif", "bool", GRAY),
     (".tiff", "float32", ("Y", "X1", "X2", "X3", "X4")),
     (".tif", "uint16", ("R", "G", "B", "X1", "A")),
@@ -212,7 +215,7 @@ def test_empty_file(tmp_path: Path) -> None:
 
 def test_not_an_image(tmp_path: Path) -> None:
     (tmp_path / "words.png").write_text("not an image at all")
-    with pytest.raises(InputError, match=r"words\.png is not a PNG, JPEG, TIFF or EXR image; convert"):
+    with pytest.raises(InputError, match=r"words\.png is not a PNG, JPEG, TIFF, EXR, WebP, BMP or TGA image; convert"):
         read_image(tmp_path / "words.png")
 
 
@@ -399,3 +402,43 @@ def test_large_pictures_raise_no_warning(tmp_path: Path, monkeypatch: pytest.Mon
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert read_image(tmp_path / "a.jpg").pixels.shape == (1, 40, 40)
+
+
+def test_a_color_profile_and_an_orientation_in_webp(tmp_path: Path) -> None:
+    array = some_array("uint8", 3)
+    profile = ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes()
+    write_image(tmp_path / "a.webp", as_pixels(array), Kind("uint8", RGB, profile=profile))
+    assert read_array(tmp_path / "a.webp")[1].profile == profile
+    exif = Image.Exif()
+    exif[274] = 6
+    Image.fromarray(array).save(tmp_path / "turned.webp", lossless=True, exif=exif)
+    np.testing.assert_array_equal(read_array(tmp_path / "turned.webp")[0], np.rot90(array, -1))
+
+
+def test_palettes_of_bmp_and_tga_become_color(tmp_path: Path) -> None:
+    picture = Image.fromarray(some_array("uint8", 3)).quantize(16)
+    for suffix in (".bmp", ".tga"):
+        picture.save(tmp_path / f"a{suffix}")
+        stored, kind = read_array(tmp_path / f"a{suffix}")
+        assert kind == Kind("uint8", RGB)
+        np.testing.assert_array_equal(stored, np.asarray(picture.convert("RGB")))
+
+
+def test_an_animated_webp_and_damaged_files_are_refused(tmp_path: Path) -> None:
+    frames = [Image.fromarray(some_array("uint8", 3, seed)) for seed in range(2)]
+    frames[0].save(tmp_path / "two.webp", save_all=True, append_images=frames[1:])
+    with pytest.raises(InputError, match=r"two\.webp holds several frames"):
+        read_image(tmp_path / "two.webp")
+    for suffix in (".webp", ".bmp", ".tga"):
+        frames[0].save(tmp_path / f"whole{suffix}")
+        data = (tmp_path / f"whole{suffix}").read_bytes()
+        (tmp_path / f"cut{suffix}").write_bytes(data[:40])
+        with pytest.raises(InputError, match=rf"cut\{suffix} is damaged or cut short"):
+            read_image(tmp_path / f"cut{suffix}")
+
+
+def test_what_webp_cannot_hold_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"a \.webp file can have at most 16383 pixels a side"):
+        write_image(tmp_path / "long.webp", torch.zeros(3, 1, 16384), Kind("uint8", RGB))
+    with pytest.raises(InputError, match="has an ending that cannot hold uint8 Y pixels"):
+        write_image(tmp_path / "gray.webp", torch.zeros(1, 4, 4), Kind("uint8", GRAY))

@@ -1,0 +1,84 @@
+"""`-`: images from standard input and to standard output."""
+
+import io
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+from synth import Kind, write_image
+from synth.cli import main
+from synth.io import streams
+from synth.io.images import read_array
+
+FAST = ["--preset", "fast", "--size", "40x32"]
+
+
+class Stream(io.TextIOWrapper):
+    """A text stream over bytes that can be looked at."""
+
+    def __init__(self, data: bytes = b"", terminal: bool = False) -> None:
+        self.bytes = io.BytesIO(data)
+        self.terminal = terminal
+        super().__init__(self.bytes, encoding="utf-8")
+
+    def isatty(self) -> bool:
+        return self.terminal
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    monkeypatch.chdir(tmp_path)
+    streams.standard_input.cache_clear()
+    generator = torch.Generator().manual_seed(0)
+    write_image("a.png", torch.rand(3, 24, 24, generator=generator), Kind("uint8", ("R", "G", "B")))
+    write_image("f.tif", torch.rand(1, 24, 24, generator=generator), Kind("float32", ("Y",)))
+    yield tmp_path
+    streams.standard_input.cache_clear()
+
+
+@pytest.mark.parametrize(("name", "start"), [("a.png", b"\x89PNG"), ("f.tif", b"II*\0")])
+def test_an_image_passes_through(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], name: str, start: bytes
+) -> None:
+    assert main(["synth", name, "-o", f"file{name[1:]}", *FAST]) == 0
+    sent = Stream()
+    with monkeypatch.context() as streams_of_ours:
+        streams_of_ours.setattr(sys, "stdin", Stream(Path(name).read_bytes()))
+        streams_of_ours.setattr(sys, "stdout", sent)
+        assert main(["synth", "-", *FAST]) == 0
+    assert sent.bytes.getvalue().startswith(start)
+    Path(f"sent{name[1:]}").write_bytes(sent.bytes.getvalue())
+    assert np.array_equal(read_array(f"sent{name[1:]}")[0], read_array(f"file{name[1:]}")[0])
+    assert capsys.readouterr().err.startswith("wrote -: 40x32, seed 0, in ")
+    assert not Path("-").exists()
+
+
+def test_other_files_are_written_beside_a_stream(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    sent = Stream()
+    with monkeypatch.context() as ours:
+        ours.setattr(sys, "stdout", sent)
+        assert main(["tile", "a.png", "-o", "-", "--map", "m.npy"]) == 0
+    assert np.load("m.npy").shape == (3, 24, 24)
+    assert sent.bytes.getvalue().startswith(b"\x89PNG")
+
+
+def test_what_cannot_be_piped_is_refused(
+    folder: Path, refused: Callable[..., str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert "a recipe cannot say what came or went by -" in refused(
+        "synth", "a.png", "-o", "-", "--save-recipe", "r.toml"
+    )
+    assert "--also writes beside the output, which is a stream" in refused(
+        "synth", "a.png", "-o", "-", "--also", "n=a.png"
+    )
+    with monkeypatch.context() as ours:
+        ours.setattr(sys, "stdin", Stream(terminal=True))
+        assert "- stands for an image on standard input, but there is none" in refused("synth", "-", "-o", "x.png")
+        ours.setattr(sys, "stdin", Stream(b"no image at all"))
+        assert "is not a PNG" in refused("synth", "-", "-o", "x.png")
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
+    assert "standard output, which is a terminal" in refused("synth", "a.png", "-o", "-")
