@@ -5,7 +5,6 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import synth
-from synth.io.streams import STREAM
 
 
 def output_of(given: Path | None, default: str) -> Path:
@@ -14,7 +13,7 @@ def output_of(given: Path | None, default: str) -> Path:
     What was made of an image from standard input goes to standard output.
     """
     if given is None:
-        return STREAM if default.startswith("-_") else Path(default)
+        return Path("-") if default.startswith("-_") else Path(default)
     return given / default if given.is_dir() else given
 
 
