@@ -1,7 +1,7 @@
 """Texture optimization: example-based synthesis as the minimization of one energy (Kwatra 2005)."""
 
 from kwatra.base import InputError
-from kwatra.elements import Lattice, element_size, find_lattice
+from kwatra.elements import Lattice, element_size, find_lattice, place_dependence
 from kwatra.exemplar import Exemplar
 from kwatra.levels import THESIS, Level, planned_levels
 from kwatra.loop import optimize
@@ -50,6 +50,7 @@ __all__ = [
     "mean",
     "measure",
     "optimize",
+    "place_dependence",
     "planned_levels",
     "regular",
     "winner",

@@ -46,7 +46,7 @@ from torch import Tensor
 import flow
 from synth import synthesize
 from synth.quilting import QuiltSettings, quilt
-from synth.texture.images import PRESETS
+from synth.texture.work import PRESETS
 
 GROWN, MIXED, SHOWN, SWOLLEN, CRUMB = 1 / 3, 0.1, 0.8, 0.2, 0.05
 FIGURES = ("cut", "mixed", "part", "swollen", "elements", "crumbs")

@@ -15,8 +15,9 @@ if TYPE_CHECKING:
     from synth.io.kinds import Kind
     from synth.metamorphosis.door import Metamorphosis, morph
     from synth.texture.filling import fill
-    from synth.texture.images import Synthesis, synthesize
+    from synth.texture.images import synthesize
     from synth.texture.tiling import tile
+    from synth.texture.work import Synthesis
 
 __all__ = [
     "InputError",
@@ -44,7 +45,7 @@ __getattr__, __dir__ = lazy(
         "Metamorphosis": "synth.metamorphosis.door",
         "Picture": "synth.io.images",
         "Recording": "synth.io.flows",
-        "Synthesis": "synth.texture.images",
+        "Synthesis": "synth.texture.work",
         "field_of": "synth.io.flows",
         "fill": "synth.texture.filling",
         "morph": "synth.metamorphosis.door",

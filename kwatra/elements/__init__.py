@@ -1,7 +1,8 @@
 """The elements of a texture: how large they are, and the lattice on which they stand."""
 
 from kwatra.elements.lattice import Lattice, find_lattice
+from kwatra.elements.place import place_dependence
 from kwatra.elements.repeating import continued, out_of_step
 from kwatra.elements.size import element_size
 
-__all__ = ["Lattice", "continued", "element_size", "find_lattice", "out_of_step"]
+__all__ = ["Lattice", "continued", "element_size", "find_lattice", "out_of_step", "place_dependence"]

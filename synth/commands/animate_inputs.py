@@ -20,7 +20,7 @@ from synth.io.flows import FLOW_SUFFIXES, field_of, read_flow
 from synth.io.images import Picture, read_image, read_mask
 from synth.io.videos import is_video, read_video
 from synth.texture.form import Form
-from synth.texture.images import PRESETS
+from synth.texture.work import PRESETS
 
 Shape = tuple[int, int]
 

@@ -6,7 +6,7 @@ from synth.lazy import lazy
 
 if TYPE_CHECKING:
     from synth.texture.filling import fill
-    from synth.texture.images import PRESETS, Synthesis, synthesize, taken
+    from synth.texture.images import stretches, synthesize
     from synth.texture.maps import (
         Map,
         check_source_output,
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     )
     from synth.texture.periods import whole_size
     from synth.texture.tiling import tile
+    from synth.texture.work import PRESETS, Synthesis, taken
 
 __all__ = [
     "PRESETS",
@@ -30,6 +31,7 @@ __all__ = [
     "read_map",
     "read_source",
     "source_writer",
+    "stretches",
     "synthesize",
     "taken",
     "tile",
@@ -39,9 +41,9 @@ __all__ = [
 __getattr__, __dir__ = lazy(
     __name__,
     {
-        "PRESETS": "synth.texture.images",
+        "PRESETS": "synth.texture.work",
         "Map": "synth.texture.maps",
-        "Synthesis": "synth.texture.images",
+        "Synthesis": "synth.texture.work",
         "check_source_output": "synth.texture.maps",
         "fill": "synth.texture.filling",
         "map_writer": "synth.texture.maps",
@@ -49,8 +51,9 @@ __getattr__, __dir__ = lazy(
         "read_map": "synth.texture.maps",
         "read_source": "synth.texture.maps",
         "source_writer": "synth.texture.maps",
+        "stretches": "synth.texture.images",
         "synthesize": "synth.texture.images",
-        "taken": "synth.texture.images",
+        "taken": "synth.texture.work",
         "tile": "synth.texture.tiling",
         "whole_size": "synth.texture.periods",
     },

@@ -17,7 +17,7 @@ from torch import Tensor
 import kwatra
 from kwatra import Exemplar, Feature, HardPixels, InputError, Level, Prepared, Progress, Result, Settings
 from synth.texture.form import Form, Image
-from synth.texture.images import PRESETS, Synthesis
+from synth.texture.work import PRESETS, Synthesis
 
 ROBUST = 0.1
 """The exponent r of the robust energy."""

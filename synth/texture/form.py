@@ -1,4 +1,4 @@
-"""The kinds of image that users have, tensors and arrays of any dtype and range, and the engine's: [0, 1] float."""
+"""The kinds of image and video that users have, of any dtype and range, and the engine's: [0, 1] float."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -29,11 +29,13 @@ class Form(Generic[Image]):
         first = images[0]
         low, high = float("inf"), float("-inf")
         for image in images:
-            wanted = (3,) if isinstance(image, Tensor) else (2, 3)
-            if type(image) is not type(first) or image.ndim not in wanted or 0 in image.shape:
+            wanted = (3, 4) if isinstance(image, Tensor) else (2, 3, 4)
+            alike = type(image) is type(first) and (image.ndim == 4) == (first.ndim == 4)
+            if not alike or image.ndim not in wanted or 0 in image.shape:
                 raise InputError(
                     f"an exemplar is a {type(image).__name__} of shape {tuple(image.shape)}; give tensors (C, H, W), "
-                    "or arrays (H, W) or (H, W, C), all of one kind and not empty"
+                    "or arrays (H, W) or (H, W, C), or for videos (C, T, H, W) or (T, H, W, C), all of one kind and "
+                    "not empty"
                 )
             values = torch.as_tensor(image).double()
             if not bool(values.isfinite().all()):
@@ -42,10 +44,10 @@ class Form(Generic[Image]):
         return cls(isinstance(first, Tensor), first.ndim == 2, first.dtype, low, high)
 
     def normalized(self, image: Image) -> Tensor:
-        """As a float tensor (C, H, W) with values in [0, 1]."""
+        """As a float tensor (C, H, W), or (C, T, H, W), with values in [0, 1]."""
         values = torch.as_tensor(np.ascontiguousarray(image) if isinstance(image, np.ndarray) else image).double()
         if not self.tensor:
-            values = values[None] if self.flat else values.permute(2, 0, 1)
+            values = values[None] if self.flat else values.movedim(-1, 0)
         return ((values - self.low) / ((self.high - self.low) or 1.0)).float().contiguous()
 
     def restored(self, image: Tensor) -> Image:
@@ -53,5 +55,5 @@ class Form(Generic[Image]):
         values: Any = (image.double() * (self.high - self.low) + self.low).clamp(self.low, self.high)
         if isinstance(self.dtype, torch.dtype):
             return (values if self.dtype.is_floating_point else values.round()).to(self.dtype)
-        values = (values[0] if self.flat else values.permute(1, 2, 0)).numpy()
+        values = (values[0] if self.flat else values.movedim(0, -1)).contiguous().numpy()
         return (values if np.issubdtype(self.dtype, np.floating) else values.round()).astype(self.dtype)

@@ -16,6 +16,7 @@ from kwatra import (
     Exemplar,
     HardPixels,
     InputError,
+    PlaceCharge,
     Quadratic,
     Settings,
     Step,
@@ -24,7 +25,7 @@ from kwatra import (
     TermLike,
     planned_levels,
 )
-from kwatra.terms import charge_of, parts_of, within
+from kwatra.terms import charge_of, parts_of, place_charge_of, within
 from synth.texture.form import Form
 
 Terms = TermLike | Sum | Sequence[TermLike | Sum]
@@ -112,7 +113,7 @@ class Guide:
         What the guide counts is in the channels' weights, so it needs no further weight in the search.
         """
         target = self.beside(torch.zeros(channels, *self.output.shape[1:])).to(device)
-        where = torch.arange(len(target), device=device).view(-1, 1, 1) >= channels
+        where = torch.arange(len(target), device=device).view(-1, *[1] * (target.ndim - 1)) >= channels
         guide = HardPixels(target, where.expand_as(target), weight=0.0, label="guide")
         return [*(OnImage(term, channels) for term in parts_of(others)), guide]
 
@@ -153,6 +154,10 @@ class OnImage(Term):
             return None
         return lambda corners, windows: inner(corners, windows[..., : self.channels])
 
+    def place_charge(self, exemplar: Exemplar, shape: tuple[int, ...], width: tuple[int, ...]) -> PlaceCharge | None:
+        """What the inner term charges for places."""
+        return place_charge_of(self.term, exemplar, shape, width)
+
     def quadratic(self, x: Tensor) -> Quadratic:
         """The inner quadratic, 0 on the guide."""
         image = x[: self.channels]
@@ -178,4 +183,4 @@ class _Widened:
 
 
 def _size(image: Tensor) -> str:
-    return f"{image.shape[2]}x{image.shape[1]}"
+    return "x".join(map(str, image.shape[:0:-1]))

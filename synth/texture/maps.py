@@ -17,7 +17,7 @@ from synth.io.kinds import Array, Kind
 from synth.io.numpy_files import npy_writer, read_npy
 from synth.io.outputs import Writer
 from synth.io.streams import STREAM
-from synth.texture.images import taken
+from synth.texture.work import taken
 from synth.words import counted
 
 SOURCE_SUFFIXES = (".npy", ".png")

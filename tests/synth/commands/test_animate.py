@@ -20,7 +20,7 @@ from synth import Kind, read_image, write_flow, write_image
 from synth.cli import main
 from synth.io.images import read_array
 from synth.io.videos import read_video, write_video
-from synth.texture.images import PRESETS
+from synth.texture.work import PRESETS
 
 GRAY, RGB = Kind("uint8", ("Y",)), Kind("uint8", ("R", "G", "B"))
 SHAPE = (40, 48)

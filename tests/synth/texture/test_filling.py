@@ -9,7 +9,7 @@ from torch import Tensor
 import kwatra
 from kwatra import InputError
 from synth import fill
-from synth.texture.images import PRESETS
+from synth.texture.work import PRESETS
 
 
 def disc(shape: tuple[int, int], center: tuple[int, int], radius: int) -> np.ndarray:

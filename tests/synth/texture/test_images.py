@@ -117,7 +117,8 @@ def test_cuda_gives_the_same_quality():
     ("exemplar", "options", "message"),
     [
         ([], {}, "no exemplar was given"),
-        (np.zeros((4, 4, 3, 2)), {}, r"give tensors \(C, H, W\)"),
+        (np.zeros((4, 4, 3, 2, 1)), {}, r"give tensors \(C, H, W\)"),
+        (np.zeros((4, 4, 3, 2)), {}, "number of frames, height and width"),
         (np.full((32, 32), np.nan), {}, "NaN or infinite"),
         ([np.zeros((32, 32)), torch.zeros(1, 32, 32)], {}, "all of one kind"),
         (np.zeros((32, 32)), {"preset": "wild"}, "allowed are fast, default, best"),

@@ -1,0 +1,292 @@
+"""The work of a synthesis, in the engine's terms, and what comes of it."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any, Generic, TypeVar
+
+import numpy as np
+import torch
+from torch import Tensor
+
+import kwatra
+from kwatra import Exemplar, InputError, Level, Progress, Result, Settings, Sum, TermLike
+from kwatra.terms import parts_of
+from kwatra.windows import per_axis
+from synth.texture.form import Form, Image
+from synth.texture.guidance import Guide
+from synth.texture.staying import staying
+from synth.texture.stretches import Memory, Stretch, planned_stretches
+
+Map = TypeVar("Map", Tensor, np.ndarray)
+
+PRESETS = {
+    "fast": (Settings(seams=1, iterations=1, candidates=2, exact_pairs=1 << 22), 1),
+    "default": (Settings(), 1),
+    "best": (Settings(seams=12, iterations=6), 6),
+}
+"""Settings, and how many seeds are tried of which the best result is kept."""
+
+
+ROBUST_IN_TIME = 0.4
+"""The exponent r for videos, whose windows agree less: of smoke with .8, as images have it, a sixth of the flicker that
+belongs there is averaged away."""
+
+
+@dataclass(frozen=True)
+class Synthesis(Generic[Image]):
+    """A synthesized picture or video.
+
+    image: of the same kind as the exemplar. source (3, H, W) int64: for each pixel the number of the image it comes
+    from, -1 for pixels that were given, and its row and column there; of a video (4, T, H, W), with the frame before
+    the row. result: what the engine returned (its image
+    normalized, channels first).
+    """
+
+    image: Image
+    source: np.ndarray
+    result: Result
+    form: "Form[Image]"
+
+    @property
+    def stages(self) -> list[Image]:
+        """The picture after each level, at that level's resolution, in the exemplar's kind and range."""
+        return [self.form.restored(stage.image.cpu()) for stage in self.result.stages]
+
+    def take(self, maps: Map | Sequence[Map]) -> Map:
+        """Rearrange a map that belongs to the exemplar (one per image) just as the exemplar's pixels were.
+
+        Arrays are (H, W) or (H, W, C), tensors (C, H, W); of videos (T, H, W) or (T, H, W, C), and (C, T, H, W). Values
+        and dtype stay exactly as they are. Pixels that come from no exemplar, because they were given, are 0.
+        """
+        several: list[Map] = [maps] if isinstance(maps, (Tensor, np.ndarray)) else list(maps)
+        if len(several) <= self.source[0].max():
+            raise InputError(f"{len(several)} maps were given, but the exemplar has more images; give one for each")
+        arrays: list[np.ndarray] = [m.movedim(0, -1).numpy() if isinstance(m, Tensor) else m for m in several]
+        made = taken(arrays, self.source)
+        rearranged: Any = torch.from_numpy(made).movedim(-1, 0) if isinstance(several[0], Tensor) else made
+        return rearranged  # the kind of maps that were given
+
+
+def taken(maps: Sequence[np.ndarray], source: np.ndarray) -> np.ndarray:
+    """Maps (*T, C) or (*T), one per image, rearranged as `source` (1 + n, *S) says: image, place; -1 leaves 0."""
+    made = np.zeros((*source.shape[1:], *maps[0].shape[len(source) - 1 :]), maps[0].dtype)
+    for number, array in enumerate(maps):
+        here = source[0] == number
+        made[here] = array[tuple(axis[here] for axis in source[1:])]
+    return made
+
+
+def joined(parts: Sequence[Synthesis[Image]]) -> Synthesis[Image]:
+    """The stretches of a video as one; its `stages` are none."""
+    results, form = [part.result for part in parts], parts[0].form
+    image, source, where = (torch.cat([getattr(r, name) for r in results], 1) for name in ("image", "source", "where"))
+    rows = [{"stretch": number, **row} for number, result in enumerate(results) for row in result.energies]
+    result = Result(image, source, where, rows, [], results[-1].stopped)
+    return Synthesis(form.restored(image.cpu()), source.cpu().numpy(), result, form)
+
+
+@dataclass(frozen=True, eq=False)
+class Work(Generic[Image]):
+    """What is to be made, in the engine's terms; channels: those of the exemplar, without a guide's.
+
+    steered: whether something is asked of the output's pixels, so that it can only be made as a whole.
+    """
+
+    form: Form[Image]
+    source: Exemplar
+    size: tuple[int, ...]
+    settings: Settings
+    tries: int
+    terms: tuple[TermLike, ...]
+    mask: Tensor | None
+    start: Tensor | None
+    channels: int
+    steered: bool
+
+    @classmethod
+    def of(
+        cls,
+        exemplar: Image | Sequence[Image],
+        size: Sequence[int] | None,
+        *,
+        preset: str = "default",
+        tile: bool = False,
+        loop: bool = False,
+        stay: float | None = None,
+        start: Image | None = None,
+        levels: str | Sequence[tuple[int, int]] | None = None,
+        mirror: bool = False,
+        rotate: Sequence[float] = (),
+        scale: Sequence[float] = (),
+        terms: TermLike | Sum | Sequence[TermLike | Sum] = (),
+        mask: Tensor | np.ndarray | None = None,
+        guide: Any = None,
+        guide_weight: Any = 1.0,
+        exemplar_mask: Any = None,
+        device: str = "cpu",
+    ) -> "Work[Image]":
+        """The work, checked as far as it can be before it begins; see `synthesize`."""
+        images, form = _images(exemplar)
+        pictures = [form.normalized(image) for image in images]
+        settings, tries = _settings(preset, _wraps(pictures[0], tile, loop), levels)
+        begin, channels = None if start is None else form.normalized(start), len(pictures[0])
+        guidance = None if guide is None else Guide.joint(guide, guide_weight, pictures)
+        shape, weights = _size_of(size, pictures[0], guidance), None
+        asked: tuple[TermLike, ...] = parts_of(terms)
+        steered = bool(asked) or mask is not None or start is not None or guidance is not None
+        if guidance is not None:
+            settings = guidance.settings(settings, pictures, shape)
+            asked = tuple(guidance.terms(asked, channels, device))
+            pictures, weights = guidance.joined(pictures), guidance.weights(channels)
+            begin = None if begin is None else guidance.beside(begin)
+        source: Exemplar = Exemplar.of(
+            pictures, weights=weights, masks=_masks(exemplar_mask), mirror=mirror, rotate=rotate, scale=scale,
+            device=device,
+        )  # fmt: skip
+        asked = (*asked, *staying(stay, source, tile))
+        hidden = None if mask is None else torch.as_tensor(mask).to(device)
+        begin = None if begin is None else begin.to(device)
+        return cls(form, source, shape, settings, tries, asked, hidden, begin, channels, steered)
+
+    def stretches(self) -> list[Stretch]:
+        """The parts in which it is made: one, or for a long video that nothing steers several."""
+        if len(self.size) == 2 or self.steered:
+            return [Stretch.whole(self.size[0])]
+        return planned_stretches(self.size, per_axis(self.settings.wrap, 3)[0])
+
+    def run(
+        self,
+        parts: Sequence[Stretch],
+        seed: int,
+        callback: Callable[[Progress], None] | None,
+        shown: Callable[[int, int], Image] | None = None,
+    ) -> Iterator[Synthesis[Image]]:
+        """The stretches one after the other; `shown` gives frames made before the first of them."""
+        memory = Memory(shown)
+        for number, part in enumerate(parts):
+            held = part.held(memory, self.form, self.source.canvas.device)
+            of_all = None if callback is None else _share(callback, number, len(parts))
+            made = self.made(self.optimized(part, held, seed, of_all), part)
+            memory.keep(part, made.image, self.form.tensor)
+            yield made
+
+    def optimized(
+        self, part: Stretch, held: Tensor | None, seed: int, callback: Callable[[Progress], None] | None
+    ) -> Result:
+        """The best result for a stretch with the frames it holds (C, T, H, W)."""
+        settings: Settings = self.settings
+        terms: tuple[TermLike, ...] = self.terms
+        size = (part.length, *self.size[1:])
+        if held is not None:
+            settings = replace(settings, wrap=(False, *per_axis(settings.wrap, 3)[1:]))
+            terms = (*terms, part.holding(held, size))
+        run = partial(
+            kwatra.optimize, self.source, size, settings=settings, terms=terms, mask=self.mask,
+            start=self.start,
+        )  # fmt: skip
+        return _Runs(self.tries, part.seed(seed), callback, self.channels).best(run, self.source)
+
+    def made(self, result: Result, part: Stretch) -> Synthesis[Image]:
+        """A stretch's result as the exemplar's kind, without the frames it held."""
+        if part.before or part.after:
+            new = slice(part.before, part.before + part.stop - part.first)
+            cut = {name: getattr(result, name)[:, new] for name in ("image", "source", "where")}
+            result = replace(result, stages=[], **cut)
+        return Synthesis(self.form.restored(result.image.cpu()), result.source.cpu().numpy(), result, self.form)
+
+
+def _wraps(picture: Tensor, tile: bool, loop: bool) -> tuple[bool, ...]:
+    """Along which axes the output is periodic."""
+    if picture.ndim == 3 and loop:
+        raise InputError("the exemplar is an image but a loop is for videos; leave loop out")
+    return (loop,) * (picture.ndim - 3) + (tile, tile)
+
+
+def _settings(
+    preset: str, wrap: tuple[bool, ...], levels: str | Sequence[tuple[int, int]] | None
+) -> tuple[Settings, int]:
+    """The settings of a preset, and how many seeds it tries."""
+    if preset not in PRESETS:
+        raise InputError(f"the preset is {preset!r}; allowed are {', '.join(PRESETS)}")
+    settings, tries = PRESETS[preset]
+    r = settings.r if len(wrap) == 2 else ROBUST_IN_TIME
+    return replace(settings, r=r, wrap=wrap, levels=_levels(levels)), tries
+
+
+def _images(exemplar: Image | Sequence[Image]) -> tuple[list[Image], Form[Image]]:
+    """The exemplar's images, one or several, and their form."""
+    images: list[Image] = [exemplar] if isinstance(exemplar, (Tensor, np.ndarray)) else list(exemplar)
+    if not images:
+        raise InputError("no exemplar was given; give at least one image")
+    return images, Form.of(images)
+
+
+def _masks(masks: Any) -> list[Tensor] | None:
+    """Masks of the exemplars, given as one or as several, tensors or arrays."""
+    if masks is None:
+        return None
+    several = [masks] if isinstance(masks, (Tensor, np.ndarray)) else masks
+    return [torch.as_tensor(mask) for mask in several]
+
+
+def _size_of(size: Sequence[int] | None, picture: Tensor, guidance: Guide | None) -> tuple[int, ...]:
+    """The output's size: as asked, or that of its guide; where both are given they must agree."""
+    sides = "height and width" if picture.ndim == 3 else "number of frames, height and width"
+    if guidance is None:
+        if size is None or len(size) != picture.ndim - 1:
+            given = "no size was given" if size is None else f"the size is {tuple(size)}"
+            raise InputError(f"{given}; give the output's {sides}")
+        return tuple(size)
+    there = tuple(guidance.output.shape[1:])
+    if size is not None and tuple(size) != there:
+        raise InputError(f"the size is {tuple(size)} but the guide's output map has {there}; leave the size out")
+    return there
+
+
+def _share(callback: Callable[[Progress], None], number: int, count: int) -> Callable[[Progress], None]:
+    """The callback for one of several parts of the work, with its fraction as a share of all."""
+    return lambda p: callback(replace(p, fraction=(number + p.fraction) / count))
+
+
+class _Runs:
+    """Several runs of which the best is kept; of images, only the first `channels` are."""
+
+    def __init__(self, count: int, seed: int, callback: Callable[[Progress], None] | None, channels: int) -> None:
+        self.count, self.seed, self.callback, self.channels = count, seed, callback, channels
+
+    def best(self, run: Callable[..., Result], source: Exemplar) -> Result:
+        """The run, told its seed and callback, whose result measures best against the exemplar."""
+        if self.count == 1:
+            return self._image_of(run(seed=self.seed, callback=self.callback))
+        best, least = None, float("inf")
+        pictures = [picture[: self.channels] for picture in source.pictures()]
+        for number in range(self.count):
+            result = self._image_of(run(seed=self.seed + 1000 * number, callback=self._part(number)))
+            overall = kwatra.measure(result.image.cpu(), pictures)["overall"]
+            if best is None or overall < least:
+                best, least = result, overall
+        assert best is not None
+        return best
+
+    def _image_of(self, result: Result) -> Result:
+        """The result without guide channels."""
+        stages = [replace(stage, image=stage.image[: self.channels]) for stage in result.stages]
+        return replace(result, image=result.image[: self.channels], stages=stages)
+
+    def _part(self, number: int) -> Callable[[Progress], None] | None:
+        """The callback for one run, with its fraction as a share of all runs."""
+        if self.callback is None:
+            return None
+        share, count = _share(self.callback, number, self.count), self.count
+        return lambda p: share(replace(p, attempt=number + 1, tries=count))
+
+
+def _levels(levels: str | Sequence[tuple[int, int]] | None) -> tuple[Level, ...] | None:
+    if levels is None:
+        return None
+    if isinstance(levels, str):
+        if levels != "thesis":
+            raise InputError(f"levels is {levels!r}; give 'thesis', or pairs of factor and window width")
+        return kwatra.THESIS
+    return tuple(Level(factor, width) for factor, width in levels)
