@@ -56,7 +56,7 @@ def add(commands: Subparsers) -> None:
     )
     add = parser.add_argument
     add("exemplars", nargs="+", type=file, metavar="EXEMPLAR", help="an image or several of one texture; a video, "
-        ".mp4 or .gif; or a folder of frames")  # fmt: skip
+        ".mp4, .gif, .webm or .mov; or a folder of frames")  # fmt: skip
     add("-o", "--output", type=target, metavar="OUT", help="the file or folder to write (default: EXEMPLAR_quilt)")
     add("--size", type=size, metavar="WIDTHxHEIGHT", help="size in pixels (default: an image's doubled, a video's own)")
     add("--placement", choices=("random", "whole", "sub"), help="how patches are placed: whole for structured "
@@ -153,7 +153,7 @@ def _video(arguments: argparse.Namespace) -> str:
     if arguments.seams is not None:
         io.check_video_output(arguments.seams, arguments.overwrite)
     if output.suffix.lower() not in io.VIDEO_SUFFIXES:
-        refuse_unused(arguments, ["fps"], f"is for .mp4 and .gif but {output} is to be a folder of frames")
+        refuse_unused(arguments, ["fps"], f"is for video files but {output} is to be a folder of frames")
     clip = io.read_video(source, arguments.fps or 25.0)
     count, size = clip.frames.shape[1], arguments.size or tuple(clip.frames.shape[-2:])
     larger = size != tuple(clip.frames.shape[-2:])

@@ -1,4 +1,4 @@
-"""Video in and out of files: MP4 and GIF, or a folder of frames. Frames are (C, T, H, W) float32 in [0, 1].
+"""Video in and out of files: MP4, GIF, WebM and MOV, or a folder of frames. Frames are (C, T, H, W) float32 in [0, 1].
 
 A video is written beside its target and moved there when it is whole; a folder of frames likewise. MP4 is H.264 in
 8 bits, 4:2:0 at high quality, the same bits for the same frames; it has even sides, so an odd one gains a pixel that
@@ -16,14 +16,15 @@ import torch
 from torch import Tensor
 
 from kwatra.base import InputError
+from synth.io.alpha_videos import ALPHA_SUFFIXES, check_encoder, frames_with_alpha, has_alpha, save_with_alpha
 from synth.io.images import image_writer, read_image
-from synth.io.kinds import MOST_PIXELS, RGB, Kind
+from synth.io.kinds import MOST_PIXELS, RGB, RGBA, Kind
 from synth.io.outputs import Writer, check_place, write_files
 from synth.words import counted
 
-VIDEO_SUFFIXES = (".mp4", ".gif")
+VIDEO_SUFFIXES = (".mp4", ".gif", *ALPHA_SUFFIXES)
 _FRAME_SUFFIXES = (".png", ".tif", ".tiff", ".jpg", ".jpeg", ".exr", ".webp", ".bmp", ".tga")
-_COLORS = Kind("uint8", RGB)
+_COLORS, _WITH_ALPHA = Kind("uint8", RGB), Kind("uint8", RGBA)
 
 
 @dataclass(frozen=True)
@@ -42,7 +43,7 @@ def is_video(path: str | Path) -> bool:
 
 
 def read_video(path: str | Path, rate: float = 25.0) -> Clip:
-    """Read an .mp4 or .gif file, or a folder of images in the order of their names; `rate` is a folder's.
+    """Read an .mp4, .gif, .webm or .mov file, or a folder of images in the order of their names; `rate` is a folder's.
 
     Raises InputError if it is missing or damaged, if its frames differ in size or kind, or if there is but one.
     """
@@ -56,7 +57,9 @@ def read_video(path: str | Path, rate: float = 25.0) -> Clip:
 
 
 def write_video(path: str | Path, frames: Tensor, rate: float, kind: Kind = _COLORS, overwrite: bool = False) -> None:
-    """Write frames (C, T, H, W) as .mp4 or .gif by the ending of `path`, or else as a folder of PNG or TIFF frames.
+    """Write frames (C, T, H, W) as .mp4, .gif, .webm or .mov by the ending of `path`, or as a folder of PNG or TIFF.
+
+    The last two and folders keep alpha.
 
     Raises InputError if the target exists and `overwrite` is not set, or cannot be written; it is then as it was.
     """
@@ -67,6 +70,8 @@ def write_video(path: str | Path, frames: Tensor, rate: float, kind: Kind = _COL
 def video_writer(path: str | Path, frames: Iterable[Tensor], rate: float, kind: Kind = _COLORS) -> Writer:
     """What writes frames (C, H, W), one by one, in the form that the ending of `path` names: see `write_files`."""
     suffix = Path(path).suffix.lower()
+    if suffix in ALPHA_SUFFIXES:
+        return lambda target: save_with_alpha(target, _bytes(frames, "A" in kind.channels), rate)
     if suffix in VIDEO_SUFFIXES:
         save = _save_mp4 if suffix == ".mp4" else _save_gif
         return lambda target: save(target, _bytes(frames), rate)
@@ -78,8 +83,10 @@ def check_video_output(path: str | Path, overwrite: bool) -> None:
     path = Path(path)
     if path.suffix and path.suffix.lower() not in VIDEO_SUFFIXES:
         raise InputError(
-            f"{path} has an ending that no video can have; use .mp4 or .gif, or none for a folder of frames"
+            f"{path} has an ending that no video can have; use .mp4, .gif, .webm or .mov, or none for a folder"
         )
+    if path.suffix.lower() in ALPHA_SUFFIXES:
+        check_encoder(path)
     if path.is_dir() and path.suffix:
         raise InputError(f"{path} is a folder; name a file")
     check_place(path, overwrite)
@@ -123,32 +130,35 @@ def _read_file(path: Path) -> Clip:
                 raise InputError(f"{path} holds no video; give an .mp4, a .gif or a folder of frames")
             stream = container.streams.video[0]
             rate = float(stream.average_rate or 25)
-            arrays = _decoded(path, container.decode(stream))
+            clear = has_alpha(stream)
+            decoded = frames_with_alpha(container, stream) if clear else container.decode(stream)
+            arrays = _decoded(path, decoded, "rgba" if clear else "rgb24")
     except (av.FFmpegError, OSError) as error:
         raise InputError(f"{path} is no video that can be read ({error}); give an .mp4, a .gif or a folder") from error
     if len({array.shape for array in arrays}) > 1:
         raise InputError(f"{path} has frames of differing sizes; all frames must have one size")
     if not arrays:
         raise InputError(f"{path} has no frames; give a longer video")
-    frames = torch.empty(3, len(arrays), *arrays[0].shape[:2])
+    frames = torch.empty(arrays[0].shape[2], len(arrays), *arrays[0].shape[:2])
     for t, array in enumerate(arrays):
         frames[:, t] = torch.from_numpy(array).permute(2, 0, 1) / 255
-    return Clip(frames, rate, _COLORS)
+    return Clip(frames, rate, _WITH_ALPHA if clear else _COLORS)
 
 
-def _decoded(path: Path, frames: Iterable[Any]) -> list[np.ndarray]:
+def _decoded(path: Path, frames: Iterable[Any], form: str) -> list[np.ndarray]:
     arrays: list[np.ndarray] = []
     for frame in frames:
-        arrays.append(frame.to_ndarray(format="rgb24"))
+        arrays.append(frame.to_ndarray(format=form))
         if len(arrays) * frame.width * frame.height > MOST_PIXELS:
             raise InputError(f"{path} has more than 2^28 pixels in all its frames; give a shorter or smaller video")
     return arrays
 
 
-def _bytes(frames: Iterable[Tensor]) -> Iterator[np.ndarray]:
-    """Each frame (C, H, W) as (H, W, 3) uint8."""
+def _bytes(frames: Iterable[Tensor], alpha: bool = False) -> Iterator[np.ndarray]:
+    """Each frame (C, H, W) as (H, W, 3) uint8, or (H, W, 4) where its last channel is an alpha to be kept."""
     for frame in frames:
         color = frame[:3] if len(frame) >= 3 else frame[:1].expand(3, -1, -1)
+        color = torch.cat([color, frame[-1:]]) if alpha else color
         yield np.ascontiguousarray((color.clamp(0, 1) * 255).round().byte().permute(1, 2, 0).numpy())
 
 

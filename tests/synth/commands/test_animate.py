@@ -442,7 +442,7 @@ def test_full_disk_keeps_the_frames_that_are_whole(
         ("--size 3x40", "frames of 3x40 are too small; give at least 4 pixels a side"),
         ("--size 99999x40", "is too large; ask for at most 65536 a side"),
         ("--fps 0", "'0' is no number of frames a second from 0.1 to 1000"),
-        ("-o out.avi", "out.avi has an ending that no video can have; use .mp4 or .gif"),
+        ("-o out.avi", "out.avi has an ending that no video can have; use .mp4, .gif, .webm or .mov"),
         ("-o nowhere/out.mp4", "because the folder nowhere does not exist"),
         ("-o nowhere/out", "because the folder nowhere does not exist"),
         ("-o words", "words is a file; name a folder"),

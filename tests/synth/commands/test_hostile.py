@@ -143,7 +143,7 @@ def test_impossible_arguments(folder: Path, refused: Callable[..., str], argumen
           for option in ("--placement sub", "--k 0.5", "--refine 5", "--seconds 1", "--tile", "--rotate=9", "--mirror",
                          "--scale 0.5:1", "--hold 3")],
         ("quilt clip -o b --mode time --hold 3", "--hold is for a --loop in --mode time or spacetime"),
-        ("quilt clip -o b --fps 9", "--fps is for .mp4 and .gif but b is to be a folder of frames; leave it out"),
+        ("quilt clip -o b --fps 9", "--fps is for video files but b is to be a folder of frames; leave it out"),
         ("quilt a.png --placement random --k 0.5", "--k is for --placement whole and sub but it is random"),
         ("quilt a.png --perspective", "--perspective needs a range of scales and no tile; give --scale A:B without"),
         ("animate a.png --flow sink -o b --fps 9", "--fps is for .mp4 and .gif but b is to be a folder of frames"),

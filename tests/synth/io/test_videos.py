@@ -11,6 +11,7 @@ import torch
 
 from kwatra.base.errors import InputError
 from synth import Kind
+from synth.io import alpha_videos
 from synth.io.videos import read_video, write_video
 
 GRAY16 = Kind("uint16", ("Y",))
@@ -95,3 +96,26 @@ def test_a_folder_with_other_things_is_not_replaced(tmp_path: Path) -> None:
     (tmp_path / "clip" / "notes.txt").write_text("mine")
     with pytest.raises(InputError, match="more than frames"):
         write_video(tmp_path / "clip", frames(), 25, overwrite=True)
+
+
+@pytest.mark.parametrize(("suffix", "near"), [(".webm", 0.03), (".mov", 0.004)])
+def test_alpha_is_kept_and_the_same_frames_are_the_same_file(tmp_path: Path, suffix: str, near: float) -> None:
+    noise = torch.rand(1, 4, 6, 8, generator=torch.Generator().manual_seed(0))
+    picture = torch.nn.functional.interpolate(noise, (33, 47), mode="bicubic")[0].clamp(0, 1)
+    frames = torch.stack([picture.roll(t, 2) for t in range(4)], 1)
+    kind = Kind("uint8", ("R", "G", "B", "A"))
+    for name in "ab":
+        write_video(tmp_path / f"{name}{suffix}", frames, 12.5, kind)
+    assert (tmp_path / f"a{suffix}").read_bytes() == (tmp_path / f"b{suffix}").read_bytes()
+    clip = read_video(tmp_path / f"a{suffix}")
+    assert (clip.kind, clip.rate) == (kind, 12.5)
+    assert float((clip.frames[3] - frames[3]).abs().mean()) < 0.005
+    assert float((clip.frames - frames).abs().mean()) < near
+    write_video(tmp_path / f"c{suffix}", frames[:3], 25, Kind("uint8", ("R", "G", "B")))
+    assert read_video(tmp_path / f"c{suffix}").frames.shape == (3, 4, 33, 47)
+
+
+def test_a_missing_encoder_is_told_of(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(alpha_videos._CODECS, ".webm", "none")
+    with pytest.raises(InputError, match="needs the encoder none, which this PyAV lacks"):
+        write_video(tmp_path / "a.webm", torch.zeros(3, 2, 16, 16), 25)
