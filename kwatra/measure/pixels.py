@@ -20,16 +20,21 @@ def unit(images: Sequence[Tensor]) -> float:
 
 def gradient(images: Iterable[Tensor]) -> float:
     """Mean absolute step down and across."""
-    steps = [image.diff(dim=axis).abs().flatten() for image in images for axis in (-2, -1)]
-    return float(torch.cat(steps).mean())
+    return _mean(image.diff(dim=axis) for image in images for axis in (-2, -1))
 
 
 def change(videos: Iterable[Tensor], order: int = 1) -> float:
     """Mean absolute difference of `order` 1 or 2 from frame to frame; 0 where there are too few frames."""
-    steps = torch.cat(
-        [video.diff(n=order, dim=1).abs().flatten() for video in videos if video.shape[1] > order] or [torch.zeros(1)]
-    )
-    return float(steps.mean())
+    return _mean(video.diff(n=order, dim=1) for video in videos if video.shape[1] > order)
+
+
+def _mean(several: Iterable[Tensor]) -> float:
+    """Mean absolute value of some tensors together, held one at a time; 0 of none."""
+    total, count = 0.0, 0
+    for values in several:
+        total += float(values.abs().sum(dtype=torch.float64))
+        count += values.numel()
+    return total / max(count, 1)
 
 
 def ratio(output: float, exemplar: float) -> float:

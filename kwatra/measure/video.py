@@ -37,7 +37,7 @@ FIGURES = (
 
 DEPTH = 4
 SCALES = (1, 4)
-"""Of those that images have; the one between them costs as much as the first and adds little that these do not see."""
+"""Of those that images have; leaving the one between out saves a third and left ten spoilt waterfalls ranked alike."""
 
 
 def video_figures(output: Tensor, exemplars: Sequence[Tensor], carried: Sequence[int]) -> dict[str, float]:
