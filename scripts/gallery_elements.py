@@ -14,13 +14,15 @@ from pathlib import Path
 import numpy as np
 import torch
 from bench_patterns import made
+from demo import pebbles
 from gallery_quilting import RGB, beside
 from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter
 from torch import Tensor
 
 from synth import write_image
 from synth.metamorphosis.method import Method, Pair
-from synth.metamorphosis.patterns import PatternMorph, Patterns, detect, drawn
+from synth.metamorphosis.patterns import PatternMorph, Patterns, detect, drawn, patterns_of
 from synth.metamorphosis.textons import MovingMasks, TextonMorph
 
 TIMES = (0.0, 0.25, 0.5, 0.75, 1.0)
@@ -63,6 +65,35 @@ def discs_and_squares(side: int) -> tuple[Tensor, Tensor]:
     return texture(centers(side), side, False, WARM, PALE), texture(centers(side), side, True, COLD, DARK)
 
 
+def spots(side: int) -> Tensor:
+    """Dark spots of any shape on light fur, (3, side, side)."""
+    rough = gaussian_filter(np.random.default_rng(3).normal(size=(side, side)), 4, mode="wrap")
+    inside = 1 / (1 + np.exp(-60 * (rough - 0.6 * rough.std()) / rough.std() / 4))
+    colors = np.multiply.outer(DARK, inside) + np.multiply.outer((0.8, 0.62, 0.35), 1 - inside)
+    noise = np.random.default_rng(0).normal(0, 0.03, colors.shape)
+    return torch.from_numpy((colors + noise).clip(0, 1)).float()
+
+
+def mixed(side: int) -> Tensor:
+    """Discs and squares by turns, (3, side, side)."""
+    discs = texture(_by_turns(side), side, False, WARM, PALE)
+    return torch.minimum(discs, texture(_by_turns(side, 1), side, True, COLD, PALE))
+
+
+def chosen(side: int) -> tuple[Patterns, Patterns, Patterns]:
+    """A square of the source, and of discs and squares by turns a disc and a square: eight landmarks each."""
+    square, angles = np.stack([CORNERS, MIDDLES], 1).reshape(-1, 2), (np.arange(8) - 3) / 4 * np.pi
+    disc = np.stack([np.cos(angles), np.sin(angles)], 1)
+    own, shapes = centers(side)[0], [(centers(side)[0], disc), (centers(side)[1], square)]
+    target = [Patterns((side, side), place + RADIUS * shape) for place, shape in shapes]
+    return Patterns((side, side), own + RADIUS * square), target[0], target[1]
+
+
+def liu_1(side: int) -> Tensor:
+    """Stones become other stones."""
+    return film(PatternMorph(), pebbles(side), pebbles(side, 1))
+
+
 def liu_3(side: int) -> Tensor:
     """The patterns found in both textures."""
     return beside(*(drawn(image, _found(image)) for image in discs_and_squares(side)))
@@ -87,6 +118,19 @@ def liu_5(side: int) -> Tensor:
     return below(film(PatternMorph(), a, b), film(PatternMorph(), fewer, b))
 
 
+def liu_6(side: int) -> Tensor:
+    """A pattern of the source, and two of which either may be the target's; what is detected for each."""
+    a, b = texture(_by_turns(side), side, True, WARM, PALE), mixed(side)
+    return beside(*(drawn(image, _like(image, one)) for image, one in zip((a, b, b), chosen(side), strict=True)))
+
+
+def liu_7(side: int) -> Tensor:
+    """The films to the one pattern and to the other."""
+    a, b = texture(_by_turns(side), side, True, WARM, PALE), mixed(side)
+    own, disc, square = chosen(side)
+    return below(*(film(PatternMorph(own, other), a, b) for other in (disc, square)))
+
+
 def liu_8(side: int) -> Tensor:
     """Squares to squares by four landmarks and by eight; in the second and fourth row the order turns them."""
     a = texture(centers(side), side, True, WARM, PALE)
@@ -97,6 +141,13 @@ def liu_8(side: int) -> Tensor:
             straight, turned = (Patterns((side, side), each[0], each) for each in (every, np.roll(every, turn, 1)))
             rows.append(film(PatternMorph(straight, turned), a, a))
     return below(*rows)
+
+
+def tonietto_walter_6(side: int) -> Tensor:
+    """What goes in: both textures and their masks."""
+    pair = Pair(*discs_and_squares(side))
+    masks = (torch.from_numpy(mask).float().expand(3, -1, -1) for mask in TextonMorph().masks(pair))
+    return beside(pair.a, pair.b, *masks)
 
 
 def tonietto_walter_7(side: int) -> Tensor:
@@ -122,21 +173,39 @@ def tonietto_walter_10(side: int) -> Tensor:
     return beside(*(torch.lerp(a, b, t) for t in TIMES))
 
 
-def _found(image: Tensor) -> Patterns:
-    from synth.metamorphosis.patterns import patterns_of
+def tonietto_walter_11(side: int) -> Tensor:
+    """From a lattice to the fur of a cheetah."""
+    return film(TextonMorph(), texture(centers(side), side, True, COLD, PALE), spots(side))
 
+
+def _by_turns(side: int, rest: int = 0) -> NDArray[np.float64]:
+    """Every second place of the lattice, or with a rest of 1 the others."""
+    places = centers(side)
+    return places[(places // PITCH).sum(1) % 2 == rest]
+
+
+def _like(image: Tensor, one: Patterns) -> Patterns:
+    return patterns_of(image.permute(1, 2, 0).double().numpy(), one).patterns
+
+
+def _found(image: Tensor) -> Patterns:
     return patterns_of(image.permute(1, 2, 0).double().numpy()).patterns
 
 
 FIGURES = (
+    liu_1,
     liu_3,
     liu_4,
     liu_5,
+    liu_6,
+    liu_7,
     liu_8,
+    tonietto_walter_6,
     tonietto_walter_7,
     tonietto_walter_9,
     tonietto_walter_9_published,
     tonietto_walter_10,
+    tonietto_walter_11,
 )
 
 
