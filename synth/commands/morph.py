@@ -141,6 +141,8 @@ def _check(arguments: argparse.Namespace, output: Path, kind: "Kind") -> None:
         check_size(arguments.size)
     if arguments.at is not None and (arguments.there_and_back or not _is_image(output)):
         raise synth.InputError("--at makes one frame; name an image for it with -o, and leave --there-and-back out")
+    if arguments.at is not None and arguments.median is not None:
+        raise synth.InputError("--median is over several frames and --at makes one; leave one of them out")
     if _is_image(output):
         io.check_output(output, kind, arguments.overwrite)
     else:

@@ -59,6 +59,11 @@ def method_options(arguments: argparse.Namespace, method: str, pictures: "Sequen
         raise synth.InputError("--tolerance says how colors are told apart; give --colors too, or leave it out")
     if "threshold" in given and "patterns" not in given and "landmarks" not in given:
         raise synth.InputError("--threshold says what is like given landmarks; give --landmarks too, or leave it out")
+    for name in ("window_a", "window_b"):
+        if name in given and "published" not in given:
+            raise synth.InputError(
+                f"--{name.replace('_', '-')} is for frames made pixel by pixel; give --published too, or leave it out"
+            )
     options = {name: value for name, value in given.items() if name not in (*_FILES, "colors")}
     for name in _FILES:
         if name in given:

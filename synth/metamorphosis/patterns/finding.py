@@ -11,6 +11,7 @@ from synth.metamorphosis.elements import Elements, elements
 from synth.metamorphosis.patterns.detection import detect
 from synth.metamorphosis.patterns.landmarks import Patterns
 from synth.metamorphosis.patterns.outlines import outline
+from synth.words import counted
 
 Array = NDArray[np.float64]
 
@@ -56,8 +57,8 @@ def patterns_of(
     found = detect(image, given.landmarks, threshold).landmarks if given.found is None else given.found
     if len(found) < LEAST:
         raise InputError(
-            f"found {len(found)} patterns in {name}; patterns needs at least {LEAST}: give landmarks of one that "
-            "repeats, or a higher threshold"
+            f"found {counted(len(found), 'pattern')} in {name}; patterns needs at least {LEAST}: give landmarks of one "
+            "that repeats, or a higher threshold"
         )
     return Found(replace(given, found=found), found, None)
 
@@ -67,8 +68,8 @@ def _own(image: Array, name: str) -> Found:
     split = elements(image)
     if split.count < LEAST:
         raise InputError(
-            f"found {split.count} patterns in {name}; patterns needs at least {LEAST}: give landmarks of one that "
-            "repeats, or use another method"
+            f"found {counted(split.count, 'pattern')} in {name}; patterns needs at least {LEAST}: give landmarks of "
+            "one that repeats, or use another method"
         )
     if split.sure < SURE:
         raise InputError(

@@ -80,7 +80,7 @@ class PatternMorph(Method):
                 from_a, from_b = warped(a, landmarks(0), now, pair.tile), warped(b, landmarks(1), now, pair.tile)
                 yield dissolved(from_a, from_b, within(t, self.dissolving)).to(pair.a.device)
 
-        if scale < 1:
+        if self.scale_elements is None and scale < 1:
             remarks += (f"elements are crowded: they are scaled by {scale:.2f} while they move",)
         velocity = _velocity(landmarks, max(1, len(times) - 1), size, pair.tile).to(pair.a.device)
         shown = frames() if self.median == 1 else median(list(frames()), self.median)
@@ -100,8 +100,9 @@ class PatternMorph(Method):
             raise InputError("no pattern lies in the part that A and B have in common; crop them to one size")
         ways = corresponding(a, b, size, sets[0].patterns.closed or sets[1].patterns.closed)
         found = tuple(f"{name}: {each.remark}" for name, each in zip("AB", sets, strict=True))
-        grown = "grow from nothing" if len(b) > len(a) else "shrink to nothing"
-        return ways, (*found, f"{ways.pairs} patterns are paired, {len(ways.in_a) - ways.pairs} {grown}")
+        alone = len(ways.in_a) - ways.pairs
+        grown = f", {alone} {'grow from' if len(b) > len(a) else 'shrink to'} nothing" if alone else ""
+        return ways, (*found, f"{ways.pairs} patterns are paired{grown}")
 
 
 def _velocity(landmarks: _Landmarks, steps: int, size: tuple[int, int], tile: bool) -> Tensor:

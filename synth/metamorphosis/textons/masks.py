@@ -17,12 +17,13 @@ Mask = NDArray[np.bool_]
 def colored(image: Tensor, foreground: Color, background: Color, tolerance: float = 0.0) -> Mask:
     """The mask (H, W) of an image (C, H, W): True where it is nearer to the foreground's color than the background's.
 
-    Colors have C values, as the image has them. tolerance: by so much nearer may the background be.
+    Colors have C values, as the image has them, or one for all channels. tolerance: by so much nearer may the
+    background be.
 
     Raises InputError for colors of another number of values, NaN or infinite, or alike.
     """
     for color in (foreground, background):
-        if len(color) != len(image) or not all(math.isfinite(value) for value in color):
+        if len(color) not in (1, len(image)) or not all(math.isfinite(value) for value in color):
             raise InputError(f"the color {tuple(color)} is no color of {len(image)} finite values; give one")
     if tuple(foreground) == tuple(background):
         raise InputError(f"foreground and background are both {tuple(foreground)}; give two colors")

@@ -137,6 +137,7 @@ def test_another_size_made_texture_again(folder: Path) -> None:
         (["a.png", "b.png", "--at", "0.5", "--frames", "3"], "not allowed with"),
         (["a.png", "b.png", "--at", "0.5", "-o", "x.mp4"], "--at makes one frame"),
         (["a.png", "b.png", "--at", "0.5", "--there-and-back"], "--at makes one frame"),
+        (["a.png", "b.png", "--at", "0.5", "--method", "patterns", "--median", "3"], "--median is over several frames"),
         (["a.png", "b.png", "--method", "blend", "--flow", "v.npz"], "'blend' has no flow; those that do are control"),
         (["a.png", "b.png", "--method", "blend", "--energy", "e.csv"], "'blend' has no energy; those that do are"),
         (["a.png", "b.png", "--method", "blend", "--features", "marks.png", "marks.png"], "takes no features"),

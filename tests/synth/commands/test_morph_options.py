@@ -83,7 +83,18 @@ def test_masks_colors_and_windows_are_read(tmp_path: Path) -> None:
     assert np.array_equal(made.mask_a, mask[0].bool().numpy())
     assert np.array_equal(made.mask_b, ~made.mask_a)
     assert made.published
-    colors = ("--colors", "255,0,0", "255,255,255", "0,0,51", "0,0,0", "--tolerance", ".2", "--window-b", "9")
+    colors = (
+        "--colors",
+        "255,0,0",
+        "255,255,255",
+        "0,0,51",
+        "0,0,0",
+        "--tolerance",
+        ".2",
+        "--published",
+        "--window-b",
+        "9",
+    )
     made = TextonMorph(**options("textons", *colors))
     assert made.colors_a == ((1, 0, 0), (1, 1, 1))
     assert made.colors_b == ((0, 0, 0.2), (0, 0, 0))
@@ -97,6 +108,7 @@ def test_masks_colors_and_windows_are_read(tmp_path: Path) -> None:
         ("patterns", ["--window-a", "9"], "--window-a belongs to --method textons"),
         ("textons", ["--tolerance", ".1"], "give --colors too"),
         ("patterns", ["--threshold", ".5"], "give --landmarks too"),
+        ("textons", ["--window-b", "9"], "--window-b is for frames made pixel by pixel; give --published too"),
         ("patterns", ["--patterns", "no.json", "no.json"], "no.json does not exist"),
         ("textons", ["--masks", "no.png", "no.png"], "no.png does not exist"),
     ],

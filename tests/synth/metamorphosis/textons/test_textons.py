@@ -40,6 +40,7 @@ def film(pair: Pair, count: int = 3, **settings: object) -> Film:
 def test_masks_follow_colors_and_tolerance() -> None:
     assert np.array_equal(colored(A, RED, WHITE), discs())
     assert np.array_equal(colored(A, WHITE, RED), ~discs())
+    assert np.array_equal(colored(A, RED, (0.9,)), discs())
     assert colored(A, RED, WHITE, tolerance=2.0).all()
 
 
@@ -132,7 +133,7 @@ def test_a_texture_of_one_color_has_no_mask() -> None:
         ({"size": (10, 10)}, "for published frames only"),
         ({"colors_a": (RED, RED)}, "give two colors"),
         ({"colors_a": (RED, (0.5, float("nan"), 0.5))}, "no color of 3 finite values"),
-        ({"colors_b": (RED, (0.5,))}, "no color of 3 finite values"),
+        ({"colors_b": (RED, (0.5, 0.5))}, "no color of 3 finite values"),
         ({"mask_a": np.zeros(SIZE, bool)}, "mask of A is no foreground"),
         ({"mask_b": np.ones(SIZE, bool)}, "mask of B is all foreground"),
         ({"mask_b": np.ones((9, 9), bool)}, "mask of B is 9x9"),
