@@ -1,24 +1,65 @@
-"""Flowing textures as published (thesis algorithm 3), to compare with: the flow as a control term of the blend.
+"""Flowing textures as published, to compare with: the flow as a control term of the blend, windows averaged.
 
-Every frame is the frame before it, warped, and then optimized by EM at one resolution with the flow term of equation
-27. Colors are carried and windows averaged, so that texture blurs in time; `flow.animation` is the same energy without
-that.
+Of a picture (thesis algorithm 3) every frame is the frame before it, warped, and then optimized by EM at one resolution
+with the flow term of equation 27. Of a video (section 7.1) all frames are unknown together: the engine minimizes the
+texture's energy and that of equation 29 over the whole volume, its search charges candidates by equation 31, and it
+begins with windows that flow as asked, whatever they look like. Colors are carried or averaged, so that texture blurs;
+`flow.animation` is without that.
 """
 
 from collections.abc import Iterator
 
+import torch
+from torch import Tensor
+
+from flow.animation.drift import drift
 from flow.animation.term import flow_term
 from flow.fields import Field
+from flow.volume import VolumeFlow
+from flow.volume.copies import scales, turns
 from flow.warps import lookup
-from kwatra import Exemplar, Level, Prepared, Result, Settings, optimize
+from kwatra import Exemplar, InputError, Level, Prepared, Result, Settings, optimize
 
 _LEVELS = (Level(1, 16, iterations=2), Level(1, 8, iterations=2))
 
+_WEIGHTS = {2: 0.5, 3: 0.01}
+"""lambda, of pictures and of videos: from .003 to .3 a plume of smoke that turns differed little, and blurred more with
+more of it."""
+
 
 def published(
-    exemplar: Exemplar, field: Field, shape: tuple[int, int], frames: int, weight: float = 0.5, seed: int = 0
+    exemplar: Exemplar | Tensor,
+    field: Field,
+    shape: tuple[int, int],
+    frames: int,
+    weight: float | None = None,
+    seed: int = 0,
+    *,
+    loop: bool = False,
+    mask: Tensor | None = None,
 ) -> Iterator[Result]:
-    """The frames of thesis algorithm 3; the first is the one that `flow.animate` begins with, for the same seed."""
+    """The frames, of `shape` (H, W), of thesis algorithm 3 or, of a video, of section 7.1.
+
+    exemplar: an Exemplar, or a tensor (C, H, W) or (C, T, H, W); of a video's tensor turned and scaled copies are used
+    where the flow asks for directions or speeds that it lacks (section 7.3). weight: lambda. loop, mask (H, W), True
+    where texture belongs: for videos. A picture's first frame is the one that `flow.animate` begins with, for the same
+    seed; a video's frames are made all at once, before the first is given.
+
+    Raises InputError for a loop or a mask of a picture, or a video of fewer than 2 frames.
+    """
+    axes = len(exemplar.shape) if isinstance(exemplar, Exemplar) else exemplar.ndim - 1
+    weight = _WEIGHTS[axes] if weight is None else weight
+    if axes == 3:
+        return _of_video(exemplar, field, (frames, *shape), weight, seed, loop, mask)
+    if loop or mask is not None:
+        raise InputError("as published, a picture's texture neither loops nor flows around obstacles; leave that out")
+    exemplar = Exemplar.of(exemplar) if isinstance(exemplar, Tensor) else exemplar
+    return _of_picture(exemplar, field, shape, frames, weight, seed)
+
+
+def _of_picture(
+    exemplar: Exemplar, field: Field, shape: tuple[int, int], frames: int, weight: float, seed: int
+) -> Iterator[Result]:
     prepared = Prepared(exemplar)
     frame = optimize(exemplar, shape, seed=seed)
     yield frame
@@ -27,3 +68,37 @@ def published(
         settings = Settings(levels=_LEVELS)
         frame = optimize(prepared, shape, settings=settings, terms=term, start=term.target, seed=seed)
         yield frame
+
+
+def _of_video(
+    exemplar: Exemplar | Tensor,
+    field: Field,
+    shape: tuple[int, int, int],
+    weight: float,
+    seed: int,
+    loop: bool,
+    mask: Tensor | None,
+) -> Iterator[Result]:
+    if shape[0] < 2:
+        raise InputError(f"a video that flows as published is to have {shape[0]} frame; give at least 2")
+    flows = torch.stack([field(number, shape[1:]) for number in range(shape[0] - (not loop))])
+    exemplar = with_copies(exemplar, flows) if isinstance(exemplar, Tensor) else exemplar
+    whole = None if mask is None else mask.expand(shape)
+    return _made(exemplar, VolumeFlow(flows, weight, loop, mask=whole), shape, seed, whole)
+
+
+def _made(
+    exemplar: Exemplar, term: VolumeFlow, shape: tuple[int, int, int], seed: int, mask: Tensor | None
+) -> Iterator[Result]:
+    settings = Settings(start="terms", wrap=(term.loop, False, False))
+    made = optimize(exemplar, shape, settings=settings, terms=term, mask=mask, seed=seed)
+    for number, image in enumerate(made.image.unbind(1)):
+        yield Result(image, made.source[:, number], made.where[:, number], made.energies, [], made.stopped)
+
+
+def with_copies(clip: Tensor, flows: Tensor) -> Exemplar:
+    """An exemplar of a clip (C, T, H, W), with the copies of it that flows (N, 2, H, W) ask for."""
+    plain = Exemplar.of(clip)
+    own, wanted = drift(plain).flatten(1), flows.transpose(0, 1).flatten(1)
+    turned, scaled = turns(own, wanted), scales(own, wanted)
+    return Exemplar.of(clip, rotate=turned, scale=scaled) if turned or scaled else plain

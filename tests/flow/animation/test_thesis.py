@@ -6,7 +6,8 @@ from torch import Tensor
 
 import flow
 from flow.animation.term import blended
-from kwatra import Exemplar
+from flow.animation.thesis import with_copies
+from kwatra import Exemplar, InputError, Settings, optimize
 from kwatra.terms.algebra import parts_of
 
 SHAPE = (40, 48)
@@ -106,3 +107,39 @@ def test_frames_follow_the_flow_and_start_as_the_animation_does() -> None:
     same = (first.where == animated.where).all(0).float().mean()  # all but crumbs, which the animation takes away
     assert float(same) > 0.98
     assert len(list(flow.published(exemplar, field, SHAPE, 1))) == 1
+
+
+def drifting() -> Tensor:
+    """A clip (1, 6, 36, 36) of soft noise that moves right by 1 px a frame."""
+    wide = torch.nn.functional.avg_pool2d(noise(1, (36, 48))[None], 5, 1, 2)[0]
+    wide = (wide - wide.amin()) / (wide.amax() - wide.amin())
+    return torch.stack([wide[..., 6 - t : 42 - t] for t in range(6)], 1)
+
+
+def test_a_video_is_made_as_a_volume_of_equation_29() -> None:
+    field, clip, mask = flow.uniform(1.0), drifting(), torch.ones(24, 28, dtype=torch.bool)
+    frames = list(flow.published(clip, field, (24, 28), 6, seed=1))
+    made = torch.stack([frame.image for frame in frames], 1)
+    flows = field(0, (24, 28))[None].expand(5, -1, -1, -1)
+    term = flow.VolumeFlow(flows, 0.01)
+    again = optimize(Exemplar.of(clip), (6, 24, 28), settings=Settings(start="terms"), terms=term, seed=1)
+    assert torch.equal(made, again.image)
+    assert {"texture", "flow"} <= set(frames[0].energies[-1])
+    assert term.energy(made) < term.energy(clip[:, :, :24, :28].flip(1))
+    mask[8:14, 8:14] = False
+    masked = list(flow.published(clip, field, (24, 28), 4, mask=mask, loop=True))
+    assert len(masked) == 4
+    assert all(float(frame.image[:, ~mask].abs().max()) == 0 for frame in masked)
+
+
+def test_a_video_that_moves_another_way_is_turned() -> None:
+    down = flow.uniform(1.0, 90)(0, (24, 28))[None]
+    assert int(with_copies(drifting(), down).owner.max()) == 1
+    assert int(with_copies(drifting(), flow.uniform(1.0)(0, (24, 28))[None]).owner.max()) == 0
+
+
+def test_what_is_not_published_is_refused() -> None:
+    with pytest.raises(InputError, match="neither loops nor flows around obstacles"):
+        flow.published(noise(), flow.uniform(), SHAPE, 3, loop=True)
+    with pytest.raises(InputError, match="is to have 1 frame; give at least 2"):
+        flow.published(drifting(), flow.uniform(1.0), (24, 28), 1)
