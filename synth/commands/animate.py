@@ -70,6 +70,8 @@ def add(commands: Subparsers) -> None:
     add("--fps", type=rate, metavar="F", help=f"frames a second of a video (default: as the exemplar, or {_FPS:g})")
     add("--seed", type=whole(0), default=0, metavar="N", help="another seed, another texture (default: 0)")
     add("--preset", choices=("fast", "default", "best"), default="default", help="how much work to spend")
+    add("--published", action="store_true", help="as Kwatra's thesis has it, to compare with: the flow as an energy of "
+        "each frame, or of a video's whole volume (equations 27 and 29)")  # fmt: skip
     add("--resume", action="store_true", help="go on after the last frame of an interrupted run, or a folder's; the "
         "result is the same as without the break")  # fmt: skip
     add_common(parser, threads=1)  # one frame's steps are too small to share
@@ -98,6 +100,10 @@ def run(arguments: argparse.Namespace) -> str:
         raise synth.InputError(
             "--loop leads back to the first frame, but with --fill-from that is empty; leave one of them out"
         )
+    if arguments.published:
+        refuse_unused(arguments, ["fill_from", "first"], "begins an animation, but what was --published has no such")
+        if arguments.preset != "default":
+            raise synth.InputError("--preset says how to renew, but what was --published renews nothing; leave it out")
     inputs = read_inputs(arguments)
     job = _Job(arguments, inputs, arguments.output or Path(f"{arguments.exemplar.stem}_{name_of(arguments.flow)}.mp4"))
     after = job.checked()

@@ -99,7 +99,10 @@ def frames_of(
 ) -> Iterator[flow.Frame]:
     """The frames to make, none of them made yet, up to `total`; those behind a state."""
     device = arguments.device
-    exemplar = Exemplar.of(inputs.form.normalized(inputs.exemplar.pixels), device=device)
+    pixels = inputs.form.normalized(inputs.exemplar.pixels).to(device)
+    if arguments.published:
+        return _published(arguments, inputs, pixels, total, after)
+    exemplar = Exemplar.of(pixels)
     first = None if inputs.first is None else inputs.form.normalized(inputs.first).to(device)
     make, more = (flow.animate, {"enter": arguments.fill_from}) if arguments.loop is None else (flow.loop, {})
     return make(
@@ -117,6 +120,25 @@ def frames_of(
     )
 
 
+def _published(
+    arguments: argparse.Namespace, inputs: Inputs, pixels: Tensor, total: int, after: flow.State | None
+) -> Iterator[flow.Frame]:
+    """The frames as published, behind a state: made once more up to there, since all follow from one another."""
+    mask = None if inputs.mask is None else inputs.mask.to(pixels.device)
+    made = flow.published(
+        pixels, inputs.field, inputs.shape, total, seed=arguments.seed, loop=arguments.loop is not None, mask=mask
+    )
+    inside = torch.ones(inputs.shape, dtype=torch.bool) if inputs.mask is None else inputs.mask
+
+    def frames() -> Iterator[flow.Frame]:
+        for number, result in enumerate(made):
+            if after is None or number > after.number:
+                state = flow.State(number, result.where.flip(0).float(), inside, result.image)
+                yield flow.Frame(**vars(result), state=state)
+
+    return frames()
+
+
 def _settings(
     arguments: argparse.Namespace, exemplar: Picture, shape: Shape, mask: Tensor | None, first: Picture | None
 ) -> Mapping[str, str]:
@@ -132,6 +154,7 @@ def _settings(
         "--first": "None" if first is None else _digest(first),
         "--seed": str(arguments.seed),
         "--preset": arguments.preset,
+        "--published": str(arguments.published) + (f", {arguments.frames}" if arguments.published else ""),
         "--device": arguments.device,
         "version of kwatra": _version(),
         "version of torch": torch.__version__,

@@ -517,3 +517,32 @@ def test_a_video_that_cannot_be_read_is_refused(
     Path("none").mkdir()
     assert main(["animate", "none", "--flow", "rotation"]) == 2
     assert "none holds no images" in capsys.readouterr().err
+
+
+def test_a_video_flows_as_published(
+    clip: torch.Tensor, folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    command = ["animate", "living", "--flow", "uniform:90", "--speed", "1", "--size", "24x24", "--published"]
+    assert main([*command, "--frames", "4", "-o", "whole"]) == 0
+    read = read_video("living").frames
+    low, high = float(read.min()), float(read.max())
+    for number, frame in enumerate(
+        flow.published(((read.double() - low) / (high - low)).float(), flow.uniform(1.0, 90), (24, 24), 4)
+    ):
+        made = read_image(f"whole/{number:06d}.png").pixels
+        torch.testing.assert_close(made, frame.image * (high - low) + low, rtol=0, atol=0.51 / 255)
+    with monkeypatch.context() as patch:
+        interrupted(patch, "published", 2)
+        assert main([*command, "--frames", "4", "-o", "part"]) == 130
+    assert len(frames_of("part")) == 2
+    assert main([*command, "--frames", "4", "-o", "part", "--resume"]) == 0
+    assert frames_of("part") == frames_of("whole")
+    capsys.readouterr()
+    for more, said in (
+        (["--preset", "fast"], "--preset says how to renew, but what was --published renews nothing"),
+        (["--fill-from", "left"], "--fill-from begins an animation, but what was --published has no such"),
+    ):
+        assert main([*command, *more]) == 2
+        assert said in capsys.readouterr().err
+    assert main(["animate", "sand.png", "--flow", "rotation", "--published", "--loop", "4"]) == 2
+    assert "neither loops nor flows around obstacles" in capsys.readouterr().err
