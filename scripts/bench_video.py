@@ -34,7 +34,7 @@ from torch import Tensor
 
 from kwatra import Exemplar, InputError, Level, Settings, measure, optimize
 from kwatra.measure.video import FIGURES
-from synth import write_image
+from synth import synthesize, write_image
 from synth.io.videos import VIDEO_SUFFIXES, read_video, write_video
 from synth.quilting import default_settings, quilt_video
 from synth.sheets import video_sheet
@@ -44,15 +44,16 @@ RATE = 25.0
 
 @dataclass(frozen=True)
 class Task:
-    """What is asked for: a clip (C, T, H, W), the output's frames, height and width, and the seed."""
+    """What is asked for: a clip (C, T, H, W), the output's frames, height and width, seed, and the engine's preset."""
 
     clip: Tensor
     shape: tuple[int, int, int]
     seed: int
+    preset: str = "default"
 
 
 def by_engine(task: Task) -> Tensor:
-    return optimize(Exemplar.of(task.clip), task.shape, seed=task.seed).image
+    return synthesize(task.clip, task.shape, preset=task.preset, seed=task.seed).image
 
 
 def as_published(task: Task) -> Tensor:
@@ -107,7 +108,7 @@ def bench(clips: dict[str, Tensor], arguments: argparse.Namespace) -> Iterator[t
     """Run every method on every clip; videos and their pictures go to `arguments.out`."""
     for name, clip in clips.items():
         size = arguments.size or tuple(clip.shape[2:])
-        task = Task(clip, (arguments.frames or 2 * clip.shape[1], *size), arguments.seed)
+        task = Task(clip, (arguments.frames or 2 * clip.shape[1], *size), arguments.seed, arguments.preset)
         write_sheet(arguments.out / f"{name}.png", clip)
         half = clip.shape[1] // 2
         yield tables.Row(name, "unseen", "", {"cpu": 0.0, **measure(clip[:, :half], clip[:, -half:])})
@@ -153,6 +154,7 @@ def parsed(words: list[str] | None) -> argparse.Namespace:
     parser.add_argument("--methods", nargs="+", choices=METHODS, default=list(METHODS), metavar="METHOD")
     parser.add_argument("--size", type=tables.size, help="of the outputs, WIDTHxHEIGHT (the clip's)")
     parser.add_argument("--frames", type=int, help="of the outputs (twice the clip's)")
+    parser.add_argument("--preset", choices=("fast", "default", "best"), default="default", help="of kwatra")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--out", type=Path, default=Path("out/bench_video"), help="folder for videos (out/bench_video)")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures there too")
