@@ -17,6 +17,7 @@ _EPILOG = """examples:
 
 The file is JSON: "format": "kwatra patterns", "version": 1, "width" and "height" of the image, "landmarks":
 [[x, y], ...], and "patterns", a list of such lists. Coordinates are pixels, x first. Edit it, and give it back.
+kwatra morph --landmarks takes both textures' from one file: "format": "kwatra landmarks", "version": 1, "a" and "b".
 """
 
 
