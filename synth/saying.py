@@ -14,4 +14,5 @@ def say(text: str, stream: TextIO | None) -> None:
 
 def note(text: str) -> None:
     """One line on stderr about what works, but might better be asked for in another way."""
-    say(f"kwatra: note: {' '.join(text.split())}", sys.stderr)
+    clear = "\r\x1b[K" if sys.stderr is not None and sys.stderr.isatty() else ""  # what says that work goes on
+    say(f"{clear}kwatra: note: {' '.join(text.split())}", sys.stderr)

@@ -7,20 +7,22 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-_SILENT = 1.5
-"""So many seconds pass before a command that has nothing else to show says that it works."""
-
 _shown = threading.Event()
 """Set while a bar is on the terminal."""
 
 
 @contextmanager
 def working(command: str) -> Iterator[None]:
-    """Says on a terminal that a command works, where it takes long and shows no bar: while it loads, reads, writes."""
+    """Says on a terminal that a command works, where it shows no bar: while it loads, reads and writes.
+
+    It says so at once, for nothing else can be said while libraries load.
+    """
     if not sys.stderr.isatty():
         yield
         return
     done, began = threading.Event(), time.monotonic()
+    sys.stderr.write(f"\rkwatra {command}: at work")
+    sys.stderr.flush()
     speaker = threading.Thread(target=_speak, args=(command, began, done), daemon=True)
     speaker.start()
     try:
@@ -31,15 +33,12 @@ def working(command: str) -> Iterator[None]:
 
 
 def _speak(command: str, began: float, done: threading.Event) -> None:
-    said = False
-    while not done.wait(_SILENT if not said else 1.0):
+    while not done.wait(1.0):
         if not _shown.is_set():
             sys.stderr.write(f"\r\x1b[Kkwatra {command}: at work for {time.monotonic() - began:.0f} s")
             sys.stderr.flush()
-            said = True
-    if said:
-        sys.stderr.write("\r\x1b[K")
-        sys.stderr.flush()
+    sys.stderr.write("\r\x1b[K")
+    sys.stderr.flush()
 
 
 @contextmanager

@@ -17,6 +17,7 @@ from synth.cli import main
 from synth.commands import parsing, progress
 from synth.commands.telling import contributions
 from synth.io.images import read_array
+from synth.saying import note
 
 GRAY, RGB = Kind("uint8", ("Y",)), Kind("uint8", ("R", "G", "B"))
 FAST = ["--preset", "fast", "--size", "40x40"]
@@ -151,21 +152,30 @@ class Terminal(io.StringIO):
         return True
 
 
-def test_what_takes_long_says_so_and_a_bar_takes_its_place(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_command_says_at_once_that_it_works_and_a_bar_takes_its_place(monkeypatch: pytest.MonkeyPatch) -> None:
     terminal = Terminal()
     monkeypatch.setattr(sys, "stderr", terminal)
-    monkeypatch.setattr(progress, "_SILENT", 0.05)
     with progress.working("synth"):
+        assert terminal.getvalue() == "\rkwatra synth: at work"
+        with progress.work_line("title"):
+            deadline = time.monotonic() + 1.3
+            while time.monotonic() < deadline:
+                time.sleep(0.05)
+        assert "at work for" not in terminal.getvalue()
         deadline = time.monotonic() + 10
-        while "kwatra synth: at work for" not in terminal.getvalue() and time.monotonic() < deadline:
+        while "at work for" not in terminal.getvalue() and time.monotonic() < deadline:
             time.sleep(0.01)
+        note("a hint")
     assert "kwatra synth: at work for" in terminal.getvalue()
+    assert "\r\x1b[Kkwatra: note: a hint\n" in terminal.getvalue()
     assert terminal.getvalue().endswith("\r\x1b[K")
-    quick = Terminal()
-    monkeypatch.setattr(sys, "stderr", quick)
+
+
+def test_what_is_no_terminal_hears_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "stderr", io.StringIO())
     with progress.working("synth"):
         pass
-    assert quick.getvalue() == ""
+    assert sys.stderr.getvalue() == ""  # type: ignore[attr-defined]
 
 
 def test_a_try_of_several_is_named_and_the_bar_never_runs_back(monkeypatch: pytest.MonkeyPatch) -> None:
