@@ -17,7 +17,7 @@ def read_jpeg(path: Path) -> tuple[Array, Kind]:
         orientation, profile = int(image.getexif().get(ORIENTATION, 1)), image.info.get("icc_profile") or b""
         if image.mode not in ("L", "RGB"):
             profile = b""  # it described the inks
-        pixels = np.asarray(image if image.mode in ("L", "RGB") else image.convert("RGB"))
+        pixels = np.array(image if image.mode in ("L", "RGB") else image.convert("RGB"))
     pixels = pixels.reshape(*pixels.shape[:2], -1)
     return upright(pixels, orientation), Kind("uint8", USUAL[pixels.shape[2]], profile=profile)
 

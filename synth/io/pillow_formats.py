@@ -57,7 +57,7 @@ def _read(path: Path, opened: Any) -> tuple[Array, Kind]:
         orientation, profile = int(image.getexif().get(ORIENTATION, 1)), image.info.get("icc_profile") or b""
         clear = image.mode == "PA" or "transparency" in image.info
         plain = image if image.mode in _CHANNELS else image.convert("RGBA" if clear else "RGB")
-        pixels = np.asarray(plain).reshape(plain.height, plain.width, -1)
+        pixels = np.array(plain).reshape(plain.height, plain.width, -1)
     return upright(pixels, orientation), Kind(pixels.dtype.name, USUAL[pixels.shape[2]], profile=profile)
 
 

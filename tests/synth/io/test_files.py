@@ -442,3 +442,9 @@ def test_what_webp_cannot_hold_is_refused(tmp_path: Path) -> None:
         write_image(tmp_path / "long.webp", torch.zeros(3, 1, 16384), Kind("uint8", RGB))
     with pytest.raises(InputError, match="has an ending that cannot hold uint8 Y pixels"):
         write_image(tmp_path / "gray.webp", torch.zeros(1, 4, 4), Kind("uint8", GRAY))
+
+
+@pytest.mark.parametrize("suffix", [".png", ".jpg", ".tif", ".webp", ".bmp", ".tga"])
+def test_pixels_that_were_read_may_be_changed(tmp_path: Path, suffix: str) -> None:
+    write_image(tmp_path / f"a{suffix}", torch.zeros(3, 8, 8), Kind("uint8", RGB))
+    assert read_array(tmp_path / f"a{suffix}")[0].flags.writeable
