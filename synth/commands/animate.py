@@ -1,30 +1,17 @@
-"""`kwatra animate`: frames are kept one by one in a folder; a video is made of them when all are there.
-
-The folder of a video stands beside it as OUT.frames and goes when the video is whole.
-"""
+"""`kwatra animate`: a texture that flows along a field, frame by frame."""
 
 import argparse
 import time
-from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import synth
-from synth import io
-from synth.commands.checks import check_disk, finish, refuse_unused, set_up
+from synth.commands.checks import set_up
+from synth.commands.framewise import Framewise
 from synth.commands.parsing import Subparsers, add_common, file, rate, size, whole
 from synth.commands.progress import work_line
 from synth.words import counted
 
-if TYPE_CHECKING:
-    from torch import Tensor
-
-    import flow
-    from synth.commands.animate_inputs import Inputs
-
 LOADS = ("synth.commands.animate_inputs", "synth.io.frames", "synth.io.videos")
-
-Report = Callable[[str, float], None]
 
 _FRAMES, _FPS = 100, 25.0
 
@@ -105,7 +92,17 @@ def run(arguments: argparse.Namespace) -> str:
         if arguments.preset != "default":
             raise synth.InputError("--preset says how to renew, but what was --published renews nothing; leave it out")
     inputs = read_inputs(arguments)
-    job = _Job(arguments, inputs, arguments.output or Path(f"{arguments.exemplar.stem}_{name_of(arguments.flow)}.mp4"))
+    job = Framewise(
+        arguments,
+        arguments.output or Path(f"{arguments.exemplar.stem}_{name_of(arguments.flow)}.mp4"),
+        arguments.loop or arguments.frames or _FRAMES,
+        inputs.shape,
+        inputs.exemplar.kind,
+        inputs.settings,
+        inputs.rate or _FPS,
+        inputs.extremes,
+        "an animation",
+    )
     after = job.checked()
     frames = frames_of(arguments, inputs, job.total, after)
     done = 0 if after is None else after.number + 1
@@ -113,84 +110,5 @@ def run(arguments: argparse.Namespace) -> str:
         return f"{job.output} has its {counted(done, 'frame')} already; there is nothing to do"
     began = time.perf_counter()
     with work_line(f"{arguments.exemplar.name}, {arguments.flow}") as report:
-        job.run(frames, done, report)
-    took = time.perf_counter() - began
-    height, width = inputs.shape
-    made = job.total - done
-    now = f", {made} of them now," if done else ""
-    each = f" ({took / made:.2f} s per frame)" if made else ""
-    return f"wrote {job.output}: {counted(job.total, 'frame')} of {width}x{height}{now} in {took:.1f} s{each}"
-
-
-class _Job:
-    """What is to be made, and where it is kept meanwhile."""
-
-    def __init__(self, arguments: argparse.Namespace, inputs: "Inputs", output: Path) -> None:
-        self.arguments, self.inputs, self.output = arguments, inputs, output
-        self.total: int = arguments.loop or arguments.frames or _FRAMES
-        self.video = output.suffix.lower() in io.VIDEO_SUFFIXES
-        place = output.with_name(f"{output.name}.frames") if self.video else output
-        self.folder = io.FramesFolder(place, inputs.exemplar.kind, inputs.settings)
-
-    def checked(self) -> "flow.State | None":
-        """Refuse what could not be written; returns the state to go on after, if so asked and there is one."""
-        resume, overwrite, folder = self.arguments.resume, self.arguments.overwrite, self.folder
-        if not self.video:
-            refuse_unused(
-                self.arguments, ["fps"], f"is for .mp4 and .gif but {self.output} is to be a folder of frames"
-            )
-        if not self.output.is_dir() or self.video:
-            if resume and self.video and self.output.exists() and not folder.path.exists():
-                raise synth.InputError(
-                    f"{self.output} is whole, there is nothing to resume; make it anew with --overwrite"
-                )
-            io.check_video_output(self.output, overwrite or not self.video)
-        folder.check(overwrite or resume)
-        state = folder.state() if resume else None
-        done = 0 if state is None else state.number + 1
-        if done > self.total:
-            raise synth.InputError(
-                f"{folder.path} has {counted(done, 'frame')} already, more than the {self.total} asked for; "
-                f"give --frames {done} or more"
-            )
-        length = f"an animation of {counted(self.total, 'frame')}"
-        check_disk((self.total - done) * self._least_bytes(), folder.path.absolute().parent, length, "ask for fewer")
-        return state
-
-    def _least_bytes(self) -> int:
-        """What a frame takes at least on a disk: textures compress to about half, so a quarter."""
-        height, width = self.inputs.shape
-        return height * width * self.inputs.exemplar.kind.bytes_per_pixel // 4
-
-    def run(self, frames: "Iterator[flow.Frame]", done: int, report: Report) -> None:
-        """Make the frames, of which `done` are there, and the video; a KeyboardInterrupt says what is left."""
-        begun = done > 0
-        if begun:
-            self.folder.clear(done - 1)
-        began = time.perf_counter()
-        try:
-            for number, frame in enumerate(frames, done):
-                if not begun:
-                    self.folder.begin()
-                    begun = True
-                self.folder.add(self.inputs.drawn(frame), frame.state)
-                rate = (number + 1 - done) / (time.perf_counter() - began)
-                report(f"frame {number + 1} of {self.total}, {rate:.1f} frames/s", (number + 1) / self.total)
-            if self.video:
-                fps = self.arguments.fps or self.inputs.rate or _FPS
-                finish({self.output: io.video_writer(self.output, self._shown(report), fps)})
-                self.folder.remove()
-        except KeyboardInterrupt:
-            count = self.folder.count() if begun else 0
-            if not count:
-                raise
-            raise KeyboardInterrupt(
-                f"interrupted with {count} of {self.total} frames whole in {self.folder.path}; --resume goes on"
-            ) from None
-
-    def _shown(self, report: Report) -> "Iterator[Tensor]":
-        """The frames of a video, from black 0 to white 1."""
-        low, high = self.inputs.extremes
-        for number, frame in enumerate(self.folder.frames(self.total), 1):
-            report(f"writing {self.output.name}", number / self.total)
-            yield (frame - low) / ((high - low) or 1.0)
+        job.run(((inputs.drawn(frame), frame.state) for frame in frames), done, report)
+    return job.summary(done, time.perf_counter() - began)

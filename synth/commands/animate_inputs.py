@@ -4,10 +4,8 @@ import argparse
 import hashlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-import numpy as np
 import torch
 from torch import Tensor
 
@@ -15,6 +13,7 @@ import flow
 from kwatra import Exemplar
 from kwatra.base import InputError
 from synth.commands.checks import check_size, refuse_unused
+from synth.commands.framewise import digest, versions
 from synth.io.alpha import premultiplied, straight
 from synth.io.flows import FLOW_SUFFIXES, field_of, read_flow
 from synth.io.images import Picture, read_image, read_mask
@@ -144,20 +143,19 @@ def _settings(
 ) -> Mapping[str, str]:
     recorded = _is_file(arguments.flow)
     return {
-        "exemplar": _digest(exemplar),
+        "exemplar": digest(exemplar.pixels, exemplar.kind),
         "--flow": hashlib.sha256(Path(arguments.flow).read_bytes()).hexdigest() if recorded else arguments.flow,
         "--speed": str(arguments.speed),
         "--size": "x".join(map(str, shape[::-1])),
         "--loop": str(arguments.loop),
         "--obstacle": "None" if mask is None else hashlib.sha256(mask.numpy().tobytes()).hexdigest(),
         "--fill-from": str(arguments.fill_from),
-        "--first": "None" if first is None else _digest(first),
+        "--first": "None" if first is None else digest(first.pixels, first.kind),
         "--seed": str(arguments.seed),
         "--preset": arguments.preset,
         "--published": str(arguments.published) + (f", {arguments.frames}" if arguments.published else ""),
         "--device": arguments.device,
-        "version of kwatra": _version(),
-        "version of torch": torch.__version__,
+        **versions(),
     }
 
 
@@ -229,15 +227,3 @@ def _is_file(text: str) -> bool:
 
 def _size(image: Tensor) -> Shape:
     return image.shape[-2], image.shape[-1]
-
-
-def _digest(picture: Picture) -> str:
-    pixels = np.ascontiguousarray(picture.pixels.numpy())
-    return hashlib.sha256(f"{picture.kind} {pixels.shape}".encode() + pixels.tobytes()).hexdigest()
-
-
-def _version() -> str:
-    try:
-        return version("kwatra")
-    except PackageNotFoundError:
-        return "not installed"

@@ -1,4 +1,4 @@
-"""`kwatra synth`: a new image from one or more exemplars of a texture."""
+"""`kwatra synth`: a new image from one or more exemplars of a texture, or a new video from videos."""
 
 import argparse
 import time
@@ -18,8 +18,10 @@ from synth.commands.parsing import (
     add_tile,
     file,
     levels,
+    number,
     numbers,
     positive,
+    rate,
     size,
     target,
     whole,
@@ -47,6 +49,7 @@ _EPILOG = """examples:
   kwatra synth brick.png --map where.npy               and when its other maps are there:
   kwatra synth brick_n.png --apply where.npy           a map, rearranged as brick.png was
   kwatra synth sand.png --keep logo.png                a new texture around the logo's opaque pixels
+  kwatra synth fountain.mp4 --seconds 20 --loop        a video of the same size that loops
   kwatra synth field.png --guide field_labels.png=wanted_labels.png
 """
 
@@ -61,10 +64,12 @@ def add(commands: Subparsers) -> None:
         epilog=_EPILOG,
     )
     add = parser.add_argument
-    add("exemplars", nargs="+", type=file, metavar="EXEMPLAR", help="image of the texture, or several of it")
+    add("exemplars", nargs="+", type=file, metavar="EXEMPLAR", help="image of the texture, or several of it; or a "
+        "video (.mp4, .gif) or a folder of frames, or several")  # fmt: skip
     add("-o", "--output", type=target, metavar="OUT", help="the file to write, or the folder it goes to (default: "
         "EXEMPLAR_synth in this folder)")  # fmt: skip
-    add("--size", type=size, metavar="WIDTHxHEIGHT", help="size in pixels, as 512x384 (default: twice the exemplar)")
+    add("--size", type=size, metavar="WIDTHxHEIGHT", help="size in pixels, as 512x384 (default: twice the exemplar, or "
+        "a video's own)")  # fmt: skip
     add("--seed", type=whole(0), default=0, metavar="N", help="another seed, another image (default: 0)")
     add("--preset", choices=("fast", "default", "best"), default="default", help="how much work to spend")
     add_tile(parser)
@@ -85,6 +90,9 @@ def add(commands: Subparsers) -> None:
         "A,B=OUTPUT_MAP; may be given again")  # fmt: skip
     add("--guide-weight", type=positive, action="append", default=[], metavar="W", help="what the guide counts beside "
         "the colors, once for all or once for each; 0.1 to 0.3 suits maps that vary smoothly (default: 1)")  # fmt: skip
+    add("--stay", type=number(0, 1e6), metavar="W", help="how strongly what belongs somewhere stays there: "
+        "0 not at all, 1 strongly (default: 0; videos: 0.3 where what is seen depends on the place)")  # fmt: skip
+    add_video(parser)
     add("--each", action="store_true", help="make one output of each exemplar instead of one of all; -o may name a "
         "folder for them")  # fmt: skip
     add("--apply", type=file, metavar="MAP", help="synthesize nothing: rearrange the EXEMPLAR as a MAP says that --map "
@@ -93,9 +101,26 @@ def add(commands: Subparsers) -> None:
     add_common(parser, verbose=True)
 
 
+def add_video(parser: argparse.ArgumentParser) -> None:
+    """Add what only videos have."""
+    add = parser.add_argument
+    length = parser.add_mutually_exclusive_group()
+    length.add_argument("--frames", type=whole(1), metavar="N", help="videos: length (default: twice the clip's)")
+    length.add_argument("--seconds", type=positive, metavar="S", help="videos: length in seconds")
+    add("--loop", action="store_true", help="videos: the last frame leads into the first")
+    add("--fps", type=rate, metavar="F", help="videos: frames a second (default: as the file says; a folder: 25)")
+    add("--resume", action="store_true", help="videos: go on after the last frame of an interrupted run")
+
+
 def run(arguments: argparse.Namespace) -> str:
     """Check everything, work, write everything; returns the summary."""
     set_up(arguments)
+    if any(map(io.is_video, arguments.exemplars)):
+        from synth.commands.synth_video import run_video
+
+        return run_video(arguments)
+    video = ("frames", "seconds", "loop", "fps", "resume")
+    refuse_unused(arguments, video, f"is for videos but {arguments.exemplars[0]} is an image")
     if arguments.apply is not None:
         from synth.commands.applying import apply
 
@@ -181,6 +206,7 @@ def _one(arguments: argparse.Namespace, work: bool) -> str:
             preset=arguments.preset,
             seed=arguments.seed,
             tile=arguments.tile is not None,
+            stay=arguments.stay or 0.0,
             start=None if start is None else io.premultiplied(start.pixels, start.kind),
             levels=arguments.levels,
             mirror=arguments.mirror,
@@ -285,7 +311,7 @@ def _stage_writers(folder: Path, synthesis: "Synthesis[Tensor]", kind: "Kind", s
     except OSError as error:
         raise synth.InputError(f"{folder} cannot be made ({error.strerror}); choose another") from error
     writers = {}
-    for number, (stage, image) in enumerate(zip(synthesis.result.stages, synthesis.stages, strict=True), 1):
-        path = folder / f"level_{number}_scale{stage.factor}_width{stage.width}{suffix}"
+    for level, (stage, image) in enumerate(zip(synthesis.result.stages, synthesis.stages, strict=True), 1):
+        path = folder / f"level_{level}_scale{stage.factor}_width{stage.width}{suffix}"
         writers[path] = io.image_writer(path, io.straight(image, kind), kind)
     return writers

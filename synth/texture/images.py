@@ -78,11 +78,13 @@ def stretches(
 
     A stretch overlaps the one before it by `HELD` frames, which it holds as they are; a loop's last one leads to the
     first frames likewise. options: those of `synthesize` that ask for nothing but texture: preset, tile, loop, stay,
-    levels, mirror, rotate, scale, device. done: so many frames were made by a former run, whose frames from a to b - 1
-    `shown(a, b)` gives; the stretches that follow are then the same bits as without the break, beginning with the one
-    in which frame `done` lies. Raises InputError as `synthesize`.
+    levels, mirror, rotate, scale, device. done: so many frames were made by a former run; those that follow are given,
+    the same bits as without the break. shown: gives the frames from a to b - 1, all of them given before, as
+    `shown(a, b)`: where they are kept. Raises InputError as `synthesize`.
     """
     work: Work[Image] = Work.of(exemplar, size, **options)
     if len(work.size) == 2:
         raise InputError("stretches are of videos but the exemplar is an image; use synthesize")
-    return work.run([part for part in work.stretches() if part.stop > done], seed, callback, shown)
+    if done and shown is None:
+        raise InputError(f"{done} frames are done but nothing shows them; give `shown`")
+    return work.run(work.stretches(), seed, callback, done, shown)

@@ -16,7 +16,7 @@ from kwatra.windows import per_axis
 from synth.texture.form import Form, Image
 from synth.texture.guidance import Guide
 from synth.texture.staying import staying
-from synth.texture.stretches import Memory, Stretch, planned_stretches
+from synth.texture.stretch import Memory, Stretch, planned_stretches
 
 Map = TypeVar("Map", Tensor, np.ndarray)
 
@@ -160,14 +160,17 @@ class Work(Generic[Image]):
         parts: Sequence[Stretch],
         seed: int,
         callback: Callable[[Progress], None] | None,
+        done: int = 0,
         shown: Callable[[int, int], Image] | None = None,
     ) -> Iterator[Synthesis[Image]]:
-        """The stretches one after the other; `shown` gives frames made before the first of them."""
+        """What is not done of the stretches, one after the other."""
         memory = Memory(shown)
         for number, part in enumerate(parts):
+            if part.stop <= done:
+                continue
             held = part.held(memory, self.form, self.source.canvas.device)
             of_all = None if callback is None else _share(callback, number, len(parts))
-            made = self.made(self.optimized(part, held, seed, of_all), part)
+            made = self.made(self.optimized(part, held, seed, of_all), part.behind(done))
             memory.keep(part, made.image, self.form.tensor)
             yield made
 

@@ -1,11 +1,11 @@
 """Long videos in stretches: each holds the last frames of the one before it, as hard pixels.
 
 So the memory is that of one stretch, however long the video. What is held are frames as they are shown, in the
-exemplar's own depth: a stretch follows from its own number and from those frames, and is the same bits in a later run.
+exemplar's own depth: a stretch follows from its own number and those frames, and is the same bits in a later run.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
@@ -43,6 +43,11 @@ class Stretch:
         """Frames to optimize."""
         return self.before + self.stop - self.first + self.after
 
+    def behind(self, done: int) -> "Stretch":
+        """The same stretch where only the frames from `done` on are new."""
+        more = max(done - self.first, 0)
+        return replace(self, first=self.first + more, before=self.before + more)
+
     def seed(self, seed: int) -> int:
         """A seed of its own, the given one for the first stretch."""
         return seed if self.number == 0 else (seed << 32) + self.number
@@ -66,7 +71,7 @@ class Stretch:
 
 
 class Memory:
-    """Frames that stretches to come will hold: the first and the last ones; older ones are asked of `shown`."""
+    """Frames that stretches to come will hold, the first and the last ones; or what `shown` gives, if it is there."""
 
     def __init__(self, shown: Callable[[int, int], Any] | None = None) -> None:
         self.shown = shown
@@ -74,6 +79,8 @@ class Memory:
 
     def keep(self, part: Stretch, image: Any, tensor: bool) -> None:
         """Remember what of a stretch's frames, (C, T, H, W) or (T, H, W, C), others may hold."""
+        if self.shown is not None:
+            return
         count = part.stop - part.first
         for low, high in {(0, min(HELD, count)), (max(count - HELD, 0), count)}:
             frames = image[:, low:high] if tensor else image[low:high]
@@ -83,10 +90,7 @@ class Memory:
 
     def frames(self, first: int, stop: int) -> Any:
         """The frames from first to stop - 1."""
-        if (first, stop) in self.parts:
-            return self.parts[first, stop]
-        assert self.shown is not None  # only frames of a former run are not remembered
-        return self.shown(first, stop)
+        return self.parts[first, stop] if self.shown is None else self.shown(first, stop)
 
 
 def planned_stretches(size: Sequence[int], loop: bool) -> list[Stretch]:

@@ -1,0 +1,228 @@
+"""`kwatra synth VIDEO`: frames are kept as they are made, stretch by stretch."""
+
+import argparse
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import torch
+from torch import Tensor
+
+import synth
+from synth import io, texture
+from synth.commands.checks import check_distinct, check_size, finish, refuse_unused
+from synth.commands.framewise import Framewise, digest, versions
+from synth.commands.progress import place_of, work_line
+from synth.commands.report import ENERGY_SUFFIXES, energy_writer
+from synth.words import counted, listed
+
+if TYPE_CHECKING:
+    import flow
+    from synth.io import Kind, Writer
+    from synth.texture import Synthesis
+
+_STILL = ("guide", "start", "mask", "keep", "soft", "soft_weight", "exemplar_mask", "apply", "each", "progress_images")
+_WHOLE = ("also", "map", "energy")
+_FPS = 25.0
+
+
+@dataclass(frozen=True)
+class _Clips:
+    """The exemplars: frames (C, T, H, W) of one kind, colors multiplied by alpha; rate: frames a second."""
+
+    frames: list[Tensor]
+    kind: "Kind"
+    rate: float
+
+    @classmethod
+    def read(cls, arguments: argparse.Namespace) -> "_Clips":
+        """All that the arguments name; InputError for stills among them, and for clips of different kinds."""
+        still = [path for path in arguments.exemplars if not io.is_video(path)]
+        if still:
+            raise synth.InputError(f"{still[0]} is an image and others are videos; give all of one sort")
+        clips = [io.read_video(path, arguments.fps or _FPS) for path in arguments.exemplars]
+        for path, clip in zip(arguments.exemplars, clips, strict=True):
+            if clip.kind != clips[0].kind:
+                raise synth.InputError(
+                    f"{path} holds {clip.kind} but {arguments.exemplars[0]} {clips[0].kind}; save both alike"
+                )
+        kind = clips[0].kind
+        frames = [torch.stack([io.premultiplied(f, kind) for f in clip.frames.unbind(1)], 1) for clip in clips]
+        return cls(frames, kind, clips[0].rate)
+
+    @property
+    def extremes(self) -> tuple[float, float]:
+        """What is black and white: 0 and 1, or the least and largest value of floats."""
+        if not self.kind.dtype.startswith("f"):
+            return 0.0, 1.0
+        return min(float(f.min()) for f in self.frames), max(float(f.max()) for f in self.frames)
+
+
+def run_video(arguments: argparse.Namespace) -> str:
+    """Check everything, work, write everything; returns the summary."""
+    source = arguments.exemplars[0]
+    refuse_unused(arguments, (*_STILL, "guide_weight"), f"is for images but {source} is a video")
+    if arguments.resume:
+        refuse_unused(arguments, _WHOLE, "tells of a whole run but --resume makes only the rest of one")
+    if arguments.tile == "nearest":
+        raise synth.InputError("--tile nearest is for images; for videos use --tile, and --size for whole periods")
+    clips = _Clips.read(arguments)
+    size = _size(arguments, clips)
+    output = arguments.output or Path(f"{source.stem}_synth{'' if source.is_dir() else source.suffix}")
+    job = Framewise(
+        arguments, output, size[0], size[1:], clips.kind, _settings(arguments, clips, size), clips.rate,
+        clips.extremes, "a video",
+    )  # fmt: skip
+    extras = _Extras(arguments, clips, output)
+    extras.check()
+    after = job.checked()
+    done = 0 if after is None else after.number + 1
+    if done == size[0] and not job.video:
+        return f"{output} has its {counted(done, 'frame')} already; there is nothing to do"
+    began = time.perf_counter()
+    with work_line(f"{source.name} to {size[2]}x{size[1]}") as report:
+        job.run(_frames(arguments, clips, size, job, done, extras.add, report), done, _writing(report))
+        more = extras.writers()
+        finish(more)
+    also = f"; also {listed(list(more))}" if more else ""
+    return job.summary(done, time.perf_counter() - began) + also
+
+
+def _writing(report: Callable[[str, float], None]) -> Callable[[str, float], None]:
+    """The report of frames being written, without that of each: they come in stretches, which tell more."""
+    return lambda what, part: report(what, part) if what.startswith("writing") else None
+
+
+def _size(arguments: argparse.Namespace, clips: _Clips) -> tuple[int, int, int]:
+    """(frames, height, width): as asked, or twice the clip's length at its size."""
+    length, height, width = clips.frames[0].shape[1:]
+    frames = arguments.frames or 2 * length
+    if arguments.seconds is not None:
+        frames = round(arguments.seconds * (arguments.fps or clips.rate))
+    if frames < 1:
+        raise synth.InputError(f"{arguments.seconds:g} seconds are less than a frame; ask for more")
+    height, width = arguments.size or (height, width)
+    check_size((height, width))
+    return frames, height, width
+
+
+def _settings(arguments: argparse.Namespace, clips: _Clips, size: tuple[int, int, int]) -> dict[str, str]:
+    """All that decides what the frames look like, by names that a user knows."""
+    asked = ("seed", "preset", "tile", "loop", "stay", "levels", "mirror", "rotate", "scale", "device")
+    return {
+        "exemplar": " ".join(digest(frames, clips.kind) for frames in clips.frames),
+        "--size": f"{size[2]}x{size[1]}",
+        "--frames": str(size[0]),
+        **{f"--{name}": str(getattr(arguments, name)) for name in asked},
+        **versions(),
+    }
+
+
+def _frames(
+    arguments: argparse.Namespace,
+    clips: _Clips,
+    size: tuple[int, int, int],
+    job: Framewise,
+    done: int,
+    told: "Callable[[Synthesis[Tensor]], None]",
+    report: Callable[[str, float], None],
+) -> "Iterator[tuple[Tensor, flow.State]]":
+    """The frames behind those that are done, each with its number as a state."""
+    from flow import State
+
+    def shown(first: int, stop: int) -> Tensor:
+        frames = list(job.folder.frames(stop))[first:]
+        return torch.stack([io.premultiplied(frame, clips.kind) for frame in frames], 1)
+
+    nothing, number = torch.empty(0), done
+    made = texture.stretches(
+        clips.frames,
+        size,
+        seed=arguments.seed,
+        done=done,
+        shown=shown,
+        callback=lambda progress: report(place_of(progress), progress.fraction),
+        preset=arguments.preset,
+        tile=arguments.tile is not None,
+        loop=arguments.loop,
+        stay=arguments.stay,
+        levels=arguments.levels,
+        mirror=arguments.mirror,
+        rotate=arguments.rotate,
+        scale=arguments.scale or (),
+        device=arguments.device,
+    )
+    for synthesis in made:
+        told(synthesis)
+        for frame in synthesis.image.unbind(1):
+            yield io.straight(frame, clips.kind), State(number, nothing, nothing, nothing)
+            number += 1
+
+
+class _Extras:
+    """What is told of a whole run beside its frames: maps carried along, where pixels come from, energies."""
+
+    def __init__(self, arguments: argparse.Namespace, clips: _Clips, output: Path) -> None:
+        self.arguments, self.clips, self.output = arguments, clips, output
+        self.sources: list[Any] = []
+        self.rows: list[dict[str, object]] = []
+        self.maps = dict(self._map(request) for request in arguments.also)
+
+    def _map(self, request: str) -> "tuple[Path, tuple[list[Tensor], Kind]]":
+        """NAME=VIDEO[,VIDEO] as the output and the frames (C, T, H, W) of each exemplar's map."""
+        name, equals, last = request.partition("=")
+        files = [Path(part) for part in last.split(",")] if len(self.clips.frames) > 1 else [Path(last)]
+        if not (name and equals and last) or len(files) != len(self.clips.frames):
+            raise synth.InputError(f"--also is {request!r}; write NAME=VIDEO, with a video for each exemplar")
+        maps = [io.read_video(file) for file in files]
+        for file, carried, frames in zip(files, maps, self.clips.frames, strict=True):
+            if carried.frames.shape[1:] != frames.shape[1:] or carried.kind != maps[0].kind:
+                raise synth.InputError(
+                    f"{file} is {_length(carried.frames)} but its exemplar {_length(frames)}; a map has its exemplar's "
+                    "length and size, and all maps one kind"
+                )
+        target = self.output.with_name(f"{self.output.stem}_{name}{'' if files[0].is_dir() else files[0].suffix}")
+        return target, ([carried.frames for carried in maps], maps[0].kind)
+
+    def check(self) -> None:
+        """Refuse before any work what could not be written after it, or held in memory."""
+        asked, overwrite = self.arguments, self.arguments.overwrite
+        for target in self.maps:
+            io.check_video_output(target, overwrite)
+        if asked.map is not None:
+            io.check_output(asked.map, None, overwrite, (".npy",))
+        if asked.energy is not None:
+            io.check_output(asked.energy, None, overwrite, ENERGY_SUFFIXES)
+        extra = [path for path in (asked.map, asked.energy) if path is not None]
+        check_distinct([self.output, *self.maps, *extra])
+
+    def add(self, synthesis: "Synthesis[Tensor]") -> None:
+        """What a stretch tells."""
+        if self.maps or self.arguments.map is not None:
+            self.sources.append(synthesis.source.astype("int32"))
+        stretch = len(self.rows) and int(str(self.rows[-1]["stretch"])) + 1
+        self.rows += [{"stretch": stretch, **row} for row in synthesis.result.energies]
+
+    def writers(self) -> "dict[Path, Writer]":
+        """What writes all that is asked for."""
+        import numpy as np
+
+        writers: dict[Path, Writer] = {}
+        if self.arguments.energy is not None:
+            writers[self.arguments.energy] = energy_writer(self.arguments.energy, self.rows)
+        if not self.sources:
+            return writers
+        source = np.concatenate(self.sources, 1)
+        if self.arguments.map is not None:
+            writers[self.arguments.map] = io.npy_writer(source)
+        for target, (maps, kind) in self.maps.items():
+            carried = texture.taken([frames.movedim(0, -1).numpy() for frames in maps], source)
+            frames = torch.from_numpy(carried).movedim(-1, 0).unbind(1)
+            writers[target] = io.video_writer(target, frames, self.arguments.fps or self.clips.rate, kind)
+        return writers
+
+
+def _length(frames: Tensor) -> str:
+    return f"{counted(frames.shape[1], 'frame')} of {frames.shape[3]}x{frames.shape[2]}"
