@@ -5,7 +5,7 @@ import time
 from pathlib import Path
 
 import synth
-from synth.commands.checks import set_up
+from synth.commands.checks import refuse_unused, set_up
 from synth.commands.framewise import Framewise
 from synth.commands.parsing import Subparsers, add_common, file, rate, size, whole
 from synth.commands.progress import work_line
