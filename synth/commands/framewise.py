@@ -59,9 +59,7 @@ class Framewise:
         """Refuse what could not be written; returns the state to go on after, if so asked and there is one."""
         resume, overwrite, folder = self.arguments.resume, self.arguments.overwrite, self.folder
         if not self.video:
-            refuse_unused(
-                self.arguments, ["fps"], f"is for .mp4 and .gif but {self.output} is to be a folder of frames"
-            )
+            refuse_unused(self.arguments, ["fps"], f"is for video files but {self.output} is to be a folder of frames")
         if not self.output.is_dir() or self.video:
             if resume and self.video and self.output.exists() and not folder.path.exists():
                 raise synth.InputError(
@@ -104,7 +102,7 @@ class Framewise:
                 report(f"frame {number + 1} of {self.total}, {rate:.1f} frames/s", (number + 1) / self.total)
             if self.video:
                 fps = self.arguments.fps or self.rate
-                finish({self.output: io.video_writer(self.output, self._shown(report), fps)})
+                finish({self.output: io.video_writer(self.output, self._shown(report), fps, self.kind)})
                 folder.remove()
         except KeyboardInterrupt:
             count = folder.count() if begun else 0
