@@ -98,6 +98,6 @@ def run(arguments: argparse.Namespace) -> str:
 def _hint_at_cropping(pixels: "Tensor", axes: str) -> None:
     """Say so where the picture repeats, but does not hold whole periods."""
     size = (pixels.shape[1], pixels.shape[2])
-    good = texture.whole_size([pixels], size, axes, crop=True)
+    good = texture.whole_size([pixels], size, axes, crop=True, quickly=True)
     if good is not None and good != size:
         note(f"the texture repeats, and {good[1]}x{good[0]} holds whole periods; --crop cuts the picture to that")

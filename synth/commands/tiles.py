@@ -14,7 +14,7 @@ def tile_size(tile: str | None, size: tuple[int, int], pictures: "Sequence[Tenso
     """The size (height, width) for what `--tile` asks: "nearest" whole periods; "exact" is told where it holds none."""
     if tile is None:
         return size
-    good = texture.whole_size(pictures, size)
+    good = texture.whole_size(pictures, size, quickly=tile != "nearest")
     if good is None or good == size:
         return size
     if tile == "nearest":

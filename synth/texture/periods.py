@@ -16,19 +16,19 @@ GIVE = 0.1
 """What a size may be off whole periods, as a part of the lattice's shortest vector: elements of near-regular textures
 vary by as much. One pixel is always allowed."""
 
-SEARCHED = 2**19
-"""Pictures with more pixels are not searched for a lattice: that takes seconds."""
+QUICKLY = 2**18
+"""Pictures with more pixels are searched for a lattice only where that is worth the time: these take two seconds."""
 
 
 def whole_size(
-    pictures: Sequence[Tensor], size: Sequence[int], axes: str = "xy", *, crop: bool = False
+    pictures: Sequence[Tensor], size: Sequence[int], axes: str = "xy", *, crop: bool = False, quickly: bool = False
 ) -> tuple[int, int] | None:
     """The size (height, width) nearest to `size` that holds whole periods of a texture along "x", "y" or "xy".
 
-    pictures: of the texture, (C, H, W). crop: it is no larger than `size`. None for a texture without a lattice, for
-    pictures too large to be searched for one, and where no size from half to one and a half of the given one will do.
+    pictures: of the texture, (C, H, W). crop: it is no larger than `size`. quickly: give up on large pictures. None for
+    a texture without a lattice, and where no size from half to one and a half of the given one will do.
     """
-    if sum(picture[0].numel() for picture in pictures) > SEARCHED:
+    if quickly and sum(picture[0].numel() for picture in pictures) > QUICKLY:
         return None
     lattice = find_lattice(Exemplar.of(list(pictures)))
     if lattice is None:

@@ -42,8 +42,8 @@ tuned, as REACH, by eye on gravel, radishes, a stone wall and peeling plaster.""
 APART = 2
 """Candidates are further than so many pixels from each other."""
 
-MENDING = 2
-"""How often all patches are tried again."""
+MENDING = 1
+"""How often all patches are tried again; once more lowered the cost of all seams by no more than a hundredth."""
 
 REACH = 8.0
 """Over about so many pixels steps of color are spread."""
@@ -153,19 +153,15 @@ class _Sewing:
         return list(zip(self.shape, self.closed, strict=True))
 
     def run(self, report: Report) -> None:
-        """Cover the seams, then try all patches again while that helps."""
+        """Cover the seams, then try all patches again."""
         stations = list(self._stations())
         for turn in range(1 + MENDING):
-            laid = 0
             for number, box in enumerate(stations):
                 cut = self._cheapest(box)
                 empty = turn == 0 and not self.sheet.filled_at(self.sheet.indices(box)).all()
                 if empty or cut.price < 0:
                     self.sheet.commit(cut)
-                    laid += 1
                 report("sewing", (turn + (number + 1) / len(stations)) / (1 + MENDING))
-            if turn and not laid:
-                return
 
     def _stations(self) -> Iterator[Box]:
         """Boxes as wide as the band on both sides of a seam, half over each other: where seams cross, then along them.

@@ -80,6 +80,7 @@ def test_cropped_to_whole_periods() -> None:
     assert whole_size([picture], (48, 40)) == (48, 40)
     assert whole_size([picture], (90, 110), "x") == (90, 100)
     assert whole_size([torch.rand(1, 64, 64, generator=torch.Generator().manual_seed(0))], (64, 64)) is None
+    assert whole_size([picture.repeat(1, 8, 5)], (90, 130), quickly=True) is None
     made = tile(dots, crop=True)
     assert made.image.shape == (96, 100)
     assert np.mean((np.roll(made.image, (16, 20), (0, 1)) > 0.5) != (made.image > 0.5)) < 0.01
