@@ -1,8 +1,18 @@
-"""The elements of a texture: how large they are, and the lattice on which they stand."""
+"""The elements of a texture: how large they are, the ground between them, and the lattice on which they stand."""
 
+from kwatra.elements.ground import Ground, find_ground
 from kwatra.elements.lattice import Lattice, find_lattice
 from kwatra.elements.place import place_dependence
 from kwatra.elements.repeating import continued, out_of_step
 from kwatra.elements.size import element_size
 
-__all__ = ["Lattice", "continued", "element_size", "find_lattice", "out_of_step", "place_dependence"]
+__all__ = [
+    "Ground",
+    "Lattice",
+    "continued",
+    "element_size",
+    "find_ground",
+    "find_lattice",
+    "out_of_step",
+    "place_dependence",
+]

@@ -4,6 +4,7 @@ from kwatra.pieces.again import Budget, lay_again
 from kwatra.pieces.blocks import BlockStart
 from kwatra.pieces.boxes import Box, box_sums
 from kwatra.pieces.fitting import Fit, totals
+from kwatra.pieces.gaps import gaps
 from kwatra.pieces.mosaic import Mosaic
 from kwatra.pieces.regions import Regions
 from kwatra.pieces.seams import SeamCost
@@ -25,6 +26,7 @@ __all__ = [
     "Stock",
     "block_start",
     "box_sums",
+    "gaps",
     "lay_again",
     "repeated",
     "totals",

@@ -7,6 +7,9 @@ already lies under it and with what terms wish for there, and for how little its
 and mend older seams. When all is laid, blocks are laid again where seams cost most (thesis 3.2). Offsets between output
 and exemplar are multiples of `grain`, the coarsest level's pixel, so that every level of the pyramid can represent the
 start exactly.
+
+Where there are gaps between elements seams are hidden in them, and blocks overlap by so much that a seam can go around
+an element.
 """
 
 import math
@@ -19,10 +22,13 @@ from scipy import ndimage
 from torch import Tensor
 
 from kwatra.base import InputError, mean, total
+from kwatra.elements import Lattice
 from kwatra.exemplar import Exemplar
 from kwatra.pieces.again import Budget, lay_again
 from kwatra.pieces.boxes import Box, box_sums
+from kwatra.pieces.charges import charged, step_cost
 from kwatra.pieces.fitting import Fit
+from kwatra.pieces.gaps import Gaps, gaps
 from kwatra.pieces.mosaic import Mosaic
 from kwatra.pieces.regions import Regions
 from kwatra.pieces.seams import SeamCost
@@ -50,6 +56,9 @@ MISMATCH_FLOOR = 0.05
 OVERLAP = 0.25
 """The part of a block that lies on those before it: within it the seam is free to run."""
 
+WIDEST = 0.5
+"""The most of a block that lies on others, where that lets seams run along gaps between elements."""
+
 AGAIN, PATIENCE = 0.3, 6
 """Blocks are laid again at most so often, for each that was laid, and until so many in a row have not helped."""
 
@@ -60,11 +69,11 @@ MOST = 1000.0
 class BlockStart:
     """Lays blocks of an exemplar on an output of spatial `shape`; `run` returns the source map (n, *shape).
 
-    block: its size; grain: what offsets are multiples of. wraps: along which axes the output
-    is periodic; None for none. usage: what a block costs whose
-    pixels were used once more than all on average. aligned: False takes whole blocks at random. seams: of how many
-    blocks the seams are compared. places: what is charged for where in the exemplar a block comes from. wish: values
-    that pixels should have, with weights; a weight of 1 counts fully, as what is laid already.
+    block: its size; grain: what offsets are multiples of. wraps: along which axes the output is periodic; None for
+    none. usage: what a block costs whose pixels were used once more than all on average. aligned: False takes whole
+    blocks at random. seams: of how many blocks the seams are compared. lattice: on which elements stand, if they do.
+    places: what is charged for where in the exemplar a block comes from. wish: values that pixels should have, with
+    weights; a weight of 1 counts fully, as what is laid already.
     """
 
     def __init__(
@@ -79,12 +88,14 @@ class BlockStart:
         usage: float = 0.35,
         aligned: bool = True,
         seams: int = 1,
+        lattice: Lattice | None = None,
         places: Sequence[PlaceCharge] = (),
         wish: Wish | None = None,
     ) -> None:
         self.exemplar, self.shape = exemplar, tuple(shape)
         self.grain, self.generator = tuple(grain), generator
-        self.usage, self.aligned, self.seams, self.places = usage, aligned, seams, places
+        self.usage, self.aligned, self.seams = usage, aligned, seams
+        self.lattice, self.places = lattice, places
         self.continuation = CONTINUATION if len(self.shape) == 2 else CONTINUATION_IN_TIME
         share = exemplar.share.cpu()
         colors = _continued(exemplar)
@@ -106,6 +117,16 @@ class BlockStart:
         self.variance = max(float(total(variance)), 1e-8)
         self.contrast = 2 * self.variance**0.5 / mosaic.step
         self.laid = 0
+        if aligned and self.wish is None and len(self.shape) == 2:
+            found = gaps(exemplar, mosaic, self.contrast / 2)
+            if found is not None:
+                self._heed(found)
+
+    def _heed(self, found: Gaps) -> None:
+        """Have seams hidden in gaps, and blocks overlap by enough for that."""
+        self.sheet.cost = found.cost
+        sides = zip(self.overlap, self.block, strict=True)
+        self.overlap = tuple(max(overlap, min(found.overlap, round(WIDEST * b))) for overlap, b in sides)
 
     def _scaled(self, wish: Wish) -> tuple[np.ndarray, np.ndarray]:
         """The wish's weights and values (C, *shape), values in the units of `fit`."""
@@ -185,9 +206,12 @@ class BlockStart:
         if len(others) == 0:
             others = mismatch[self.valid]
         least = max(others.min(), MISMATCH_FLOOR), max(np.quantile(others, GOOD), MISMATCH_FLOOR)
+        scale = math.sqrt(math.prod(least))
         used = self._on_grain(box_sums(self.used, self.block)) / math.prod(self.block)
-        cost = (mismatch + self._away(box)) / math.sqrt(math.prod(least))
+        away = charged(self.places, box.start, self.valid.shape, self.grain, self.exemplar.canvas.device)
+        cost = (mismatch + away / self.variance) / scale
         cost = cost + self.usage * (used - self.used.mean()) + self.continuation * again
+        cost = cost + self._out_of_step(box, known, at)
         flat = np.where(self.valid, cost, math.inf).ravel()
         if self.seams > 1 and self.aligned and known.any() and not self._wished(at):
             picks = flat.argsort(kind="stable")[: self.seams]
@@ -197,6 +221,14 @@ class BlockStart:
             picks = good[[int(torch.randint(len(good), (1,), generator=self.generator))]]
         corners = np.stack(np.unravel_index(picks, cost.shape), 1) * np.array(self.grain)
         return [(tuple(corner), float(flat[pick])) for corner, pick in zip(corners.tolist(), picks, strict=True)]
+
+    def _out_of_step(self, box: Box, known: np.ndarray, at: tuple[np.ndarray, ...]) -> np.ndarray | float:
+        """What blocks cost, shaped as `valid`, that are not in step with the copy which most of what is known is."""
+        if self.lattice is None or not known.any():
+            return 0.0
+        most = self.sheet.patches[int(np.bincount(self.sheet.label[at][known]).argmax())]
+        first = [float(b - s) for b, s in zip(box.start, most.shift, strict=True)]
+        return step_cost(self.lattice, first, self.valid.shape, self.grain)
 
     def _wished(self, at: tuple[np.ndarray, ...]) -> bool:
         """Whether anything is wished for at some pixels."""
@@ -223,16 +255,6 @@ class BlockStart:
             if count > 0:
                 mismatch = mismatch + self._on_grain(self.fit.inside(value, weight)) / (count * self.variance)
         return np.round(mismatch, 9)  # what agrees equally well stays a tie, whatever the transform rounds
-
-    def _away(self, box: Box) -> np.ndarray | float:
-        """What is charged for the place of each block, shaped as `valid`, relative to the variance."""
-        if not self.places:
-            return 0.0
-        there = torch.from_numpy(np.indices(self.valid.shape).reshape(len(self.shape), -1).T * np.array(self.grain))
-        here = torch.tensor([box.start])
-        costs = [place(here, there[None].to(self.exemplar.canvas.device))[0].cpu() for place in self.places]
-        away: np.ndarray = torch.stack(costs).sum(0).double().numpy().reshape(self.valid.shape)
-        return away / self.variance
 
     def _continuations(self, known: np.ndarray, place: np.ndarray) -> np.ndarray:
         """Which blocks would only continue a copy that is there already, shaped as `valid`."""

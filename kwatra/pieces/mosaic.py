@@ -54,6 +54,10 @@ class Mosaic:
         spread = [np.std(plane, dtype=np.float64) for plane in self.images[0]]
         self.variance = float(np.mean(np.square(spread))) / (self.step * LEVELS) ** 2
 
+    def spread(self, values: np.ndarray) -> np.ndarray:
+        """Values (*shape) of a single source by the number of its places, rim included."""
+        return np.pad(values, 1, mode="edge").ravel()
+
     def _quantized(self) -> np.ndarray:
         channels = self.images[0].shape[0]
         planes = np.zeros((channels, len(self.images), *self.cell), np.int16)

@@ -8,12 +8,20 @@
 are exact. M' prefers seams through busy regions, where they show less; it is no metric, and the cut then treats an old
 seam as costing at most what replacing it on both sides would (kwatra.cut). Use M where the cut must be the best
 possible, M' where flat and busy regions mix.
+
+A seam is hidden where one of the two pixels that it parts, as they are then seen, shows ground between elements: what
+ends there ends as elements do. So where it is known how deep in its element each place lies, a seam between A(s) and
+B(t) costs
+
+    (HIDDEN + (1 - HIDDEN) d) M + least d,    d the lesser depth of A(s) and B(t).
+
+It then runs along the gaps of one side, and through elements of both nowhere, however alike their colors are.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,15 +33,28 @@ ACROSS_TIME = 2
 """What a seam between frames costs more in M'. Each pixel passes from patch to patch in some frame; where it were as
 cheap as a seam within a frame, all would pass in one, which is the smallest surface, and is seen as a flash."""
 
+HIDDEN = 0.05
+"""The part of M that a seam costs along the ground. Made stones and coins are cut as seldom with .02, and half as often
+again with .2, which leaves cleaner seams in small bricks."""
 
 Steepness = Callable[[int, Sequence[Array]], Array]
 
 
-class SeamCost:
-    """M between places of a stock; or M', if given what to divide by: of an axis, from A and B at s, A and B at t."""
+class Depth(NamedTuple):
+    """How deep in its element each place lies, by number, 0 (ground) to 1; least: what a seam costs there at least."""
 
-    def __init__(self, sources: Stock, steepness: Steepness | None = None):
-        self.sources, self.steepness = sources, steepness
+    at: Array
+    least: float
+
+
+class SeamCost:
+    """M between places of a stock; or M', if given what to divide by: of an axis, from A and B at s, A and B at t.
+
+    depth: if it is known, seams are hidden on the ground; not together with steepness.
+    """
+
+    def __init__(self, sources: Stock, steepness: Steepness | None = None, depth: Depth | None = None):
+        self.sources, self.steepness, self.depth = sources, steepness, depth
 
     def pairs(self, old: Array, new: Array, remembered: Sequence[Array]) -> list[Costs]:
         """Per axis the costs (a, b, c) of kwatra.cut between neighbors of a window; of empty pixels, anything.
@@ -50,7 +71,7 @@ class SeamCost:
             match = here[p] + self.sources.distance(self.sources.colors(ahead), show_new[q])
             b = self._priced(axis, match, (old[p], new[p], ahead, new[q]), len(remembered))
             match = here[q] + self.sources.distance(self.sources.colors(back), show_new[p])
-            c = self._priced(axis, match, (back, new[p], old[q], new[q]), len(remembered))
+            c = self._priced(axis, match, (new[p], back, new[q], old[q]), len(remembered))
             pairs.append((a, b, c))
         return pairs
 
@@ -62,7 +83,11 @@ class SeamCost:
         return self._priced(axis, match, (s, back, ahead, t), axes)
 
     def _priced(self, axis: int, match: Array, places: Sequence[Array], axes: int) -> Array:
-        """M, or M' where it is asked for, from M and the places of A and B at s and t."""
+        """What is asked for, from M and the places of A and B at s and t, where A(s) and B(t) are seen."""
+        if self.depth is not None:
+            depth = np.minimum(self.depth.at[places[0]], self.depth.at[places[3]])
+            more = np.where(places[2] == places[3], 0, self.depth.least)  # a copy that goes on has no seam
+            return np.rint((HIDDEN + (1 - HIDDEN) * depth) * match + more * depth).astype(np.int32)
         if self.steepness is None:
             return match
         scale = NORMALIZED_SCALE * (ACROSS_TIME if axis < axes - 2 else 1)

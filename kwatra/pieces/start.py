@@ -8,9 +8,10 @@ import torch
 from torch import Tensor
 
 from kwatra.base import factors_of
-from kwatra.elements import continued, find_lattice
+from kwatra.elements import Lattice, continued
 from kwatra.exemplar import Exemplar
 from kwatra.pieces.blocks import BlockStart
+from kwatra.source import Prepared
 
 if TYPE_CHECKING:
     from kwatra.loop.task import Task
@@ -56,6 +57,7 @@ def block_start(task: "Task", exemplar: Exemplar) -> tuple[Tensor, tuple[int, ..
         usage=settings.usage,
         aligned=settings.start == "aligned",
         seams=settings.seams,
+        lattice=_lattice(task, exemplar, factor),
         places=[*controls.place_charges(here, size).values()],
         wish=controls.wish(torch.zeros(task.channels, *controls.shape, device=here.canvas.device)),
     )
@@ -69,6 +71,19 @@ def _is_large(extent: tuple[int, ...], factor: int) -> bool:
     return min(extent) / factor > LARGE
 
 
+def _lattice(task: "Task", exemplar: Exemplar, factor: int) -> Lattice | None:
+    """The lattice of a single image, a factor coarser, None where terms decide.
+
+    Offsets from one image into another say nothing of it.
+    """
+    single = len(task.shape) == 2 and int(exemplar.owner.max()) == 0 and exemplar.owner.numel() <= LOOKED_AT
+    plain = task.settings.start == "aligned" and not task.terms
+    if not plain or not single or not isinstance(task.texture, Prepared):
+        return None
+    lattice = task.texture.lattice
+    return None if lattice is None else Lattice(lattice.vectors / factor, lattice.regularity)
+
+
 def repeated(task: "Task", exemplar: Exemplar) -> Tensor | None:
     """The source map (2, *shape), at full resolution, of an exactly periodic picture continued exactly.
 
@@ -76,9 +91,9 @@ def repeated(task: "Task", exemplar: Exemplar) -> Tensor | None:
     """
     plain = not task.terms and not any(task.wraps) and task.settings.start == "aligned" and len(task.shape) == 2
     fine = any(level.factor == 1 for level in task.levels)
-    if not plain or not fine or exemplar.owner.numel() > LOOKED_AT:
+    if not plain or not fine or exemplar.owner.numel() > LOOKED_AT or not isinstance(task.texture, Prepared):
         return None
-    lattice = find_lattice(exemplar)
+    lattice = task.texture.lattice
     return None if lattice is None else continued(exemplar, lattice, task.shape)
 
 

@@ -10,7 +10,7 @@ import torch
 from torch import Tensor
 
 import kwatra
-from kwatra import Exemplar, InputError, Level, Progress, Result, Settings, Sum, TermLike
+from kwatra import Exemplar, InputError, Level, Prepared, Progress, Result, Settings, Sum, TermLike
 from kwatra.terms import parts_of
 from kwatra.windows import per_axis
 from synth.texture.form import Form, Image
@@ -184,8 +184,9 @@ class Work(Generic[Image]):
         if held is not None:
             settings = replace(settings, wrap=(False, *per_axis(settings.wrap, 3)[1:]))
             terms = (*terms, part.holding(held, size))
+        source = Prepared(self.source)  # its lattice is sought once for all tries
         run = partial(
-            kwatra.optimize, self.source, size, settings=settings, terms=terms, mask=self.mask,
+            kwatra.optimize, source, size, settings=settings, terms=terms, mask=self.mask,
             start=self.start,
         )  # fmt: skip
         return _Runs(self.tries, part.seed(seed), callback, self.channels).best(run, self.source)

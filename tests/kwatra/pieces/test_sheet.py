@@ -7,7 +7,7 @@ import pytest
 
 from kwatra.pieces.boxes import Box
 from kwatra.pieces.mosaic import LEVELS, Mosaic
-from kwatra.pieces.seams import SeamCost
+from kwatra.pieces.seams import HIDDEN, Depth, SeamCost
 from kwatra.pieces.sheet import Patch, Sheet
 
 
@@ -143,3 +143,32 @@ def test_what_is_void_or_fixed_stays() -> None:
     sheet.lay(Patch(1, (0, 0), Box((0, 0), (6, 6))), must=~hole, must_not=hole)
     assert sheet.label[2, 2] == -1
     assert set(sheet.label[:, :2].ravel()) == {0}
+
+
+def test_seams_are_hidden_where_one_side_shows_ground():
+    image = np.array([[[0, 0.2, 0.4, 0.6, 0.8, 1.0]]], np.float32)
+    sources = Mosaic([image])
+    depth = np.array([[0, 0, 0, 1, 1, 1]], np.float32)
+    cost = SeamCost(sources, depth=Depth(sources.spread(depth), 100.0))
+    places = sources.places(0, [np.arange(1), np.arange(6)])[0]
+    plain = SeamCost(sources)
+
+    def both(s, t):
+        there = np.array([places[s]]), np.array([places[t]])
+        return int(cost.seam(*there, 1, 2)[0]), int(plain.seam(*there, 1, 2)[0])
+
+    for s, t, part, least in ((3, 5, 1, 100), (1, 5, HIDDEN, 0), (5, 1, HIDDEN, 0), (0, 2, HIDDEN, 0), (4, 5, 1, 0)):
+        hidden, seen = both(s, t)
+        assert hidden == round(part * seen + least)
+
+
+def test_hidden_seams_are_remembered_as_they_cost():
+    rng = np.random.default_rng(0)
+    sources = Mosaic([rng.random((2, 9, 9), np.float32)])
+    depth = Depth(sources.spread(rng.random((9, 9), np.float32)), 200.0)
+    sheet = Sheet(sources, (16, 16), (False, True), SeamCost(sources, depth=depth))
+    for _ in range(20):
+        start = (int(rng.integers(0, 8)), int(rng.integers(0, 16)))
+        sheet.lay(Patch(0, start, Box(start, (9, 9))))
+        np.testing.assert_array_equal(sheet.recomputed_seams(), sheet.seams)
+        assert sheet.total == int(sheet.seams.sum())

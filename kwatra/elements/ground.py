@@ -1,0 +1,105 @@
+"""The ground that a texture's elements lie on: mortar, gaps, cloth, paper.
+
+Ground is darker than elements, or lighter, and hangs together; what it leaves are parts about as large as an element.
+So brightness, as it is and against its surroundings, is split at several values, and the split is taken that says so
+most surely (compare Matas et al. 2002, "Robust wide baseline stereo from maximally stable extremal regions"). Of those
+that say it as surely the one with least ground is taken, since the shaded rim of an element is not its gap.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy import ndimage
+from torch import Tensor
+
+from kwatra.elements.size import element_size
+from kwatra.exemplar import Exemplar
+
+Array = np.ndarray[Any, Any]
+
+SMOOTHING = 0.7
+"""Brightness is smoothed by so many pixels: noise makes no ground."""
+
+SPLITS = (0.08, 0.12, 0.17, 0.23, 0.3, 0.4)
+"""Shares of the pixels that are tried as ground, beside the one at which two classes differ most (Otsu)."""
+
+AS_SURE = 0.95
+"""What is this share of the surest is as sure."""
+
+HOLE, SPECK = 0.5, 0.04
+"""Smaller parts, in areas of an element, are no ground, and no elements."""
+
+SMALL, LARGE = 0.1, 2.0
+"""The areas between which a part is like an element, in squares of its size."""
+
+MANY, COVER = 8, 0.3
+"""So many elements, on so much of the picture, are enough to be sure."""
+
+RIM = 0.25
+"""An element is as deep as can be so far from the ground, in sizes of an element."""
+
+
+@dataclass(frozen=True)
+class Ground:
+    """Where ground lies in an exemplar's canvas.
+
+    depth (*S): 0 on the ground, and more within elements, to 1 a quarter of their size from it. sure: 0 to 1, how
+    surely there is ground, and elements on it. size: that of an element, in pixels.
+    """
+
+    depth: Array
+    sure: float
+    size: float
+
+
+def find_ground(exemplar: Exemplar) -> Ground:
+    """The ground of an exemplar of still images. Textures without one have a `sure` of about 0."""
+    size = element_size(exemplar)
+    inside = (exemplar.owner >= 0).cpu().numpy()
+    tried = [(kind, *_cleaned(ground, inside, size)) for kind, ground in _splits(exemplar.canvas, inside, size)]
+    kind, _, sure = max(tried, key=lambda split: split[2])
+    alike = [ground for other, ground, as_sure in tried if other == kind and as_sure >= AS_SURE * sure]
+    least = min(alike, key=np.count_nonzero)
+    away = ndimage.distance_transform_edt(np.pad(~least, 1, mode="edge"))[1:-1, 1:-1] if least.any() else inside
+    return Ground(np.clip(away / max(RIM * size, 1.0), 0, 1), sure, size)
+
+
+def _splits(canvas: Tensor, inside: Array, size: float) -> Iterator[tuple[int, Array]]:
+    """Ways to tell ground from elements, (*S) each, True on the ground; those of one kind have the same number."""
+    bright = ndimage.gaussian_filter(canvas.double().mean(0).cpu().numpy(), SMOOTHING)
+    around = ndimage.gaussian_filter(bright, max(size, 4.0))
+    for kind, values in enumerate((bright, -bright, bright - around, around - bright)):
+        known = values[inside]
+        for most in (_two_classes(known), *np.quantile(known, SPLITS)):
+            yield kind, (values <= most) & inside
+
+
+def _two_classes(values: Array) -> float:
+    """The value that splits values into the two classes whose means differ most (Otsu 1979)."""
+    count, borders = np.histogram(values, 128)
+    middle = (borders[1:] + borders[:-1]) / 2
+    below, summed = np.cumsum(count)[:-1], np.cumsum(count * middle)[:-1]
+    rest = values.size - below
+    between = ((count * middle).sum() * below / values.size - summed) ** 2 / np.maximum(below * rest, 1)
+    return float(borders[1 + int(np.argmax(between))])
+
+
+def _cleaned(ground: Array, inside: Array, size: float) -> tuple[Array, float]:
+    """Ground without holes in elements, and without specks upon it; and how surely it is one, 0 to 1."""
+    parts, count = ndimage.label(ground, np.ones((3, 3)))
+    area = np.bincount(parts.ravel(), minlength=count + 1)
+    area[0] = 0
+    if count == 0:
+        return ground, 0.0
+    ground = (area >= HOLE * size**2)[parts]
+    connected = area.max() / area.sum()
+    parts, count = ndimage.label(inside & ~ground)
+    area = np.bincount(parts.ravel(), minlength=count + 1)
+    area[0] = 0
+    ground = ground | ((area > 0) & (area < SPECK * size**2))[parts]
+    like = (area > SMALL * size**2) & (area < LARGE * size**2)
+    cover, merged = area[like].sum() / inside.sum(), area[area >= LARGE * size**2].sum() / inside.sum()
+    few = min(1.0, like.sum() / MANY) * min(1.0, cover / COVER)
+    return ground, float(connected * few * cover / max(cover + merged, 1e-9))

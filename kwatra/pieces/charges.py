@@ -1,0 +1,45 @@
+"""What blocks cost for where in the exemplar they come from: as terms charge, and out of step with a lattice."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import torch
+
+from kwatra.elements import Lattice, out_of_step
+from kwatra.pieces.stock import Array
+from kwatra.terms import PlaceCharge
+
+STEP, IN_STEP = 0.5, 0.04
+"""What a block costs more that is out of step with a periodic texture, by more than this part of its shorter vector.
+
+Set on made tiles, of which then hardly any is cut; twice as much joins pieces of brick walls to longer copies.
+"""
+
+
+def charged(
+    places: Sequence[PlaceCharge],
+    start: Sequence[int],
+    shape: tuple[int, ...],
+    grain: Sequence[int],
+    device: torch.device,
+) -> Array:
+    """What places charge for the block at `start` if it is copied from each corner on the grain, (*shape)."""
+    if not places:
+        return np.zeros(shape)
+    there = torch.from_numpy(np.indices(shape).reshape(len(shape), -1).T * np.array(grain))
+    here = torch.tensor([list(start)])
+    costs = [place(here, there[None].to(device))[0].cpu() for place in places]
+    away: Array = torch.stack(costs).sum(0).double().numpy().reshape(shape)
+    return away
+
+
+def step_cost(lattice: Lattice, first: Sequence[float], shape: tuple[int, ...], grain: Sequence[int]) -> Array:
+    """What a block costs that is copied from each corner on the grain, (*shape): 0 in step, to STEP out of it.
+
+    first: the offset (down, right) of the first corner's block, output less exemplar, less that of a copy in step. It
+    counts by how regular the texture is.
+    """
+    rest = out_of_step(lattice, first, shape, [-g for g in grain]).numpy()
+    near = max(IN_STEP * float(lattice.vectors.norm(dim=1).min()), 1.0)
+    cost: Array = STEP * lattice.regularity * (1 - np.exp(-((rest / near) ** 2)))
+    return cost

@@ -1,0 +1,53 @@
+import numpy as np
+import pytest
+import torch
+from made import MADE
+from scipy import ndimage
+
+from kwatra import Exemplar
+from kwatra.elements import find_ground
+
+
+@pytest.mark.parametrize("size", [16, 32])
+@pytest.mark.parametrize("name", ["stones", "coins", "tiles"])
+def test_the_ground_between_elements_is_found(name, size):
+    made = MADE[name](128, size, 1)
+    truth, found = made.numbers.numpy() == 0, find_ground(Exemplar.of(made.image))
+    assert found.sure > 0.9
+    # no element holds ground, but at its shaded rim, and there is a way around each
+    inside = ndimage.distance_transform_edt(~truth)
+    assert (found.depth[inside > 0.15 * size] > 0).mean() > 0.97
+    assert (ndimage.distance_transform_edt(found.depth > 0)[truth] <= 0.2 * size).mean() > 0.9
+    assert found.depth[inside > 0.35 * size].min() > 0.5
+
+
+@pytest.mark.parametrize("name", ["stones", "coins"])
+def test_light_and_dark_may_trade_places(name):
+    image = MADE[name](128, 24, 2).image
+    light, dark = find_ground(Exemplar.of(image)), find_ground(Exemplar.of(1 - image))
+    assert light.sure == pytest.approx(dark.sure, abs=0.05)
+    assert np.abs(light.depth - dark.depth).mean() < 0.02
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_noise_has_no_ground(seed):
+    noise = np.random.default_rng(seed).normal(size=(3, 128, 128))
+    smooth = ndimage.gaussian_filter(noise, (0, 3, 3))
+    for image in (noise, smooth):
+        assert find_ground(Exemplar.of(torch.from_numpy(image).float())).sure < 0.5
+
+
+def test_one_color_has_no_ground():
+    found = find_ground(Exemplar.of(torch.full((3, 32, 40), 0.5)))
+    assert found.sure == 0
+    assert found.depth.shape == (32, 40)
+
+
+def test_what_nobody_owns_is_no_ground():
+    made = MADE["coins"](128, 24, 0)
+    mask = torch.ones(128, 128, dtype=torch.bool)
+    mask[:50, :50] = False
+    image = torch.where(mask, made.image, 0.0)  # as black as the cloth
+    found = find_ground(Exemplar.of([image], masks=[mask]))
+    assert found.sure > 0.8
+    assert found.depth[:45, :45].min() > 0

@@ -1,0 +1,31 @@
+import numpy as np
+import pytest
+import torch
+
+from kwatra.elements import Lattice
+from kwatra.pieces.charges import STEP, charged, step_cost
+
+GRID = Lattice(torch.tensor([[0.0, 8.0], [6.0, 0.0]], dtype=torch.float64), 0.5)
+
+
+@pytest.mark.parametrize("grain", [(1, 1), (2, 2)])
+def test_blocks_in_step_cost_nothing_and_others_what_the_regularity_is(grain):
+    first = (2.0, -2.0)
+    cost = step_cost(GRID, first, (13, 17), grain)
+    rows, columns = np.indices((13, 17))
+    down, right = first[0] - rows * grain[0], first[1] - columns * grain[1]
+    in_step = (down % 6 == 0) & (right % 8 == 0)
+    assert in_step.any()
+    np.testing.assert_allclose(cost[in_step], 0, atol=1e-12)
+    assert cost[(abs(down % 6 - 3) < 1) | (abs(right % 8 - 4) < 1)].min() > 0.49 * STEP
+    assert cost.max() <= 0.5 * STEP
+
+
+def test_places_charge_for_each_corner_on_the_grain():
+    def place(here, there):
+        return (there - here[:, None]).sum(-1).float()
+
+    cost = charged([place, place], (1, 2), (3, 4), (2, 5), torch.device("cpu"))
+    rows, columns = np.indices((3, 4))
+    np.testing.assert_array_equal(cost, 2 * (2 * rows - 1 + 5 * columns - 2))
+    assert not charged([], (1, 2), (3, 4), (2, 5), torch.device("cpu")).any()
