@@ -7,7 +7,13 @@ minimizes
 
 its texture energy, and its difference from the frame before, x-, carried along the flow (equation 27).
 
-The exemplars are scikit-image's brick, gravel and coins, and stones, a keyboard and checkerboards made here.
+Figure 36, and the four scenarios of section 7.2.1, are of videos: as published, with the energy
+
+    U(x) = U_t(x) + lambda sum (x(p, i) - x(f_i(p), i + 1))^2                                        (equations 29, 30)
+
+of the whole volume; and as `flow.animate` makes them, which carries texture along the flow while it lives on.
+
+The exemplars are scikit-image's brick, gravel and coins, and stones, a keyboard, checkerboards and waves made here.
 """
 
 import argparse
@@ -18,14 +24,17 @@ import torch
 import torch.nn.functional as F
 from demo import brick, gravel, pebbles
 from gallery_projection import checkerboard
-from gallery_quilting import RGB, beside, picture
+from gallery_quilting import RGB, beside, picture, waves
 from skimage import data
 from torch import Tensor
 
 import flow
+from kwatra import Exemplar
 from synth import write_image
+from synth.sheets import video_sheet
 
 KEY_FRAMES = (1, 9, 17, 25)
+VIDEO_FRAMES = 12
 FILLING_FRAMES = (9, 25, 41, 57)
 SPEED = 2.0
 FIELDS = {
@@ -35,6 +44,7 @@ FIELDS = {
     "stream": flow.stream(SPEED, 20),
     "vortices": flow.vortices(SPEED),
 }
+VIDEO_FIELDS = (flow.uniform(1.0), flow.rotation(1.0), flow.vortices(1.0))
 RED, BLUE = (0.85, 0.1, 0.1), (0.2, 0.3, 0.9)
 
 
@@ -160,7 +170,52 @@ def figure_34(side: int) -> Tensor:
     return under(*rows)
 
 
-FIGURES: tuple[Callable[[int], Tensor], ...] = (figure_29, figure_30, figure_31, figure_32, figure_33, figure_34)
+def pond(side: int) -> Tensor:
+    """Waves that travel in many directions, (3, 12, side, side)."""
+    return waves(12, side)
+
+
+def in_time(frames: Iterable[flow.Frame]) -> Tensor:
+    return torch.stack([frame.image for frame in frames], 1)
+
+
+def figure_36(side: int) -> Tensor:
+    """Fields, and a pond that follows them: as published and, below, carried while it lives on.
+
+    Of each the first, middle and last frame, then the middle row and the middle column over time.
+    """
+    size, clip, rows = (side, side), pond(side), []
+    for field in VIDEO_FIELDS:
+        for how in (flow.published, flow.animate):
+            video = in_time(how(clip, field, size, frames=VIDEO_FRAMES))
+            rows.append(beside(drawn(field, side), video_sheet(video, 3)))
+    return under(*rows)
+
+
+def section_7(side: int) -> Tensor:
+    """What can become of windows that overlap (7.2.1), under a flow to the right; each as a frame and slices in time.
+
+    They agree, and flow as wanted: clouds that drift to the right. They agree, and do not flow so: clouds that drift
+    down. They flow so, and do not agree: these clouds with turned copies, and much weight on the flow, blur. They do
+    neither: the same without the copies. Below, these clouds carried along the flow while they live on.
+    """
+    size, field, noise = (side, side), flow.uniform(1.0), torch.Generator().manual_seed(0)
+    wide = F.avg_pool2d(torch.rand(1, 2 * side, 2 * side, generator=noise), 5, 1, 2)
+    wide = ((wide - wide.amin()) / (wide.amax() - wide.amin())).expand(3, -1, -1)
+    right, down = (
+        torch.stack([wide.roll((t * row, t * column), (1, 2))[:, :side, :side] for t in range(12)], 1)
+        for row, column in ((0, 1), (1, 0))
+    )
+    plain, turned = Exemplar.of(down), Exemplar.of(down, rotate=(90.0,))
+    ways = [(Exemplar.of(right), 0.003), (plain, 0.0), (turned, 1.0), (plain, 1.0)]
+    made = [in_time(flow.published(each, field, size, VIDEO_FRAMES, weight)) for each, weight in ways]
+    made.append(in_time(flow.animate(down, field, size, frames=VIDEO_FRAMES)))
+    return under(*[video_sheet(video, 3) for video in made])
+
+
+FIGURES: tuple[Callable[[int], Tensor], ...] = (
+    figure_29, figure_30, figure_31, figure_32, figure_33, figure_34, figure_36, section_7,
+)  # fmt: skip
 
 
 def main() -> None:

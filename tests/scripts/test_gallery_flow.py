@@ -17,6 +17,8 @@ SIZE = 36
 def _few_frames(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(gallery_flow, "KEY_FRAMES", (1, 2, 3))
     monkeypatch.setattr(gallery_flow, "FILLING_FRAMES", (2, 12, 30))
+    monkeypatch.setattr(gallery_flow, "VIDEO_FRAMES", 3)
+    monkeypatch.setattr(gallery_flow, "VIDEO_FIELDS", gallery_flow.VIDEO_FIELDS[:1])
 
 
 def test_the_gallery_makes_every_figure(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -27,6 +29,8 @@ def test_the_gallery_makes_every_figure(monkeypatch: pytest.MonkeyPatch, tmp_pat
         pixels = read_image(tmp_path / f"figure_{figure}.png").pixels
         assert pixels.std() > 0.02
         shapes[figure] = tuple((side + 8) // (SIZE + 8) for side in pixels.shape[1:])
+    assert read_image(tmp_path / "figure_36.png").pixels.std() > 0.02
+    assert read_image(tmp_path / "section_7.png").pixels.std() > 0.02
     assert shapes == {29: (3, 5), 30: (4, 3), 31: (4, 3), 32: (2, 3), 33: (3, 3), 34: (3, 4)}
 
 

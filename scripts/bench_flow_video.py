@@ -1,0 +1,170 @@
+#!/usr/bin/env python3
+"""Videos that flow: do they move as told, and do they live as their exemplar does?
+
+    python scripts/bench_flow_video.py smoke.mp4 fountain/                 two clips, three fields
+    python scripts/bench_flow_video.py river.mp4 --fields sink wind.flo --frames 100 --methods kwatra still
+
+Without clips, waves made in code are used. The methods: kwatra (flow.animate); still, one frame of the clip animated;
+published, equation 29 over the whole volume (flow.published; it is slow, so --short frames at most); and exact, a frame
+of the clip that is moved by the field and nothing else: what the measures make of the motion alone. The columns:
+
+    epe        mean end-point error, px: how far the motion that optical flow sees is from the field
+    epe mean   the same of the motions' mean over time, in which what the texture does about it cancels
+    life       change of a frame about the one before, moved by the field, in units of the clip's about its own mean
+               motion: 1 is right, 0 a still that is carried
+    agitation  mean length of what the motion does about its mean and the field, in the clip's: 1 is right
+    sharp      mean absolute gradient, in the clip's
+    overall    of kwatra.measure for videos (lower is better)
+    s/frame    cpu seconds a frame
+"""
+
+import argparse
+import sys
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+
+import tables
+import torch
+from bench_video import given_clips, in_8_bits, write_sheet
+from gallery_quilting import waves
+from torch import Tensor
+
+import flow
+from flow.warps import BORDER, pixel_coordinates
+from kwatra import measure
+from synth import field_of
+
+FIELDS = ("uniform", "rotation", "vortices")
+NAMES = ["epe", "epe mean", "life", "agitation", "sharp", "overall", "s/frame"]
+
+
+@dataclass(frozen=True)
+class Task:
+    """A clip (C, T, H, W) that is to flow along a field, in so many frames of a size."""
+
+    clip: Tensor
+    field: flow.Field
+    shape: tuple[int, int]
+    frames: int
+    short: int
+
+
+def by_kwatra(task: Task) -> Tensor:
+    return stacked(flow.animate(task.clip, task.field, task.shape, frames=task.frames))
+
+
+def by_still(task: Task) -> Tensor:
+    return stacked(flow.animate(task.clip[:, 0], task.field, task.shape, frames=task.frames))
+
+
+def by_volume(task: Task) -> Tensor:
+    return stacked(flow.published(task.clip, task.field, task.shape, min(task.frames, task.short)))
+
+
+def exactly(task: Task) -> Tensor:
+    """A frame, repeated to the size, as it is where the field has brought its pixels from."""
+    still = task.clip[:, 0]
+    for axis, side in enumerate(task.shape, 1):
+        still = still.index_select(axis, torch.arange(side) % still.shape[axis])
+    places, frames = pixel_coordinates(task.shape), []
+    for number in range(min(task.frames, task.short)):
+        frames.append(flow.warp(still, places, "lanczos"))
+        places = flow.warp(places, flow.lookup(task.field(number, task.shape)).coordinates, "bilinear")
+    return torch.stack(frames, 1)
+
+
+METHODS: dict[str, Callable[[Task], Tensor]] = {
+    "kwatra": by_kwatra,
+    "still": by_still,
+    "published": by_volume,
+    "exact": exactly,
+}
+
+
+def stacked(frames: Iterator[flow.Frame]) -> Tensor:
+    return torch.stack([frame.image for frame in frames], 1)
+
+
+def motions(video: Tensor) -> Tensor:
+    """The motion that is seen from each frame to the next, (T - 1, 2, H, W)."""
+    return torch.stack([flow.seen(one, other) for one, other in pairwise(video.unbind(1))])
+
+
+def inner(values: Tensor) -> Tensor:
+    """Values (..., H, W) but for the borders, where half of what is to be seen is missing."""
+    border = min(BORDER, min(values.shape[-2:]) // 4)
+    return values[..., border:-border, border:-border]
+
+
+def change(video: Tensor, along: Tensor) -> float:
+    """Mean change of each frame (C, T, H, W) about the one before it, moved along flows (T - 1, 2, H, W)."""
+    pairs = zip(pairwise(video.unbind(1)), along, strict=True)
+    left = [inner(after - flow.warp(before, flow.lookup(f).coordinates)).abs().mean() for (before, after), f in pairs]
+    return float(torch.stack(left).mean())
+
+
+def gradient(video: Tensor) -> float:
+    return float(video.diff(dim=2).abs().mean() + video.diff(dim=3).abs().mean())
+
+
+def figures_of(video: Tensor, task: Task) -> dict[str, float]:
+    """All columns but the time, of a video (C, T, H, W)."""
+    wanted = torch.stack([task.field(number, task.shape) for number in range(video.shape[1] - 1)])
+    off, own = inner(motions(video) - wanted), motions(task.clip)
+    drift = own.mean(0, keepdim=True)
+    agitated = inner(own - drift).norm(dim=1).mean()
+    return {
+        "epe": float(off.norm(dim=1).mean()),
+        "epe mean": float(off.mean(0).norm(dim=0).mean()),
+        "life": change(video, wanted) / max(change(task.clip, drift.expand_as(own)), 1e-9),
+        "agitation": float((off - off.mean(0)).norm(dim=1).mean() / agitated.clamp(min=1e-9)),
+        "sharp": gradient(video) / max(gradient(task.clip), 1e-9),
+        "overall": measure(video, task.clip)["overall"],
+    }
+
+
+def bench(clips: dict[str, Tensor], arguments: argparse.Namespace) -> Iterator[tables.Row]:
+    for clip_name, clip in clips.items():
+        for name in arguments.fields:
+            field, shape = field_of(name, resample=True), arguments.size or tuple(clip.shape[2:])
+            task = Task(clip, field, shape, arguments.frames, arguments.short)
+            for method in arguments.methods:
+                title = f"{clip_name} {Path(name).stem}"
+                tables.progress(f"{title}: {method}")
+                cpu = time.process_time()
+                video = in_8_bits(METHODS[method](task))
+                cpu = (time.process_time() - cpu) / video.shape[1]
+                file = f"{title.replace(' ', '_').replace(':', '-')}_{method}.png"
+                write_sheet(arguments.out / file, video)
+                yield tables.Row(title, method, file, {**figures_of(video, task), "s/frame": cpu})
+
+
+def parsed(words: list[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("clips", nargs="*", type=Path, help="videos, folders of frames, or folders of such")
+    parser.add_argument("--fields", nargs="+", default=FIELDS, help=f"names or files ({' '.join(FIELDS)})")
+    parser.add_argument("--methods", nargs="+", choices=METHODS, default=list(METHODS), metavar="METHOD")
+    parser.add_argument("--size", type=tables.size, help="of the frames, WIDTHxHEIGHT (the clip's)")
+    parser.add_argument("--frames", type=int, default=60, help="how many (60)")
+    parser.add_argument("--short", type=int, default=16, help="at most so many of published and exact (16)")
+    parser.add_argument("--out", type=Path, default=Path("out/bench_flow_video"), help="folder for pictures")
+    return parser.parse_args(words)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    arguments.out.mkdir(parents=True, exist_ok=True)
+    clips = given_clips(arguments.clips) or {"waves": waves(24, 96)}
+    width = max(map(len, clips)) + 1 + max(len(Path(name).stem) for name in arguments.fields)
+    tables.print_table(bench(clips, arguments), NAMES, width)
+
+
+def main(words: list[str] | None = None) -> int:
+    arguments = parsed(words)
+    return tables.exit_code("bench_flow_video", lambda: run(arguments))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,36 @@
+"""The benchmark of videos that flow: its figures on known motion, and its table."""
+
+import bench_flow_video
+import pytest
+from bench_flow_video import Task, figures_of
+from gallery_quilting import waves
+
+import flow
+
+
+def test_an_exact_motion_has_no_error_and_no_life() -> None:
+    clip = waves(4, 48)
+    task = Task(clip, flow.uniform(2.0), (48, 48), 4, 4)
+    figures = figures_of(bench_flow_video.exactly(task), task)
+    assert figures["epe"] < 0.1
+    assert figures["life"] < 0.1
+    assert figures["agitation"] < 0.2
+    assert figures["sharp"] == pytest.approx(1.0, abs=0.2)
+
+
+def test_the_clip_itself_lives_as_it_does() -> None:
+    clip = waves(4, 48)
+    own = bench_flow_video.motions(clip).mean(0)
+    figures = figures_of(clip, Task(clip, flow.sampled(own), (48, 48), 4, 4))
+    assert figures["life"] == pytest.approx(1.0, rel=0.01)
+    assert figures["agitation"] == pytest.approx(1.0, rel=0.01)
+    assert figures["epe mean"] == pytest.approx(0.0, abs=1e-5)
+
+
+def test_the_table_has_a_row_for_every_method(tmp_path, capsys, monkeypatch) -> None:
+    monkeypatch.setattr(bench_flow_video, "waves", lambda frames, side: waves(4, 40))
+    words = ["--fields", "rotation", "--methods", "kwatra", "exact", "--frames", "3", "--size", "40x32"]
+    assert bench_flow_video.main([*words, "--out", str(tmp_path)]) == 0
+    printed = capsys.readouterr().out
+    assert all(name in printed for name in ("kwatra", "exact", "agitation"))
+    assert {path.name for path in tmp_path.iterdir()} == {f"waves_rotation_{m}.png" for m in ("kwatra", "exact")}
