@@ -51,11 +51,14 @@ def bands_at(pair: Pair, time: float) -> Bands:
     return Bands.of(pair.a, pair.tile).toward(Bands.of(pair.b, pair.tile), time)
 
 
-def dissolved(a: Tensor, b: Tensor, part: float) -> Tensor:
-    """The mixture (C, H, W) of two frames, `part` of it b, its bands as strong as those on the way from a's to b's."""
+def dissolved(a: Tensor, b: Tensor, part: float, pair: Pair) -> Tensor:
+    """The mixture (C, H, W) of two frames, `part` of it b, with the bands of the pair's texture at that time.
+
+    Those of the frames themselves are not as good: what moved or made them changed how much of each color they have.
+    """
     if part in (0, 1):
         return b if part else a
-    return Bands.of(a).toward(Bands.of(b), part).given_to(torch.lerp(a, b, part)).clamp(0, 1)
+    return bands_at(pair, part).given_to(torch.lerp(a, b, part)).clamp(0, 1)
 
 
 def _split(image: Tensor, wrap: bool) -> list[Tensor]:

@@ -78,7 +78,7 @@ class PatternMorph(Method):
                 report("warping", 0.2 + 0.8 * number / len(times))
                 now = landmarks(t)
                 from_a, from_b = warped(a, landmarks(0), now, pair.tile), warped(b, landmarks(1), now, pair.tile)
-                yield dissolved(from_a, from_b, within(t, self.dissolving)).to(pair.a.device)
+                yield dissolved(from_a, from_b, within(t, self.dissolving), pair).to(pair.a.device)
 
         if self.scale_elements is None and scale < 1:
             remarks += (f"elements are crowded: they are scaled by {scale:.2f} while they move",)

@@ -100,7 +100,7 @@ class TextonMorph(Method):
         for number, (t, frame) in enumerate(zip(there, guided(a, mask_a, moving, there, seed), strict=True), 1):
             report("texture of A", (1 + number / len(there)) / 2)
             if t in from_b:
-                yield from [dissolved(frame, from_b[t], t)] * times.count(t)
+                yield from [dissolved(frame, from_b[t], t, pair)] * times.count(t)
 
     def _published(
         self, pair: Pair, masks: tuple[Mask, Mask], times: Sequence[float], seed: int, report: Report

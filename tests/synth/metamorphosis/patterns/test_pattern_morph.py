@@ -120,10 +120,10 @@ def test_sizes_may_differ_and_frames_have_what_is_common() -> None:
 
 def test_a_dissolve_of_unlike_details_keeps_their_contrast() -> None:
     a, b = torch.rand(2, 3, 64, 64, generator=torch.Generator().manual_seed(0)) * 0.3 + 0.35
-    assert float(dissolved(a, b, 0.5).std()) == pytest.approx(float(a.std()), rel=0.1)
-    assert torch.equal(dissolved(a, b, 0.0), a)
-    assert torch.equal(dissolved(a, b, 1.0), b)
-    assert torch.allclose(dissolved(a, a, 0.5), a, atol=1e-5)
+    assert float(dissolved(a, b, 0.5, Pair(a, b)).std()) == pytest.approx(float(a.std()), rel=0.1)
+    assert torch.equal(dissolved(a, b, 0.0, Pair(a, b)), a)
+    assert torch.equal(dissolved(a, b, 1.0, Pair(a, b)), b)
+    assert torch.allclose(dissolved(a, a, 0.5, Pair(a, a)), a, atol=1e-5)
 
 
 def test_the_median_in_time_takes_out_what_only_one_frame_has() -> None:
