@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import synth
 from synth import io, texture
-from synth.commands.checks import check_distinct, check_size, finish, refuse_unused, set_up
+from synth.commands.checks import check_size, finish, refuse_unused, set_up
 from synth.commands.naming import for_each, output_of
 from synth.commands.parsing import (
     Parser,
@@ -27,7 +27,7 @@ from synth.commands.parsing import (
     whole,
 )
 from synth.commands.progress import progress_line
-from synth.commands.report import ENERGY_SUFFIXES, energy_writer
+from synth.commands.synth_outputs import check_outputs, size_of, writers_of
 from synth.commands.telling import contributions, details, of_result, quality
 from synth.commands.tiles import tile_size
 from synth.commands.wishes import Wishes, add_wishes
@@ -36,7 +36,7 @@ from synth.words import counted, listed
 if TYPE_CHECKING:
     from torch import Tensor
 
-    from synth.io import Array, Kind, Picture, Writer
+    from synth.io import Array, Kind, Picture
     from synth.texture import Map, Synthesis
 
 LOADS = ("synth.texture.images", "synth.texture.maps")
@@ -140,7 +140,7 @@ def _defaults() -> argparse.Namespace:
 
 
 @dataclass(frozen=True)
-class _Inputs:
+class Inputs:
     """What is synthesized from: exemplars (C, H, W) of one kind, and what goes with them; size: (height, width)."""
 
     exemplars: "list[Tensor]"
@@ -153,7 +153,7 @@ class _Inputs:
     output: Path
 
     @classmethod
-    def read(cls, arguments: argparse.Namespace) -> "_Inputs":
+    def read(cls, arguments: argparse.Namespace) -> "Inputs":
         """What the arguments name, checked; InputError for what cannot be used, or written after the work."""
         pictures = [io.read_image(path) for path in arguments.exemplars]
         exemplars, kind = io.raised(pictures, arguments.exemplars)
@@ -164,14 +164,14 @@ class _Inputs:
         for guide in guides:
             given = {"the guide's output map": guide[1].shape[:2], **given}
         if start is not None:
-            given = {"--start": _size_of(start.pixels), **given}
+            given = {"--start": size_of(start.pixels), **given}
         size = _output_size(arguments, exemplars[0], given)
         first = arguments.exemplars[0]
         output = output_of(arguments.output, f"{first.stem}_synth{first.suffix}")
-        sizes = [_size_of(exemplar) for exemplar in exemplars]
+        sizes = [size_of(exemplar) for exemplar in exemplars]
         maps = [texture.read_map(request, sizes, output) for request in arguments.also]
         inputs = cls(exemplars, kind, start, guides, maps, wishes, size, output)
-        _check_outputs(arguments, inputs)
+        check_outputs(arguments, inputs)
         return inputs
 
 
@@ -193,7 +193,7 @@ def _weight(weights: list[float]) -> float | list[float]:
 
 def _one(arguments: argparse.Namespace, work: bool) -> str:
     """One output, or only the checks before it; returns the summary."""
-    inputs = _Inputs.read(arguments)
+    inputs = Inputs.read(arguments)
     if not work:
         return ""
     height, width = tile_size(arguments.tile, inputs.size, inputs.exemplars)
@@ -221,7 +221,7 @@ def _one(arguments: argparse.Namespace, work: bool) -> str:
             callback=callback,
         )
     took = time.perf_counter() - began
-    writers = _writers(arguments, inputs, synthesis)
+    writers = writers_of(arguments, inputs, synthesis)
     finish(writers, more=getattr(arguments, "more", False))
     told = contributions(arguments.exemplars, synthesis.source[0])
     more = _details(arguments, inputs, synthesis, exemplars) if arguments.verbose else ""
@@ -229,32 +229,18 @@ def _one(arguments: argparse.Namespace, work: bool) -> str:
 
 
 def _details(
-    arguments: argparse.Namespace, inputs: _Inputs, synthesis: "Synthesis[Tensor]", exemplars: "list[Tensor]"
+    arguments: argparse.Namespace, inputs: Inputs, synthesis: "Synthesis[Tensor]", exemplars: "list[Tensor]"
 ) -> str:
     rows = {"file": inputs.output.resolve(), "pixels": inputs.kind, "preset": arguments.preset}
     return details({**rows, **of_result(synthesis.result), **quality(synthesis.image, exemplars)})
-
-
-def _writers(arguments: argparse.Namespace, inputs: _Inputs, synthesis: "Synthesis[Tensor]") -> "dict[Path, Writer]":
-    output, kind = inputs.output, inputs.kind
-    made = inputs.wishes.kept(synthesis.image)
-    writers = {output: io.image_writer(output, io.straight(made, kind), kind)}
-    writers |= {carried.output: texture.map_writer(carried, synthesis.source) for carried in inputs.maps}
-    if arguments.map is not None:
-        writers[arguments.map] = texture.source_writer(arguments.map, synthesis.source)
-    if arguments.energy is not None:
-        writers[arguments.energy] = energy_writer(arguments.energy, synthesis.result.energies)
-    if arguments.progress_images is not None:
-        writers |= _stage_writers(arguments.progress_images, synthesis, kind, output.suffix)
-    return writers
 
 
 def _read_start(path: Path, kind: "Kind", size: tuple[int, int] | None) -> "Picture":
     start = io.read_image(path)
     if len(start.pixels) != len(kind.channels):
         raise synth.InputError(f"{path} holds {start.kind} but the exemplar {kind}; save it like the exemplar")
-    if size is not None and size != _size_of(start.pixels):
-        height, width = _size_of(start.pixels)
+    if size is not None and size != size_of(start.pixels):
+        height, width = size_of(start.pixels)
         raise synth.InputError(f"{path} is {width}x{height} but --size asks for {size[1]}x{size[0]}; leave --size out")
     return start
 
@@ -265,53 +251,10 @@ def _output_size(
     """(height, width): as asked, or that of what is given of the output, by name; or else twice the exemplar's."""
     if arguments.tile == "nearest" and given:
         raise synth.InputError(f"--tile nearest chooses a size but {next(iter(given))} has one; use --tile alone")
-    down, across = _size_of(exemplar)
+    down, across = size_of(exemplar)
     height, width = arguments.size or next(iter(given.values()), (2 * down, 2 * across))
     for name, (down, across) in given.items():
         if (down, across) != (height, width):
             raise synth.InputError(f"{name} is {across}x{down} but the output {width}x{height}; give both one size")
     check_size((height, width))
     return height, width
-
-
-def _size_of(pixels: "Tensor") -> tuple[int, int]:
-    return pixels.shape[1], pixels.shape[2]
-
-
-def _check_outputs(arguments: argparse.Namespace, inputs: _Inputs) -> None:
-    """Refuse before any work what could not be written after it."""
-    overwrite, files = arguments.overwrite, [inputs.output, *(carried.output for carried in inputs.maps)]
-    io.check_output(inputs.output, inputs.kind, overwrite)
-    for carried in inputs.maps:
-        io.check_output(carried.output, carried.kind, overwrite)
-    if arguments.map is not None:
-        texture.check_source_output(arguments.map, [_size_of(exemplar) for exemplar in inputs.exemplars], overwrite)
-    if arguments.energy is not None:
-        io.check_output(arguments.energy, None, overwrite, ENERGY_SUFFIXES)
-    if arguments.progress_images is not None:
-        _check_folder(arguments.progress_images, overwrite)
-    extra = [arguments.map, arguments.energy, arguments.progress_images]
-    check_distinct([*files, *(path for path in extra if path is not None)])
-
-
-def _check_folder(folder: Path, overwrite: bool) -> None:
-    if folder.exists() and not folder.is_dir():
-        raise synth.InputError(f"{folder} is a file; name a folder for the progress images")
-    if not folder.exists() and not folder.parent.is_dir():
-        raise synth.InputError(f"{folder} cannot be made because {folder.parent} does not exist; make that first")
-    if folder.exists() and any(folder.glob("level_*")) and not overwrite:
-        raise synth.InputError(
-            f"{folder} already holds progress images; name another folder or allow it with --overwrite"
-        )
-
-
-def _stage_writers(folder: Path, synthesis: "Synthesis[Tensor]", kind: "Kind", suffix: str) -> "dict[Path, Writer]":
-    try:
-        folder.mkdir(exist_ok=True)
-    except OSError as error:
-        raise synth.InputError(f"{folder} cannot be made ({error.strerror}); choose another") from error
-    writers = {}
-    for level, (stage, image) in enumerate(zip(synthesis.result.stages, synthesis.stages, strict=True), 1):
-        path = folder / f"level_{level}_scale{stage.factor}_width{stage.width}{suffix}"
-        writers[path] = io.image_writer(path, io.straight(image, kind), kind)
-    return writers
