@@ -63,7 +63,7 @@ class _Clips:
 def run_video(arguments: argparse.Namespace) -> str:
     """Check everything, work, write everything; returns the summary."""
     source = arguments.exemplars[0]
-    refuse_unused(arguments, (*_STILL, "guide_weight"), f"is for images but {source} is a video")
+    refuse_unused(arguments, (*_STILL, "guide_weight", "verbose"), f"is for images but {source} is a video")
     if arguments.resume:
         refuse_unused(arguments, _WHOLE, "tells of a whole run but --resume makes only the rest of one")
     if arguments.tile == "nearest":

@@ -149,6 +149,7 @@ def test_impossible_arguments(folder: Path, refused: Callable[..., str], argumen
         ("animate a.png --flow sink -o b --fps 9", "--fps is for .mp4 and .gif but b is to be a folder of frames"),
         ("animate a.png --flow sink --resample", "--resample stretches a file's flow but sink is made for any size"),
         ("flow sink -o b.flo --arrows 3", "--arrows is for a --picture but there is none; leave it out"),
+        ("synth clip -o b --verbose", "--verbose is for images but clip is a video; leave it out"),
         ("synth a.png --guide-weight 2", "--guide-weight says what a --guide counts but there is none; leave it out"),
     ],
 )  # fmt: skip
