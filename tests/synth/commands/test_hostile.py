@@ -146,7 +146,7 @@ def test_impossible_arguments(folder: Path, refused: Callable[..., str], argumen
         ("quilt clip -o b --fps 9", "--fps is for video files but b is to be a folder of frames; leave it out"),
         ("quilt a.png --placement random --k 0.5", "--k is for --placement whole and sub but it is random"),
         ("quilt a.png --perspective", "--perspective needs a range of scales and no tile; give --scale A:B without"),
-        ("animate a.png --flow sink -o b --fps 9", "--fps is for .mp4 and .gif but b is to be a folder of frames"),
+        ("animate a.png --flow sink -o b --fps 9", "--fps is for video files but b is to be a folder of frames"),
         ("animate a.png --flow sink --resample", "--resample stretches a file's flow but sink is made for any size"),
         ("flow sink -o b.flo --arrows 3", "--arrows is for a --picture but there is none; leave it out"),
         ("synth clip -o b --verbose", "--verbose is for images but clip is a video; leave it out"),
