@@ -20,8 +20,8 @@ class Reading:
     def __init__(self, exemplar: Exemplar, interpolation: str) -> None:
         self._owner, self._interpolation = exemplar.owner, interpolation
         known = exemplar.owner >= 0
-        self.continued = filled(exemplar.canvas, known)
         self._pixels = filled(pixel_coordinates(known.shape, known.device).flip(0).long(), known)
+        self.continued = exemplar.canvas if bool(known.all()) else exemplar.canvas[:, self._pixels[0], self._pixels[1]]
         colors = exemplar.canvas[:, known]
         self._low, self._high = colors.amin(1)[:, None], colors.amax(1)[:, None]
 

@@ -5,6 +5,9 @@ optimized: its texture energy against the flow energy. Frames are carried as sou
 their elements turned upright (`flow.upright`), and blocks copied where the texture has worn all the same
 (`flow.renewal`); so a sequence never wears out. What is shown is the blend of these copies and x+, as the flow term has
 it (`flow.term`): what was replaced fades within a few frames. Memory does not grow with the number of frames.
+
+A picture is a video of one frame. Of a longer one texture also lives on: before it is renewed it moves on to the
+video's next frame (`flow.film`), and x+ has changed by what that changes.
 """
 
 from collections.abc import Callable, Iterator
@@ -48,8 +51,9 @@ Mask = Tensor | Callable[[int], Tensor] | None
 class State:
     """All that the next frame follows from.
 
-    number: of the frame, from 0. source (2, H, W) float32: where on the exemplar's canvas each pixel is read, x first.
-    inside (H, W): where there is texture. image (C, H, W): what is shown.
+    number: of the frame, from 0. source (2, H, W) float32: where on the exemplar's canvas each pixel is read, x first;
+    of a video on its frames, one under the other (`flow.animation.film`). inside (H, W): where there is texture.
+    image (C, H, W): what is shown.
     """
 
     number: int
