@@ -20,7 +20,7 @@ VOXELS = 1 << 22
 """Pixels of a stretch: an optimization takes about 300 bytes for each."""
 
 HELD = 8
-"""Frames that a stretch holds of the one before it: more than blocks are long and twice a window's depth."""
+"""Frames that a stretch holds of the one before it: twice a window's depth."""
 
 
 @dataclass(frozen=True)
