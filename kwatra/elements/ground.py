@@ -68,12 +68,22 @@ def find_ground(exemplar: Exemplar) -> Ground:
 
 def _splits(canvas: Tensor, inside: Array, size: float) -> Iterator[tuple[int, Array]]:
     """Ways to tell ground from elements, (*S) each, True on the ground; those of one kind have the same number."""
-    bright = ndimage.gaussian_filter(canvas.double().mean(0).cpu().numpy(), SMOOTHING)
-    around = ndimage.gaussian_filter(bright, max(size, 4.0))
+    bright = _smoothed(canvas.double().mean(0).cpu().numpy(), inside, SMOOTHING)
+    around = _smoothed(bright, inside, max(size, 4.0))
     for kind, values in enumerate((bright, -bright, bright - around, around - bright)):
         known = values[inside]
         for most in (_two_classes(known), *np.quantile(known, SPLITS)):
             yield kind, (values <= most) & inside
+
+
+def _smoothed(values: Array, inside: Array, sigma: float) -> Array:
+    """Values (*S) blurred, of what is `inside` alone."""
+    if inside.all():
+        smooth: Array = ndimage.gaussian_filter(values, sigma)
+        return smooth
+    share = ndimage.gaussian_filter(inside.astype(float), sigma)
+    part: Array = ndimage.gaussian_filter(np.where(inside, values, 0.0), sigma) / np.maximum(share, 1e-9)
+    return part
 
 
 def _two_classes(values: Array) -> float:

@@ -105,9 +105,9 @@ def block_size(
 ) -> tuple[int, ...]:
     """Size of the blocks: `share` of the exemplar's extent, at most half of the output, a multiple of grain.
 
-    In time, which has no grain, they are so many `frames` long.
+    In time, which has no grain, they are so many `frames` long, or `share` of a short clip.
     """
-    size = [min(frames, exemplar.extent[0], shape[0])] if len(shape) > 2 else []
+    size = [min(frames, max(round(share * exemplar.extent[0]), 1), shape[0])] if len(shape) > 2 else []
     for there, here, g in zip(exemplar.extent[-2:], shape[-2:], grain[-2:], strict=True):
         wanted = max(min(share * there, here / 2), LEAST)
         size.append(min(max(round(wanted / g) * g, g), there // g * g or there))

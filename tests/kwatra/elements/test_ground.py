@@ -51,3 +51,12 @@ def test_what_nobody_owns_is_no_ground():
     found = find_ground(Exemplar.of([image], masks=[mask]))
     assert found.sure > 0.8
     assert found.depth[:45, :45].min() > 0
+
+
+def test_what_a_hole_holds_has_no_influence():
+    image = MADE["stones"](96, 24, 0).image
+    hole = torch.ones(96, 96, dtype=torch.bool)
+    hole[30:50, 40:70] = False
+    grounds = [find_ground(Exemplar.of(torch.where(hole, image, value), masks=[hole])) for value in (0.0, 1.0)]
+    assert grounds[0].sure == grounds[1].sure > 0.2
+    assert np.array_equal(grounds[0].depth, grounds[1].depth)

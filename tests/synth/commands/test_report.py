@@ -60,6 +60,6 @@ def test_progress_is_for_terminals_only(monkeypatch: pytest.MonkeyPatch, termina
     monkeypatch.setattr(sys, "stderr", stream)
     monkeypatch.setenv("TERM", "xterm")
     with progress_line("brick") as callback:
-        callback(SimpleNamespace(fraction=0.5, level=1))
+        callback(SimpleNamespace(fraction=0.5, level=1, attempt=1, tries=1))
     assert ("brick" in stream.getvalue()) == terminal
     assert ("50%" in stream.getvalue()) == terminal

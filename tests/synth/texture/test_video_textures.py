@@ -33,16 +33,17 @@ def test_a_video_is_of_its_exemplars_kind_and_says_where_in_time_it_comes_from(c
     assert tensor.image.dtype == torch.float32
 
 
-def test_a_clip_that_only_moves_is_extended_exactly(clip):
-    """Every window of the periodic flow lies in the exemplar, so the longer video has no error at all."""
+def test_a_clip_that_only_moves_goes_on_moving(clip):
     made = synth.synthesize(clip, (24, 24, 24), stay=0.0)
     change = np.abs(np.diff(made.image.astype(float), axis=0)).mean()
     there = np.abs(np.diff(clip.astype(float), axis=0)).mean()
     assert change == pytest.approx(there, rel=0.1)
+    apart = np.abs(made.image[1:, :-2, 1:].astype(float) - made.image[:-1, 2:, :-1])
+    assert (apart < 3).mean() > 0.7  # most of it exactly, but for where pieces meet
 
 
 def test_a_checkerboard_in_space_and_time_goes_on():
-    t, y, x = np.indices((8, 16, 16))
+    t, y, x = np.indices((16, 16, 16))
     board = (((t // 2 + y // 4 + x // 4) % 2) * 255).astype(np.uint8)[..., None]
     made = synth.synthesize(board, (12, 24, 24)).image
     later, rows, columns = made[4:], made[:, 8:], made[:, :, 8:]
