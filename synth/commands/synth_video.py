@@ -133,7 +133,7 @@ def _frames(
     from flow import State
 
     def shown(first: int, stop: int) -> Tensor:
-        frames = list(job.folder.frames(stop))[first:]
+        frames = job.folder.frames(stop, first)
         return torch.stack([io.premultiplied(frame, clips.kind) for frame in frames], 1)
 
     nothing, number = torch.empty(0), done

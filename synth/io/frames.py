@@ -100,9 +100,9 @@ class FramesFolder:
         states = self._state_writer(state.number, tensors)
         write_files({frame: image_writer(frame, pixels, self.kind), self.path / _STATE: states})
 
-    def frames(self, count: int) -> Iterator[Tensor]:
-        """The first frames (C, H, W), read one by one."""
-        return (read_image(self._frame(number)).pixels for number in range(count))
+    def frames(self, stop: int, first: int = 0) -> Iterator[Tensor]:
+        """The frames (C, H, W) from first to stop - 1, read one by one."""
+        return (read_image(self._frame(number)).pixels for number in range(first, stop))
 
     def remove(self) -> None:
         """Remove the frames, and the folder if nothing else is in it."""
