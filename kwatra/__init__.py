@@ -1,17 +1,24 @@
-"""Texture optimization: example-based synthesis as the minimization of one energy (Kwatra 2005)."""
+"""Texture optimization: example-based synthesis as the minimization of one energy (Kwatra 2005).
 
-from kwatra.base import InputError
-from kwatra.elements import Lattice, element_size, find_lattice, place_dependence
-from kwatra.exemplar import Exemplar
-from kwatra.levels import THESIS, Level, planned_levels
-from kwatra.loop import optimize
-from kwatra.measure import measure
-from kwatra.result import Progress, Result, Stage
-from kwatra.settings import Settings
-from kwatra.source import Bags, Prepared
-from kwatra.steps import Ballot, CheapestSeams, Mode, Pull, Step, match_histogram, mean, regular, winner
-from kwatra.terms import Charge, HardPixels, PlaceCharge, Quadratic, Scaled, SoftPixels, Stay, Sum, Term, TermLike
-from kwatra.windows import Feature, FreeWindows, Grid, gradient
+Names load when they are first used, so that `python -m kwatra` can speak before torch is there.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from kwatra.base import InputError
+    from kwatra.elements import Lattice, element_size, find_lattice, place_dependence
+    from kwatra.exemplar import Exemplar
+    from kwatra.levels import THESIS, Level, planned_levels
+    from kwatra.loop import optimize
+    from kwatra.result import Progress, Result, Stage
+    from kwatra.scoring import measure
+    from kwatra.settings import Settings
+    from kwatra.source import Bags, Prepared
+    from kwatra.steps import Ballot, CheapestSeams, Mode, Pull, Step, match_histogram, mean, regular, winner
+    from kwatra.terms import Charge, HardPixels, PlaceCharge, Quadratic, Scaled, SoftPixels, Stay, Sum, Term, TermLike
+    from kwatra.windows import Feature, FreeWindows, Grid, gradient
 
 __all__ = [
     "THESIS",
@@ -55,3 +62,57 @@ __all__ = [
     "regular",
     "winner",
 ]
+
+_HOMES = {
+    "Bags": "kwatra.source",
+    "Ballot": "kwatra.steps",
+    "Charge": "kwatra.terms",
+    "CheapestSeams": "kwatra.steps",
+    "Exemplar": "kwatra.exemplar",
+    "Feature": "kwatra.windows",
+    "FreeWindows": "kwatra.windows",
+    "Grid": "kwatra.windows",
+    "HardPixels": "kwatra.terms",
+    "InputError": "kwatra.base",
+    "Lattice": "kwatra.elements",
+    "Level": "kwatra.levels",
+    "Mode": "kwatra.steps",
+    "PlaceCharge": "kwatra.terms",
+    "Prepared": "kwatra.source",
+    "Progress": "kwatra.result",
+    "Pull": "kwatra.steps",
+    "Quadratic": "kwatra.terms",
+    "Result": "kwatra.result",
+    "Scaled": "kwatra.terms",
+    "Settings": "kwatra.settings",
+    "SoftPixels": "kwatra.terms",
+    "Stage": "kwatra.result",
+    "Stay": "kwatra.terms",
+    "Step": "kwatra.steps",
+    "Sum": "kwatra.terms",
+    "THESIS": "kwatra.levels",
+    "Term": "kwatra.terms",
+    "TermLike": "kwatra.terms",
+    "element_size": "kwatra.elements",
+    "find_lattice": "kwatra.elements",
+    "gradient": "kwatra.windows",
+    "match_histogram": "kwatra.steps",
+    "mean": "kwatra.steps",
+    "measure": "kwatra.scoring",
+    "optimize": "kwatra.loop",
+    "place_dependence": "kwatra.elements",
+    "planned_levels": "kwatra.levels",
+    "regular": "kwatra.steps",
+    "winner": "kwatra.steps",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    found = globals()[name] = getattr(import_module(_HOMES[name]), name)
+    return found
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -33,7 +33,7 @@ from linear_system import linear_system
 from torch import Tensor
 
 from kwatra import Exemplar, InputError, Level, Settings, measure, optimize
-from kwatra.measure.video import FIGURES
+from kwatra.scoring.video import FIGURES
 from synth import synthesize, write_image
 from synth.io.videos import VIDEO_SUFFIXES, read_video, write_video
 from synth.quilting import default_settings, quilt_video

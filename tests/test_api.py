@@ -35,7 +35,7 @@ def test_every_public_name_is_there_and_says_what_it_is(package):
 
 
 @pytest.mark.parametrize(
-    "folder", ["base", "elements", "windows", "source", "terms", "cut", "pieces", "steps", "loop", "measure"]
+    "folder", ["base", "elements", "windows", "source", "terms", "cut", "pieces", "steps", "loop", "scoring"]
 )
 def test_every_folder_of_the_engine_lists_what_its_neighbors_may_use(folder):
     package = importlib.import_module(f"kwatra.{folder}")

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from synth.io import Kind
 
-LOADS = ("synth.io.images", "synth.io.videos", "kwatra.measure")
+LOADS = ("synth.io.images", "synth.io.videos", "kwatra.scoring")
 
 _MOST_PIXELS, _MOST_FRAMES_PIXELS, _MOST_CHANNELS = 2**24, 2**25, 16
 """Time grows with pixels and with the cube of channels: these take a minute on one core, and five minutes of video."""

@@ -23,7 +23,7 @@ from torch import Tensor
 
 from flow import lookup, seen, warp
 from kwatra.base import InputError, mean
-from kwatra.measure.quality import carried_scales, sharpness, sliced_wasserstein
+from kwatra.scoring.quality import carried_scales, sharpness, sliced_wasserstein
 
 BLOCK = 32
 

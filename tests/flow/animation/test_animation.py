@@ -15,7 +15,7 @@ from flow.animation.film import Film
 from flow.animation.sequence import Motion
 from flow.animation.settings import Renewing
 from kwatra import Exemplar, InputError, Settings
-from kwatra.measure.quality import forward_energy, sharpness
+from kwatra.scoring.quality import forward_energy, sharpness
 
 SHAPE = (64, 72)
 QUICK = Renewing(blocks=6, block=32, window=16, step=8)

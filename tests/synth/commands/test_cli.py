@@ -417,6 +417,15 @@ def test_help_is_quick_because_nothing_heavy_is_imported() -> None:
 
 
 @pytest.mark.parametrize("name", ["synth", "kwatra"])
+def test_a_module_that_is_run_can_speak_before_anything_heavy_is_imported(name: str) -> None:
+    with python(
+        "-c", f"import sys, {name}\nprint([m for m in ('torch', 'numpy', 'scipy') if m in sys.modules])"
+    ) as process:
+        out, _ = process.communicate()
+    assert out == "[]\n"
+
+
+@pytest.mark.parametrize("name", ["synth", "kwatra"])
 def test_runs_as_a_module(name: str) -> None:
     with python("-m", name, "--help") as process:
         out, err = process.communicate()

@@ -1,5 +1,5 @@
 """How good a texture is, and how much of it is copied."""
 
-from kwatra.measure.quality import measure
+from kwatra.scoring.quality import measure
 
 __all__ = ["measure"]

@@ -17,7 +17,7 @@ import torch.nn.functional as F
 from scipy import sparse
 from torch import Tensor
 
-from kwatra.measure.nearest import PART, Nearest, Windows
+from kwatra.scoring.nearest import PART, Nearest, Windows
 
 BINS = 8
 """Bins to a side of an exemplar image for the entropy of use."""

@@ -26,11 +26,11 @@ import torch
 from torch import Tensor
 
 from kwatra.base import InputError
-from kwatra.measure.copies import CopyMap, nothing_copied, trace
-from kwatra.measure.nearest import QUERIES, WINDOW, Nearest, Windows, one_thread
-from kwatra.measure.pixels import deviation, gradient, ratio, unit
-from kwatra.measure.sliced import sliced_distance
-from kwatra.measure.video import video_figures
+from kwatra.scoring.copies import CopyMap, nothing_copied, trace
+from kwatra.scoring.nearest import QUERIES, WINDOW, Nearest, Windows, one_thread
+from kwatra.scoring.pixels import deviation, gradient, ratio, unit
+from kwatra.scoring.sliced import sliced_distance
+from kwatra.scoring.video import video_figures
 
 SCALES = (1, 2, 4)
 COPY_WINDOW = 11
@@ -43,7 +43,7 @@ def measure(output: Tensor, exemplar: Images) -> dict[str, float]:
     """All figures of an output against its exemplar.
 
     output: (C, H, W) float, any units, or a video (C, T, H, W). exemplar: the same, or several of one texture.
-    Where both are videos, those of `kwatra.measure.video`, of how they move as well. Where the output alone is one, the
+    Where both are videos, those of `kwatra.scoring.video`, of how they move as well. Where the output alone is one, the
     figures of its frames are averaged; where the exemplar alone is, its frames are so many images.
     Scales whose windows are longer than half the smallest side are left out; scale 1 never is.
 

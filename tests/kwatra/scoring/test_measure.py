@@ -10,8 +10,8 @@ from skimage import data
 from torch import Tensor
 
 from kwatra.base.errors import InputError
-from kwatra.measure.nearest import SAMPLE, Nearest, Projection, Windows
-from kwatra.measure.quality import (
+from kwatra.scoring.nearest import SAMPLE, Nearest, Projection, Windows
+from kwatra.scoring.quality import (
     carried_scales,
     copy_map,
     coverage_energy,

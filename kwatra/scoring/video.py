@@ -24,11 +24,11 @@ from collections.abc import Sequence
 
 from torch import Tensor
 
-from kwatra.measure.motion import Variogram, count_of_bands, direction, order, tempo
-from kwatra.measure.nearest import QUERIES, WINDOW, Nearest, Windows
-from kwatra.measure.pixels import change, gradient, ratio, unit
-from kwatra.measure.replay import replay
-from kwatra.measure.sliced import sliced_distance
+from kwatra.scoring.motion import Variogram, count_of_bands, direction, order, tempo
+from kwatra.scoring.nearest import QUERIES, WINDOW, Nearest, Windows
+from kwatra.scoring.pixels import change, gradient, ratio, unit
+from kwatra.scoring.replay import replay
+from kwatra.scoring.sliced import sliced_distance
 
 FIGURES = (
     "forward", "coverage", "wasserstein", "sharpness", "change", "flicker", "tempo", "order", "direction", "replay",

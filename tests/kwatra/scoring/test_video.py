@@ -9,11 +9,11 @@ import torch
 from torch import Tensor
 
 from kwatra.base.errors import InputError
-from kwatra.measure import measure, motion
-from kwatra.measure.motion import Variogram, count_of_bands
-from kwatra.measure.nearest import Nearest, Projection, Windows
-from kwatra.measure.replay import replay
-from kwatra.measure.video import FIGURES
+from kwatra.scoring import measure, motion
+from kwatra.scoring.motion import Variogram, count_of_bands
+from kwatra.scoring.nearest import Nearest, Projection, Windows
+from kwatra.scoring.replay import replay
+from kwatra.scoring.video import FIGURES
 
 PERFECT = dict.fromkeys(FIGURES, 0.0) | {"sharpness": 1, "change": 1, "flicker": 1}
 

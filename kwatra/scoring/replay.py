@@ -9,7 +9,7 @@ out, since they look the same at any time.
 import torch
 from torch import Tensor
 
-from kwatra.measure.nearest import Windows
+from kwatra.scoring.nearest import Windows
 
 RUN = 8
 LATE = 0.25
