@@ -77,10 +77,18 @@ class ThinPlates:
         smoothing and slope: as for `smoothed`. A set of no points has the spline 0; one point a constant; points on
         a line do not bend or tilt it across.
         """
-        weights = self.modes @ (self._softness(smoothing)[..., None] * (self.modes.mT @ values))
-        wanted = self._tilt(slope) * (self.planes.mT @ values)
-        linear = wanted - self.planes.mT @ (_kernel(self.points, self.points) @ weights)
-        return Splines(self, weights, linear)
+        bent = self._softness(smoothing)[..., None] * (self.modes.mT @ values)
+        weights = self.modes @ bent
+        linear = self._tilt(slope) * (self.planes.mT @ values)
+        linear = linear - self.planes.mT @ (_kernel(self.points, self.points) @ weights)
+        bending = (self.stiffness[..., None] * bent.square()).sum((1, 2))
+        return Splines(self.points, weights, self._plane(linear), bending)
+
+    def _plane(self, linear: Tensor) -> Tensor:
+        """The linear function (B, 3, k) of (1, x, y) that is a mixture of `planes`."""
+        tilted = self.axes.mT @ (linear[:, 1:] * _inverse(self.extent)[..., None])
+        level = linear[:, :1] * _inverse(self.there.sum(1).to(linear)).sqrt()[:, None, None]
+        return torch.cat([level - self.center @ tilted, tilted], 1)
 
     def _softness(self, smoothing: Tensor | float) -> Tensor:
         """1 / (d + smoothing) for each mode (B, n), 0 for what is none."""
@@ -97,31 +105,24 @@ class ThinPlates:
 class Splines:
     """Splines that were fitted; call them to evaluate them.
 
-    weights (B, n, k): of the points' kernels. linear (B, 3, k): of the linear functions `plates.planes`.
+    points (B, n, 2) and the weights (B, n, k) of their kernels; plane (B, 3, k): what is multiplied by 1, x and y.
+    bending (B,): w^T Phi w, summed over the k dimensions.
     """
 
-    plates: ThinPlates
+    points: Tensor
     weights: Tensor
-    linear: Tensor
+    plane: Tensor
+    bending: Tensor
 
     def __call__(self, places: Tensor) -> Tensor:
         """The splines at places (m, 2) common to all, or (B, m, 2) of each: (B, m, k). Memory: a few times that."""
-        plates, count = self.plates, len(self.weights)
+        count, each = len(self.points), places.shape[-2] * self.points.shape[1]
         common = places.to(self.weights).expand(count, -1, -1)
-        made = self.weights.new_empty(count, places.shape[-2], self.weights.shape[2])
-        step = max(_CHUNK // max(places.shape[-2] * plates.points.shape[1], 1), 1)
-        for low in range(0, count, step):
-            some = slice(low, low + step)
-            along = (common[some] - plates.center[some]) @ plates.axes[some].mT * _inverse(plates.extent[some])[:, None]
-            constant = _inverse(plates.there[some].sum(1).to(along)).sqrt()
-            torch.matmul(along, self.linear[some, 1:], out=made[some])
-            made[some] += constant[:, None, None] * self.linear[some, :1]
-            made[some] += _kernel(common[some], plates.points[some]) @ self.weights[some]
+        made = common @ self.plane[:, 1:] + self.plane[:, :1]
+        step = max(_CHUNK // max(each, 1), 1)
+        for some in (slice(low, low + step) for low in range(0, count, step)):
+            made[some].baddbmm_(_kernel(common[some], self.points[some]), self.weights[some])
         return made
-
-    def bending(self) -> Tensor:
-        """w^T Phi w, summed over the k dimensions, (B,): the bending energy divided by 8 pi."""
-        return (self.plates.stiffness[..., None] * (self.plates.modes.mT @ self.weights).square()).sum((1, 2))
 
 
 def _kernel(first: Tensor, second: Tensor) -> Tensor:

@@ -24,7 +24,7 @@ def test_splines_are_those_of_scipy(smoothing):
     places = torch.rand(20, 2, generator=torch.Generator().manual_seed(1), dtype=torch.float64) * 40 - 4
     plates = ThinPlates.of(points, there)
     splines = plates.splines(values, smoothing)
-    made, bending = splines(places), splines.bending()
+    made, bending = splines(places), splines.bending
     for k in range(len(points)):
         p, v = points[k][there[k]], values[k][there[k]]
         truth = RBFInterpolator(p, v, kernel="thin_plate_spline", smoothing=smoothing)
@@ -55,7 +55,7 @@ def test_smoothing_and_slope_minimize_their_energy():
         exact = plates.splines(at, 0.0)  # the least bending through these values
         tilt = (plates.planes.mT @ at)[:, 1:] / plates.extent[..., None]
         apart = ((at - values) * counted).square().sum((1, 2))
-        return apart + smoothing * exact.bending() + slope * tilt.square().sum((1, 2))
+        return apart + smoothing * exact.bending + slope * tilt.square().sum((1, 2))
 
     best = plates.smoothed(values, smoothing, slope).requires_grad_()
     (gradient,) = torch.autograd.grad(energy(best).sum(), best)
@@ -86,7 +86,7 @@ def test_an_affine_motion_is_met(smoothing):
     places = torch.tensor([[-5.0, 3.0], [40.0, 33.0], [16.0, 16.0]], dtype=torch.float64)
     splines = ThinPlates.of(points, there).splines(points @ matrix + 7, smoothing)
     torch.testing.assert_close(splines(places), (places @ matrix + 7).expand(6, -1, -1), atol=1e-9, rtol=0)
-    assert float(splines.bending().max()) < 1e-12
+    assert float(splines.bending.max()) < 1e-12
 
 
 def test_few_points_and_points_on_a_line_leave_alone_what_they_do_not_know():
