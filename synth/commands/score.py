@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 LOADS = ("synth.io.images", "synth.io.videos", "kwatra.scoring")
 
-_MOST_PIXELS, _MOST_FRAMES_PIXELS, _MOST_CHANNELS = 2**24, 2**25, 16
+_MOST_PIXELS, _MOST_FRAMES_PIXELS = 2**24, 2**25
 """Time grows with pixels and with the cube of channels: these take a minute on one core, and five minutes of video."""
 
 _COLORLESS = 0.05
@@ -110,11 +110,13 @@ def _read(path: Path) -> tuple["Tensor", "Kind"]:
     else:
         picture = io.read_image(path)
         pixels, kind, most, limit = picture.pixels, picture.kind, _MOST_PIXELS, "2^24 pixels (4096x4096)"
+    from kwatra.scoring import CHANNELS
+
     channels, *frames, height, width = pixels.shape
-    if pixels[0].numel() > most or channels > _MOST_CHANNELS:
+    if pixels[0].numel() > most or channels > CHANNELS:
         length = f" and {counted(frames[0], 'frame')} long" if frames else ""
         raise synth.InputError(
             f"{path} is {width}x{height} with {counted(channels, 'channel')}{length}; at most {limit} and "
-            f"{_MOST_CHANNELS} channels are measured, so crop it or leave some out"
+            f"{CHANNELS} channels are measured, so crop it or leave some out"
         )
     return pixels, kind

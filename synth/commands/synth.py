@@ -28,7 +28,7 @@ from synth.commands.parsing import (
 )
 from synth.commands.progress import progress_line
 from synth.commands.synth_outputs import check_outputs, size_of, writers_of
-from synth.commands.telling import contributions, details, of_result, quality
+from synth.commands.telling import about, contributions, details, of_result, quality
 from synth.commands.tiles import tile_size
 from synth.commands.wishes import Wishes, add_wishes
 from synth.words import counted, listed
@@ -225,7 +225,8 @@ def _one(arguments: argparse.Namespace, work: bool) -> str:
     finish(writers, more=getattr(arguments, "more", False))
     told = contributions(arguments.exemplars, synthesis.source[0])
     more = _details(arguments, inputs, synthesis, exemplars) if arguments.verbose else ""
-    return f"wrote {listed(list(writers))}: {width}x{height}, seed {arguments.seed}, in {took:.1f} s{told}{more}"
+    good = about(synthesis.image, exemplars) if inputs.wishes.mask is None and not more else ""
+    return f"wrote {listed(list(writers))}: {width}x{height}, seed {arguments.seed}, in {took:.1f} s{good}{told}{more}"
 
 
 def _details(

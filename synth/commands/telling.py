@@ -10,9 +10,6 @@ if TYPE_CHECKING:
     from kwatra import Result
     from synth.io import Array
 
-_MEASURED = 7
-"""Least side, in pixels, of a picture that `kwatra.measure` takes."""
-
 
 def contributions(paths: Sequence[Path], source: "Array") -> str:
     """What part of an output comes from each of several exemplars: source (H, W) is their number, -1 for none."""
@@ -41,15 +38,30 @@ def of_result(result: "Result") -> dict[str, object]:
             "ended because": result.stopped}  # fmt: skip
 
 
+def about(output: "Tensor", exemplars: "Sequence[Tensor]") -> str:
+    """About how good an output (C, H, W) is, at little cost; nothing where that cannot be told."""
+    from kwatra.scoring import glance
+
+    if not _measurable(output, exemplars):
+        return ""
+    return f", quality about {glance(output, exemplars):.2f} (0 is best)"
+
+
 def quality(output: "Tensor", exemplars: "Sequence[Tensor]") -> dict[str, object]:
-    """How good an output (C, H, W) is, as `kwatra score` says it; nothing where it is too small to tell."""
+    """How good an output (C, H, W) is, as `kwatra score` says it; nothing where that cannot be told."""
     from kwatra import measure
 
-    if min(min(image.shape[1:]) for image in (output, *exemplars)) < _MEASURED:
+    if not _measurable(output, exemplars):
         return {}
     figures = measure(output, list(exemplars))
     rest = ", ".join(f"{name} {value:.3f}" for name, value in figures.items() if name != "overall")
     return {"quality": f"overall {figures['overall']:.3f} (0 is best; {rest})"}
+
+
+def _measurable(output: "Tensor", exemplars: "Sequence[Tensor]") -> bool:
+    from kwatra.scoring import CHANNELS, WINDOW
+
+    return len(output) <= CHANNELS and min(min(image.shape[1:]) for image in (output, *exemplars)) >= WINDOW
 
 
 def _percent(part: float) -> str:

@@ -16,6 +16,7 @@ from torch import Tensor
 
 import kwatra
 from kwatra import Exemplar, Feature, HardPixels, InputError, Level, Prepared, Progress, Result, Settings
+from kwatra.scoring import WINDOW, rank
 from synth.texture.form import Form, Image
 from synth.texture.work import PRESETS, Synthesis
 
@@ -32,10 +33,6 @@ continue lines; with 0.03 and more irregular textures fade in narrow holes, wher
 
 BLOCK = 0.25
 """Size of the start's blocks as a share of the exemplar."""
-
-
-_MEASURED = 7
-"""Least side, in pixels, of a picture that `kwatra.measure` takes."""
 
 
 def fill(
@@ -122,9 +119,9 @@ class _Filling:
     def best(self, seed: int, pictures: Sequence[Tensor]) -> Result:
         """The run whose result measures best against pictures of the exemplar; the first where it cannot be told."""
         results = [self.run(number, seed) for number in range(self.tries)]
-        if len(results) == 1 or not pictures or min(self.rest.target.shape[-2:]) < _MEASURED:
+        if len(results) == 1 or not pictures:
             return results[0]
-        return min(results, key=lambda result: kwatra.measure(result.image.cpu(), pictures)["overall"])
+        return min(results, key=lambda result: rank(result.image.cpu(), pictures))
 
     def run(self, number: int, seed: int) -> Result:
         """One filling, its seams smoothed."""
@@ -171,7 +168,7 @@ def _whole_parts(image: Tensor, missing: Tensor) -> list[Tensor]:
     place = missing.nonzero()
     (top, left), (bottom, right) = place.amin(0).tolist()[-2:], (place.amax(0) + 1).tolist()[-2:]
     parts = image[..., :top, :], image[..., bottom:, :], image[..., :left], image[..., right:]
-    return [part for part in parts if min(part.shape[-2:]) >= _MEASURED]
+    return [part for part in parts if min(part.shape[-2:]) >= WINDOW]
 
 
 def _listed(exemplar: Any) -> list[Any]:

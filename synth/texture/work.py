@@ -11,6 +11,7 @@ from torch import Tensor
 
 import kwatra
 from kwatra import Exemplar, InputError, Level, Prepared, Progress, Result, Settings, Sum, TermLike
+from kwatra.scoring import rank
 from kwatra.terms import parts_of
 from kwatra.windows import per_axis
 from synth.texture.form import Form, Image
@@ -267,7 +268,7 @@ class _Runs:
         pictures = [picture[: self.channels] for picture in source.pictures()]
         for number in range(self.count):
             result = self._image_of(run(seed=self.seed + 1000 * number, callback=self._part(number)))
-            overall = kwatra.measure(result.image.cpu(), pictures)["overall"]
+            overall = rank(result.image.cpu(), pictures)
             if best is None or overall < least:
                 best, least = result, overall
         assert best is not None

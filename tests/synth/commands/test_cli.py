@@ -51,6 +51,8 @@ def test_output_goes_to_the_current_folder(folder: Path, capsys: pytest.CaptureF
     assert picture.pixels.shape == (3, 128, 128)
     out, err = capsys.readouterr()
     assert out.startswith("wrote brick_synth.png: 128x128, seed 0, in ")
+    assert out.endswith(" (0 is best)\n")
+    assert float(out.split("quality about ")[1].split()[0]) < 0.3
     assert out.count("\n") == 1
     assert err == ""
 

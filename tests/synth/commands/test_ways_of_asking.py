@@ -66,7 +66,7 @@ def test_of_several_exemplars_it_says_what_each_gave(folder: Path, capsys: pytes
     assert contributions(names, source) == "; of it a.png 75%, b.png nothing, c.png 12%"
     assert contributions(names[:1], source) == ""
     assert main(["synth", "a.png", "b.png", "--map", "m.npy", *FAST]) == 0
-    told = capsys.readouterr().out.rstrip().partition("0.")[2].partition(" s")[2]
+    told = capsys.readouterr().out.rstrip().partition(" (0 is best)")[2]
     assert told == contributions([Path("a.png"), Path("b.png")], np.load("m.npy")[0])
 
 

@@ -90,6 +90,13 @@ def test_a_tile_repeats_without_a_seam(size):
     assert max(seam(plain, 0), seam(plain, 1)) > 1.5
 
 
+@pytest.mark.parametrize(("side", "size"), [(4, (16, 16)), (12, (5, 5))])
+def test_the_best_of_several_runs_is_chosen_among_the_smallest_pictures_too(side, size):
+    made = synthesize(brick(side), size, preset="best")
+    assert made.image.shape == size
+    assert set(made.image.ravel()) <= set(range(int(brick(side).min()), int(brick(side).max()) + 1))
+
+
 def test_the_best_of_several_runs_reports_growing_progress():
     seen = []
     synthesize(brick(40), (40, 40), preset="best", levels=((1, 8),), callback=lambda p: seen.append(p.fraction))

@@ -1,0 +1,53 @@
+"""Figures that are rough, or of pictures too small for the others: they must rank as those do."""
+
+import pytest
+import torch
+import torch.nn.functional as F
+from skimage import data
+from torch import Tensor
+
+from kwatra.scoring import glance, measure, rank
+from kwatra.scoring.quality import GLANCES, MOST
+
+
+def gravel(side: int) -> Tensor:
+    return F.avg_pool2d(torch.from_numpy(data.gravel()).float()[None] / 255, 2)[:, :side, :side]
+
+
+def controls(image: Tensor) -> list[Tensor]:
+    """The image with more and more noise: each worse than the one before."""
+    noise = torch.rand(image.shape, generator=torch.Generator().manual_seed(0)) - 0.5
+    return [image + level * noise for level in (0.1, 0.3, 0.9)]
+
+
+def test_a_glance_ranks_as_the_measure_does_and_is_near_it() -> None:
+    image = gravel(96)
+    rough = [glance(other, image) for other in controls(image)]
+    whole = [measure(other, image)["overall"] for other in controls(image)]
+    assert rough == sorted(rough)
+    assert rough == pytest.approx(whole, rel=0.3)
+    assert glance(image, image) == pytest.approx(0, abs=1e-6)
+
+
+def test_of_a_large_image_a_glance_sees_the_middle(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("kwatra.scoring.quality.MOST", 48)
+    image = gravel(96)
+    other = torch.zeros_like(image)
+    other[:, 24:72, 24:72] = image[:, 24:72, 24:72]
+    assert glance(other, image) == pytest.approx(0, abs=1e-6)
+    assert (GLANCES, MOST) == (300, 1024)
+
+
+@pytest.mark.parametrize("side", [1, 3, 6, 40])
+def test_pictures_of_any_size_are_ranked(side: int) -> None:
+    image = gravel(64)[:, :side, :side]
+    same, other = rank(image, image), rank(1 - image, [image, image])
+    assert same == pytest.approx(0, abs=1e-6)
+    assert other > 0.05
+
+
+def test_of_many_channels_the_first_are_ranked_and_large_pictures_as_ever() -> None:
+    image = gravel(24)
+    many = torch.cat([image.expand(16, -1, -1), torch.rand(48, 24, 24, generator=torch.Generator().manual_seed(1))])
+    assert rank(many, image.expand(64, -1, -1)) == pytest.approx(0, abs=1e-6)
+    assert rank(controls(image)[1], image) == measure(controls(image)[1], image)["overall"]
