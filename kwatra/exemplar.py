@@ -25,13 +25,16 @@ class Exemplar:
 
     canvas (C, *S) float32. owner (*S) float32: index of the image a pixel belongs to, -1 for nobody. origin
     (1 + n, *S) int64: where the pixel comes from in the images given to `of`, as (image, first axis, ..., last axis)
-    in their full-resolution pixels. weights (C,): how much each channel counts in matching.
+    in their full-resolution pixels. weights (C,): how much each channel counts in matching. turns (images, 2, 2): what
+    takes directions in the images given, x first, y down, to those in the copies on the canvas; None where none is
+    mirrored or turned.
     """
 
     canvas: Tensor
     owner: Tensor
     origin: Tensor
     weights: Tensor
+    turns: Tensor | None = None
 
     @classmethod
     def of(
@@ -91,6 +94,13 @@ class Exemplar:
         inside = self.canvas[:, self.owner >= 0]
         return torch.stack([mean((c - mean(c)).square()) for c in inside])
 
+    def turned(self, where: Tensor) -> Tensor | None:
+        """What takes directions in the images given to those at places (n, *S) of the canvas: (2, 2, *S), x first."""
+        if self.turns is None:
+            return None
+        owner = self.owner[tuple(where)].long().clamp(min=0)
+        return self.turns[owner].movedim((-2, -1), (0, 1))
+
     def places(self) -> Iterator[tuple[tuple[slice, ...], Tensor]]:
         """The boxes on the canvas of the images that are not copies, and which pixels of a box are the image's."""
         seen = set()
@@ -138,6 +148,7 @@ class _Piece:
     image: Tensor
     mask: Tensor
     origin: Tensor
+    turn: Tensor
 
 
 def _check(images: Sequence[Tensor], masks: Sequence[Tensor | None]) -> None:
@@ -167,14 +178,15 @@ def _original(image: Tensor, mask: Tensor | None, index: int) -> _Piece:
     place = torch.stack(torch.meshgrid(*axes, indexing="ij"))
     number = torch.full_like(place[:1], index)
     whole = torch.ones(image.shape[1:], dtype=torch.bool, device=image.device)
-    return _Piece(image, whole if mask is None else mask.to(image.device), torch.cat([number, place]))
+    return _Piece(image, whole if mask is None else mask.to(image.device), torch.cat([number, place]), torch.eye(2))
 
 
 def _variants(piece: _Piece, mirror: bool, rotate: Sequence[float], scale: Sequence[float]) -> list[_Piece]:
     """The piece itself, and mirrored, turned and resized variants of it."""
     pieces = [piece]
     if mirror:
-        pieces.append(_Piece(*(t.flip(-1) for t in (piece.image, piece.mask, piece.origin))))
+        image, mask, origin = (t.flip(-1) for t in (piece.image, piece.mask, piece.origin))
+        pieces.append(_Piece(image, mask, origin, torch.tensor([[-1.0, 0.0], [0.0, 1.0]])))
     rotated = [_resampled(p, angle, 1.0) for angle in rotate for p in pieces]
     sized = [_resampled(p, 0.0, factor) for factor in scale for p in pieces]
     return pieces + rotated + sized
@@ -184,12 +196,14 @@ def _resampled(piece: _Piece, degrees: float, factor: float) -> _Piece:
     """The piece turned by `degrees` counterclockwise and enlarged by `factor`, on a canvas that holds all of it."""
     if not (math.isfinite(degrees) and math.isfinite(factor) and 0.1 <= factor <= 10):
         raise InputError(f"a copy is turned by {degrees} and scaled by {factor}; scales are 0.1 to 10")
+    angle = math.radians(degrees)
+    cos, sin = (round(value, 12) for value in (math.cos(angle), math.sin(angle)))  # quarter turns are exact
+    turn = torch.tensor([[cos, sin], [-sin, cos]]) @ piece.turn
     if degrees % 90 == 0 and factor == 1:
         turns = int(degrees // 90)
-        return _Piece(*(torch.rot90(t, turns, (-2, -1)) for t in (piece.image, piece.mask, piece.origin)))
+        image, mask, origin = (torch.rot90(t, turns, (-2, -1)) for t in (piece.image, piece.mask, piece.origin))
+        return _Piece(image, mask, origin, turn)
     height, width = piece.mask.shape[-2:]
-    angle = math.radians(degrees)
-    cos, sin = math.cos(angle), math.sin(angle)
     out_h = max(round(factor * (height * abs(cos) + width * abs(sin))), 1)
     out_w = max(round(factor * (width * abs(cos) + height * abs(sin))), 1)
     size = (out_h, out_w)
@@ -198,7 +212,7 @@ def _resampled(piece: _Piece, degrees: float, factor: float) -> _Piece:
     origin = turned(piece.origin.float(), size, degrees, factor, "nearest").round().long()
     low, high = piece.image.amin(), piece.image.amax()
     image = turned(_smoothed(piece.image, factor), size, degrees, factor, span=(height, width))
-    return _Piece(image.clamp(low, high), inside, origin)
+    return _Piece(image.clamp(low, high), inside, origin, turn)
 
 
 def _smoothed(image: Tensor, factor: float) -> Tensor:
@@ -229,4 +243,5 @@ def _packed(pieces: Sequence[_Piece], weights: Tensor) -> Exemplar:
         canvas[(slice(None), *spot)] = piece.image
         owner[spot] = torch.where(piece.mask, float(index), -1.0)
         origin[(slice(None), *spot)] = piece.origin
-    return Exemplar(canvas, owner, origin, weights)
+    turns = torch.stack([piece.turn for piece in pieces]).to(canvas.device)
+    return Exemplar(canvas, owner, origin, weights, None if bool((turns == torch.eye(2).to(turns)).all()) else turns)

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from synth.metamorphosis.door import Metamorphosis, morph
     from synth.texture.filling import fill
     from synth.texture.images import synthesize
+    from synth.texture.synthesis import Synthesis
     from synth.texture.tiling import tile
-    from synth.texture.work import Synthesis
 
 __all__ = [
     "InputError",
@@ -45,7 +45,7 @@ __getattr__, __dir__ = lazy(
         "Metamorphosis": "synth.metamorphosis.door",
         "Picture": "synth.io.images",
         "Recording": "synth.io.flows",
-        "Synthesis": "synth.texture.work",
+        "Synthesis": "synth.texture.synthesis",
         "field_of": "synth.io.flows",
         "fill": "synth.texture.filling",
         "morph": "synth.metamorphosis.door",

@@ -35,9 +35,10 @@ def apply(arguments: argparse.Namespace, default: "argparse.Namespace") -> str:
             raise synth.InputError(f"{path} holds {kind} but {first} holds {kinds[0]}; save both alike")
     output = output_of(arguments.output, f"{first.stem}_synth{first.suffix}")
     io.check_output(output, kinds[0], arguments.overwrite)
-    began, source = time.perf_counter(), texture.read_source(arguments.apply)
+    began, (source, turns) = time.perf_counter(), texture.read_source(arguments.apply)
     _check(arguments.apply, source, paths, arrays)
-    finish({output: io.array_writer(output, texture.taken(arrays, source), kinds[0])})
+    made = texture.rearranged(first.stem, list(arrays), source, turns)
+    finish({output: io.array_writer(output, made, kinds[0])})
     took = time.perf_counter() - began
     given = int((source[0] < 0).sum())
     empty = f", {counted(given, 'pixel')} of it from no image and so 0," if given else ""

@@ -136,8 +136,11 @@ def _image(arguments: argparse.Namespace) -> str:
         result = quilting.quilt(exemplars, (height, width), settings, report)
     took = time.perf_counter() - began
     origins = quilting.origins(result, exemplars, settings)
-    writers = {output: io.image_writer(output, result.image, kind)} | extra_writers(arguments, result, origins=origins)
-    writers |= {carried.output: texture.map_writer(carried, origins) for carried in maps}
+    turns = quilting.turns(result, exemplars, settings)
+    writers = {output: io.image_writer(output, result.image, kind)} | extra_writers(arguments, result)
+    if arguments.map is not None:
+        writers[arguments.map] = texture.source_writer(arguments.map, origins, turns)
+    writers |= {carried.output: texture.map_writer(carried, origins, turns) for carried in maps}
     finish(writers)
     told = about(result.image, exemplars) + contributions(sources, origins[0])
     more = sewn(result, output, kind) if arguments.verbose else ""

@@ -40,10 +40,8 @@ def seams_kind() -> "Kind":
     return io.Kind("uint8", ("R", "G", "B"))
 
 
-def extra_writers(
-    arguments: argparse.Namespace, result: "Quilt", rate: float = 25.0, origins: "Array | None" = None
-) -> "dict[Path, Writer]":
-    """What writes the seams, and the map where the command has one: an image's `origins`; `rate` is a video's."""
+def extra_writers(arguments: argparse.Namespace, result: "Quilt", rate: float = 25.0) -> "dict[Path, Writer]":
+    """What writes the seams and, of a video that plays at `rate`, the map."""
     writers: dict[Path, Writer] = {}
     if arguments.seams is not None:
         drawn = quilting.seams_drawn(result)
@@ -51,9 +49,8 @@ def extra_writers(
             writers[arguments.seams] = io.video_writer(arguments.seams, drawn.unbind(1), rate, seams_kind())
         else:
             writers[arguments.seams] = io.image_writer(arguments.seams, drawn, seams_kind())
-    if getattr(arguments, "map", None) is not None:
-        table = _copies(result) if origins is None else origins
-        writers[arguments.map] = io.npy_writer(table.astype("int32"))
+    if result.image.ndim == 4 and arguments.map is not None:
+        writers[arguments.map] = io.npy_writer(_copies(result).astype("int32"))
     return writers
 
 

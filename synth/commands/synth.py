@@ -82,7 +82,7 @@ def add(commands: Subparsers) -> None:
     add("--progress-images", type=file, metavar="DIR", help="write the image after each level into this folder")
     add("--energy", type=file, metavar="FILE", help="write the energy per iteration as .csv or drawn as .png")
     add("--map", type=file, metavar="FILE", help="write where each pixel comes from: .npy int32 (exemplar, y, x) by "
-        "(3, H, W), or 16-bit .png with R = x, G = y, B = exemplar")  # fmt: skip
+        "(3, H, W), a fourth row where copies are turned; or 16-bit .png with R = x, G = y, B = exemplar")  # fmt: skip
     add("--also", action="append", default=[], metavar="NAME=FILE", help="carry a map of the exemplar along, exactly, "
         "to OUT_NAME; with several exemplars NAME=FILE1,FILE2; may be given again")  # fmt: skip
     add("--guide", action="append", default=[], metavar="MAP=MAP", help="EXEMPLAR_MAP=OUTPUT_MAP: put texture where "

@@ -54,9 +54,10 @@ def writers_of(arguments: argparse.Namespace, inputs: "Inputs", synthesis: "Synt
     output, kind = inputs.output, inputs.kind
     made = inputs.wishes.kept(synthesis.image)
     writers = {output: io.image_writer(output, io.straight(made, kind), kind)}
-    writers |= {carried.output: texture.map_writer(carried, synthesis.source) for carried in inputs.maps}
+    source, turns = synthesis.source, synthesis.turns
+    writers |= {carried.output: texture.map_writer(carried, source, turns) for carried in inputs.maps}
     if arguments.map is not None:
-        writers[arguments.map] = texture.source_writer(arguments.map, synthesis.source)
+        writers[arguments.map] = texture.source_writer(arguments.map, source, turns)
     if arguments.energy is not None:
         writers[arguments.energy] = energy_writer(arguments.energy, synthesis.result.energies)
     if arguments.progress_images is not None:

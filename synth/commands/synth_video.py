@@ -167,11 +167,12 @@ class _Extras:
     def __init__(self, arguments: argparse.Namespace, clips: _Clips, output: Path) -> None:
         self.arguments, self.clips, self.output = arguments, clips, output
         self.sources: list[Any] = []
+        self.turns: list[Any] = []
         self.rows: list[dict[str, object]] = []
         self.maps = dict(self._map(request) for request in arguments.also)
 
-    def _map(self, request: str) -> "tuple[Path, tuple[list[Tensor], Kind]]":
-        """NAME=VIDEO[,VIDEO] as the output and the frames (C, T, H, W) of each exemplar's map."""
+    def _map(self, request: str) -> "tuple[Path, tuple[str, list[Tensor], Kind]]":
+        """NAME=VIDEO[,VIDEO] as the output, the name, and the frames (C, T, H, W) of each exemplar's map."""
         name, equals, last = request.partition("=")
         files = [Path(part) for part in last.split(",")] if len(self.clips.frames) > 1 else [Path(last)]
         if not (name and equals and last) or len(files) != len(self.clips.frames):
@@ -184,7 +185,7 @@ class _Extras:
                     "length and size, and all maps one kind"
                 )
         target = self.output.with_name(f"{self.output.stem}_{name}{'' if files[0].is_dir() else files[0].suffix}")
-        return target, ([carried.frames for carried in maps], maps[0].kind)
+        return target, (name, [carried.frames for carried in maps], maps[0].kind)
 
     def check(self) -> None:
         """Refuse before any work what could not be written after it, or held in memory."""
@@ -202,6 +203,7 @@ class _Extras:
         """What a stretch tells."""
         if self.maps or self.arguments.map is not None:
             self.sources.append(synthesis.source.astype("int32"))
+            self.turns += [] if synthesis.turns is None else [synthesis.turns]
         stretch = len(self.rows) and int(str(self.rows[-1]["stretch"])) + 1
         self.rows += [{"stretch": stretch, **row} for row in synthesis.result.energies]
 
@@ -217,8 +219,9 @@ class _Extras:
         source = np.concatenate(self.sources, 1)
         if self.arguments.map is not None:
             writers[self.arguments.map] = io.npy_writer(source)
-        for target, (maps, kind) in self.maps.items():
-            carried = texture.taken([frames.movedim(0, -1).numpy() for frames in maps], source)
+        turns = np.concatenate(self.turns, 2) if self.turns else None
+        for target, (name, maps, kind) in self.maps.items():
+            carried = texture.rearranged(name, [frames.movedim(0, -1).numpy() for frames in maps], source, turns)
             frames = torch.from_numpy(carried).movedim(-1, 0).unbind(1)
             writers[target] = io.video_writer(target, frames, self.arguments.fps or self.clips.rate, kind)
         return writers

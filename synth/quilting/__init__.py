@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from synth.quilting.draw import seams_drawn
     from synth.quilting.merging import Overlay, merge
     from synth.quilting.synthesis import Quilt, QuiltSettings, quilt
-    from synth.quilting.tracing import origins
+    from synth.quilting.tracing import origins, turns
     from synth.quilting.video import default_settings, quilt_video
 
 __all__ = [
@@ -28,6 +28,7 @@ __all__ = [
     "quilt",
     "quilt_video",
     "seams_drawn",
+    "turns",
 ]
 
 __getattr__, __dir__ = lazy(
@@ -42,5 +43,6 @@ __getattr__, __dir__ = lazy(
         "quilt": "synth.quilting.synthesis",
         "quilt_video": "synth.quilting.video",
         "seams_drawn": "synth.quilting.draw",
+        "turns": "synth.quilting.tracing",
     },
 )

@@ -23,3 +23,20 @@ def origins(result: Quilt, exemplars: Sequence[Tensor], settings: QuiltSettings)
         found[0, here] = home
         found[1:, here] = there.clip(0, size - 1)
     return found
+
+
+def turns(result: Quilt, exemplars: Sequence[Tensor], settings: QuiltSettings) -> np.ndarray | None:
+    """What takes directions in the exemplars, x first, y down, to those of a quilted image's pixels: (2, 2, H, W).
+
+    None where no variant that is mirrored or turned was asked for.
+    """
+    matrices = [_directions(variant.matrix) for _, variant, _ in variants_of(exemplars, settings)]
+    if all((matrix == np.eye(2)).all() for matrix in matrices):
+        return None
+    return np.stack(matrices)[result.source.numpy()].transpose(2, 3, 0, 1)
+
+
+def _directions(matrix: np.ndarray) -> np.ndarray:
+    """What takes directions of an exemplar to those of a variant, x first, from the variant's matrix, row first."""
+    back = np.linalg.inv(matrix)
+    return (back / np.sqrt(abs(np.linalg.det(back))))[::-1, ::-1].round(12) + 0.0

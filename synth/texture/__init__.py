@@ -14,11 +14,13 @@ if TYPE_CHECKING:
         read_guide,
         read_map,
         read_source,
+        rearranged,
         source_writer,
     )
     from synth.texture.periods import whole_size
+    from synth.texture.synthesis import Synthesis, taken
     from synth.texture.tiling import tile
-    from synth.texture.work import PRESETS, Synthesis, taken
+    from synth.texture.work import PRESETS
 
 __all__ = [
     "PRESETS",
@@ -30,6 +32,7 @@ __all__ = [
     "read_guide",
     "read_map",
     "read_source",
+    "rearranged",
     "source_writer",
     "stretches",
     "synthesize",
@@ -43,17 +46,18 @@ __getattr__, __dir__ = lazy(
     {
         "PRESETS": "synth.texture.work",
         "Map": "synth.texture.maps",
-        "Synthesis": "synth.texture.work",
+        "Synthesis": "synth.texture.synthesis",
         "check_source_output": "synth.texture.maps",
         "fill": "synth.texture.filling",
         "map_writer": "synth.texture.maps",
         "read_guide": "synth.texture.maps",
         "read_map": "synth.texture.maps",
         "read_source": "synth.texture.maps",
+        "rearranged": "synth.texture.maps",
         "source_writer": "synth.texture.maps",
         "stretches": "synth.texture.images",
         "synthesize": "synth.texture.images",
-        "taken": "synth.texture.work",
+        "taken": "synth.texture.synthesis",
         "tile": "synth.texture.tiling",
         "whole_size": "synth.texture.periods",
     },

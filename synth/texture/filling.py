@@ -18,7 +18,8 @@ import kwatra
 from kwatra import Exemplar, Feature, HardPixels, InputError, Level, Prepared, Progress, Result, Settings
 from kwatra.scoring import WINDOW, rank
 from synth.texture.form import Form, Image
-from synth.texture.work import PRESETS, Synthesis
+from synth.texture.synthesis import Synthesis
+from synth.texture.work import PRESETS
 
 ROBUST = 0.1
 """The exponent r of the robust energy."""

@@ -8,7 +8,8 @@ from torch import Tensor
 
 from kwatra import InputError, Progress, Sum, TermLike
 from synth.texture.form import Image
-from synth.texture.work import Synthesis, Work, joined
+from synth.texture.synthesis import Synthesis, joined
+from synth.texture.work import Work
 
 
 def synthesize(

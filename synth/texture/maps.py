@@ -1,8 +1,8 @@
 """Maps that belong to an exemplar (normals, height, masks), and the map of where each output pixel came from.
 
 A map is carried along by lookup: output pixel p gets the map's value at the exemplar pixel that p came from. Values,
-dtype and bit depth stay exact. Directions inside a map (normals, flow) are not turned when the exemplar is mirrored
-or rotated.
+dtype and bit depth stay exact. A map whose name begins with normal holds directions, which are turned where the
+exemplar's mirrored or turned copies were used (`synth.texture.normals`).
 """
 
 import re
@@ -17,7 +17,8 @@ from synth.io.kinds import Array, Kind
 from synth.io.numpy_files import npy_writer, read_npy
 from synth.io.outputs import Writer
 from synth.io.streams import STREAM
-from synth.texture.work import taken
+from synth.texture.normals import coded, decoded, is_normal, points_down, turned_normals
+from synth.texture.synthesis import taken
 from synth.words import counted
 
 SOURCE_SUFFIXES = (".npy", ".png")
@@ -72,9 +73,18 @@ def read_guide(request: str, count: int) -> tuple[list[Array], Array]:
     return list(arrays[:-1]), arrays[-1]
 
 
-def map_writer(carried: Map, source: Array) -> Writer:
-    """What writes a map rearranged as `source` (3, H, W) says: number of the exemplar, row, column; -1 leaves 0."""
-    return array_writer(carried.output, taken(carried.arrays, source), carried.kind)
+def map_writer(carried: Map, source: Array, turns: Array | None = None) -> Writer:
+    """What writes a map rearranged as `source` (3, H, W) says: number of the exemplar, row, column; -1 leaves 0.
+
+    turns (2, 2, H, W): what takes directions of the exemplar to those of the output, None where nothing is turned.
+    """
+    return array_writer(carried.output, rearranged(carried.name, carried.arrays, source, turns), carried.kind)
+
+
+def rearranged(name: str, arrays: list[Array], source: Array, turns: Array | None) -> Array:
+    """Maps (*S, C) as `map_writer` writes them."""
+    made = taken(arrays, source)
+    return turned_normals(made, turns, points_down(name)) if is_normal(name) else made
 
 
 def check_source_output(path: Path, sizes: list[tuple[int, int]], overwrite: bool) -> None:
@@ -84,20 +94,24 @@ def check_source_output(path: Path, sizes: list[tuple[int, int]], overwrite: boo
         raise InputError(f"{path} cannot hold coordinates above 65535; end it with .npy")
 
 
-def source_writer(path: Path, source: Array) -> Writer:
+def source_writer(path: Path, source: Array, turns: Array | None = None) -> Writer:
     """What writes the source coordinates (3, H, W) = (exemplar, y, x).
 
-    .npy: int32, as given. .png: 16-bit color, R = x, G = y, B = exemplar.
+    .npy: int32, as given, and of pieces that may be turned a fourth row, how they are (`synth.texture.normals.coded`).
+    .png: 16-bit color, R = x, G = y, B = exemplar, without that.
     """
     if path.suffix.lower() == ".png":
         colors = np.ascontiguousarray(source[::-1].transpose(1, 2, 0)).astype(np.uint16)
         return array_writer(path, colors, _SOURCE_PNG)
 
-    return npy_writer(source.astype(np.int32))
+    rows = source if turns is None else np.concatenate([source, coded(turns)[None]])
+    return npy_writer(rows.astype(np.int32))
 
 
-def read_source(path: Path) -> Array:
+def read_source(path: Path) -> tuple[Array, Array | None]:
     """Read source coordinates (3, H, W) int64 = (exemplar, y, x) as `source_writer` writes them; -1: from none.
+
+    With them come the turns (2, 2, H, W), None where the file has none.
 
     Raises InputError for a file that holds something else.
     """
@@ -106,12 +120,13 @@ def read_source(path: Path) -> Array:
         if (kind.dtype, kind.channels) != (_SOURCE_PNG.dtype, _SOURCE_PNG.channels):
             raise InputError(f"{path} holds {kind}; a map of where pixels come from holds {_SOURCE_PNG}")
         source = colors.astype(np.int64).transpose(2, 0, 1)[::-1]
-        return np.where(source[0] == 2**16 - 1, -1, source)
+        return np.where(source[0] == 2**16 - 1, -1, source), None
     source = read_npy(path)
-    if source.ndim != 3 or len(source) != 3 or source.dtype.kind not in "iu" or 0 in source.shape:
+    if source.ndim != 3 or len(source) not in (3, 4) or source.dtype.kind not in "iu" or 0 in source.shape:
         raise InputError(f"{path} holds {source.dtype} of shape {source.shape}; a map of where pixels come from is "
                          "int32 (3, H, W), as --map writes it")  # fmt: skip
-    return source.astype(np.int64)
+    source = source.astype(np.int64)
+    return source[:3], None if len(source) == 3 else decoded(source[3])
 
 
 def _split(request: str, count: int) -> tuple[str, list[Path]]:

@@ -26,7 +26,7 @@ from kwatra.pieces.fitting import Fit
 from synth.texture.filling import planes_of
 from synth.texture.form import Form, Image
 from synth.texture.periods import whole_size
-from synth.texture.work import Synthesis
+from synth.texture.synthesis import Synthesis
 
 NARROWEST, WIDEST, PART = 12, 64, 8
 """Limits of the band's width on each side of a seam, in pixels, and as one of so many parts of the shorter side. Within

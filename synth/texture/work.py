@@ -1,9 +1,9 @@
-"""The work of a synthesis, in the engine's terms, and what comes of it."""
+"""The work of a synthesis, in the engine's terms."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic
 
 import numpy as np
 import torch
@@ -18,8 +18,7 @@ from synth.texture.form import Form, Image
 from synth.texture.guidance import Guide
 from synth.texture.staying import staying
 from synth.texture.stretch import Memory, Stretch, planned_stretches
-
-Map = TypeVar("Map", Tensor, np.ndarray)
+from synth.texture.synthesis import Synthesis
 
 PRESETS = {
     "fast": (Settings(seams=1, iterations=1, candidates=2, exact_pairs=1 << 22), 1),
@@ -32,59 +31,6 @@ PRESETS = {
 ROBUST_IN_TIME = 0.4
 """The exponent r for videos, whose windows agree less: of smoke with .8, as images have it, a sixth of the flicker that
 belongs there is averaged away."""
-
-
-@dataclass(frozen=True)
-class Synthesis(Generic[Image]):
-    """A synthesized picture or video.
-
-    image: of the same kind as the exemplar. source (3, H, W) int64: for each pixel the number of the image it comes
-    from, -1 for pixels that were given, and its row and column there; of a video (4, T, H, W), with the frame before
-    the row. result: what the engine returned (its image
-    normalized, channels first).
-    """
-
-    image: Image
-    source: np.ndarray
-    result: Result
-    form: "Form[Image]"
-
-    @property
-    def stages(self) -> list[Image]:
-        """The picture after each level, at that level's resolution, in the exemplar's kind and range."""
-        return [self.form.restored(stage.image.cpu()) for stage in self.result.stages]
-
-    def take(self, maps: Map | Sequence[Map]) -> Map:
-        """Rearrange a map that belongs to the exemplar (one per image) just as the exemplar's pixels were.
-
-        Arrays are (H, W) or (H, W, C), tensors (C, H, W); of videos (T, H, W) or (T, H, W, C), and (C, T, H, W). Values
-        and dtype stay exactly as they are. Pixels that come from no exemplar, because they were given, are 0.
-        """
-        several: list[Map] = [maps] if isinstance(maps, (Tensor, np.ndarray)) else list(maps)
-        if len(several) <= self.source[0].max():
-            raise InputError(f"{len(several)} maps were given, but the exemplar has more images; give one for each")
-        arrays: list[np.ndarray] = [m.movedim(0, -1).numpy() if isinstance(m, Tensor) else m for m in several]
-        made = taken(arrays, self.source)
-        rearranged: Any = torch.from_numpy(made).movedim(-1, 0) if isinstance(several[0], Tensor) else made
-        return rearranged  # the kind of maps that were given
-
-
-def taken(maps: Sequence[np.ndarray], source: np.ndarray) -> np.ndarray:
-    """Maps (*T, C) or (*T), one per image, rearranged as `source` (1 + n, *S) says: image, place; -1 leaves 0."""
-    made = np.zeros((*source.shape[1:], *maps[0].shape[len(source) - 1 :]), maps[0].dtype)
-    for number, array in enumerate(maps):
-        here = source[0] == number
-        made[here] = array[tuple(axis[here] for axis in source[1:])]
-    return made
-
-
-def joined(parts: Sequence[Synthesis[Image]]) -> Synthesis[Image]:
-    """The stretches of a video as one; its `stages` are none."""
-    results, form = [part.result for part in parts], parts[0].form
-    image, source, where = (torch.cat([getattr(r, name) for r in results], 1) for name in ("image", "source", "where"))
-    rows = [{"stretch": number, **row} for number, result in enumerate(results) for row in result.energies]
-    result = Result(image, source, where, rows, [], results[-1].stopped)
-    return Synthesis(form.restored(image.cpu()), source.cpu().numpy(), result, form)
 
 
 @dataclass(frozen=True, eq=False)
@@ -198,7 +144,11 @@ class Work(Generic[Image]):
             new = slice(part.before, part.before + part.stop - part.first)
             cut = {name: getattr(result, name)[:, new] for name in ("image", "source", "where")}
             result = replace(result, stages=[], **cut)
-        return Synthesis(self.form.restored(result.image.cpu()), result.source.cpu().numpy(), result, self.form)
+        turns = self.source.turned(result.where)
+        return Synthesis(
+            self.form.restored(result.image.cpu()), result.source.cpu().numpy(), result, self.form,
+            None if turns is None else turns.cpu().numpy(),
+        )  # fmt: skip
 
 
 def _wraps(picture: Tensor, tile: bool, loop: bool) -> tuple[bool, ...]:
