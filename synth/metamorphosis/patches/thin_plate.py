@@ -125,12 +125,17 @@ class Splines:
         return made
 
 
-def _kernel(first: Tensor, second: Tensor) -> Tensor:
-    """phi(|x - y|) (B, m, n) between places (B, m, 2) and (B, n, 2)."""
+def squared_distances(first: Tensor, second: Tensor) -> Tensor:
+    """|x - y|^2 (B, m, n) between places (B, m, 2) and (B, n, 2), exact for whole pixels; rounding may leave it < 0."""
     one, other = first.square().sum(2, keepdim=True), second.square().sum(2, keepdim=True)
     left = torch.cat([one, torch.ones_like(one), first], 2)
     right = torch.cat([torch.ones_like(other), other, -2 * second], 2)
-    square = (left @ right.mT).clamp_(min=torch.finfo(first.dtype).tiny)
+    return left @ right.mT
+
+
+def _kernel(first: Tensor, second: Tensor) -> Tensor:
+    """phi(|x - y|) (B, m, n) between places (B, m, 2) and (B, n, 2)."""
+    square = squared_distances(first, second).clamp_(min=torch.finfo(first.dtype).tiny)
     return square.log().mul_(square).mul_(0.5)
 
 
