@@ -57,6 +57,25 @@ def distortion(source: Tensor) -> Tensor:
     return torch.where(one & other, (area - 1).square().clamp(max=1), 0.0)
 
 
+def turns(source: Tensor) -> Tensor:
+    """What takes directions in the exemplar, x first, y down, to those of the pixels of its copies: (2, 2, H, W).
+
+    It is the rotation next to the inverse of the derivative of source coordinates (2, H, W).
+    """
+    (down, one), (right, other) = changes(offsets(source))
+    down, right = _meant(down * one, one, 1), _meant(right * other, other, 2)
+    angle = torch.atan2(right[1] - down[0], 2 + right[0] + down[1])
+    cos, sin = angle.cos(), angle.sin()
+    return torch.stack([torch.stack([cos, sin]), torch.stack([-sin, cos])])
+
+
+def _meant(change: Tensor, counts: Tensor, axis: int) -> Tensor:
+    """At each pixel (2, H, W) the mean change to the next one and from the one before, of those that count."""
+    values = torch.cat([change, counts[None].to(change)]).transpose(axis, 2)
+    both = (F.pad(values, (1, 0)) + F.pad(values, (0, 1))).transpose(axis, 2)
+    return both[:2] / both[2:].clamp(min=1)
+
+
 def tidied(source: Tensor, free: Tensor, inside: Tensor) -> Tensor:
     """Source coordinates (2, H, W) without crumbs: a lone pixel that is free (H, W) joins the copy around it.
 

@@ -18,7 +18,7 @@ from torch import Tensor
 from flow.animation.drift import drift
 from flow.animation.reading import Reading
 from flow.warps import pixel_coordinates, warp
-from kwatra import Exemplar
+from kwatra import Exemplar, InputError
 
 _GAP = 16
 """Rows between pages, at least, and the drift's largest step besides: what flows beyond a page ends in no other one."""
@@ -36,7 +36,7 @@ class Film:
 
     strip: all pages as one picture. pages: their number; pitch: rows from one to the next. motion (2, pages * pitch,
     W): the exemplar's own, x first, in px per frame, forward; None for a picture. step: 1, or -1 where time runs
-    backward.
+    backward. also: maps of the exemplar on a strip of their own, which decide nothing; None where there are none.
     """
 
     strip: Exemplar
@@ -44,10 +44,26 @@ class Film:
     pitch: int
     motion: Tensor | None = None
     step: int = 1
+    also: Exemplar | None = None
 
     @classmethod
-    def of(cls, exemplar: Exemplar) -> "Film":
-        """The film of an exemplar of pictures or videos; of videos, texture that is masked in any frame is not used."""
+    def of(cls, exemplar: Exemplar, also: Exemplar | None = None) -> "Film":
+        """The film of an exemplar of pictures or videos; of videos, texture that is masked in any frame is not used.
+
+        also: maps of each of its images or videos, an exemplar made as it was.
+        """
+        film = cls._of(exemplar)
+        if also is None:
+            return film
+        if also.shape != exemplar.shape or not torch.equal(also.owner, exemplar.owner):
+            raise InputError(
+                f"maps lie on {also.shape} but the exemplar on {exemplar.shape}; a map has its image's size"
+            )
+        maps = also.canvas if len(also.shape) == 2 else _flat(also.canvas, film.pitch - also.shape[1])
+        return replace(film, also=replace(film.strip, canvas=maps, weights=also.weights))
+
+    @classmethod
+    def _of(cls, exemplar: Exemplar) -> "Film":
         if len(exemplar.shape) == 2:
             return cls(exemplar, 1, exemplar.shape[0])
         if exemplar.shape[0] == 1:

@@ -16,9 +16,8 @@ import torch
 from scipy import ndimage
 from torch import Tensor
 
-from flow.animation.film import Film
 from flow.animation.fusion import seam_cut
-from flow.animation.sequence import Frame, Mask, Motion, State
+from flow.animation.sequence import Frame, Mask, Motion, State, film_of
 from flow.animation.settings import Renewing
 from flow.fields import Field, Shape
 from flow.warps import lookup, pixel_coordinates, warp
@@ -45,6 +44,7 @@ def loop(
     synthesis: Settings | None = None,
     seed: int = 0,
     after: State | None = None,
+    also: Exemplar | Tensor | None = None,
 ) -> Iterator[Frame]:
     """The frames, of `shape` (H, W), of a texture that flows along a field and comes back to its first frame.
 
@@ -56,8 +56,7 @@ def loop(
     """
     if frames < 2:
         raise InputError(f"a loop is to have {frames} frames; give at least 2")
-    exemplar = Exemplar.of(exemplar) if isinstance(exemplar, Tensor) else exemplar
-    motion = Motion(Film.of(exemplar), field, shape, mask, None, renewing, seed)
+    motion = Motion(film_of(exemplar, also), field, shape, mask, None, renewing, seed)
     motion.check(after)
     return _frames(motion, frames, first, synthesis or Settings(), after)
 
@@ -117,10 +116,14 @@ class _Back:
         take = self._seam(turned, ahead.image, back.image, ahead.state.inside)
         inertia = self.motion.renewing.inertia
         left = (inertia / (1 + inertia)) ** (number - stop.since + 1).clamp(min=1)
-        image = torch.where(take, back.image + left * (ahead.image - back.image), ahead.image)
+
+        def turning(before: Tensor, after: Tensor) -> Tensor:
+            return torch.where(take, after + left * (before - after), before)
+
+        maps = None if ahead.also is None or back.also is None else turning(ahead.also, back.also)
         return replace(
-            ahead, image=image, source=torch.where(take, back.source, ahead.source),
-            where=torch.where(take, back.where, ahead.where),
+            ahead, image=turning(ahead.image, back.image), also=maps,
+            source=torch.where(take, back.source, ahead.source), where=torch.where(take, back.where, ahead.where),
         )  # fmt: skip
 
     def _seam(self, turned: Tensor, ahead: Tensor, back: Tensor, inside: Tensor) -> Tensor:

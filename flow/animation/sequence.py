@@ -29,8 +29,8 @@ from flow.animation.term import blended, flow_term
 from flow.animation.upright import Upright
 from flow.animation.wear import blurred
 from flow.fields import Field
-from flow.warps import Lookup, filled, lookup
-from kwatra import Exemplar, InputError, Level, Result, Settings, optimize
+from flow.warps import Lookup, filled, lookup, warp
+from kwatra import Exemplar, InputError, Level, Result, Settings, SoftPixels, optimize
 from kwatra.base import check_mask, generator_of
 from kwatra.result import Row
 from kwatra.source import look_up
@@ -53,7 +53,7 @@ class State:
 
     number: of the frame, from 0. source (2, H, W) float32: where on the exemplar's canvas each pixel is read, x first;
     of a video on its frames, one under the other (`flow.animation.film`). inside (H, W): where there is texture.
-    image (C, H, W): what is shown.
+    image (C, H, W): what is shown, and of maps that go along (C + M, H, W).
     """
 
     number: int
@@ -70,13 +70,15 @@ class State:
 class Frame(Result):
     """A frame of an animation: a result, and the state that the next one follows from.
 
-    Its image is 0 where there is no texture; source and where tell of its copies, not of what fades. Its one row of
+    Its image is 0 where there is no texture, and so is also (M, H, W), the maps that go along, None where there are
+    none; source and where tell of its copies, not of what fades. Its one row of
     energies has frame, texture (mean wear and price of tones before renewal, beyond what is tolerated), flow (the mean
     of the flow term, lambda K |x - x+|^2, after it; both in variances of the exemplar, as in `flow.animation.renewal`)
     and renewed (the share of its pixels).
     """
 
     state: State
+    also: Tensor | None = None
 
 
 def animate(
@@ -92,6 +94,7 @@ def animate(
     synthesis: Settings | None = None,
     seed: int = 0,
     after: State | None = None,
+    also: Exemplar | Tensor | None = None,
 ) -> Iterator[Frame]:
     """The frames, of `shape` (H, W), of a texture that flows along a field.
 
@@ -99,9 +102,10 @@ def animate(
     its frames in each. frames: how many; None for no end. first: a picture (C, H, W) to begin with, brought to the
     exemplar first. mask: True where texture belongs, (H, W), or a function of the frame's number.
     enter: begin with an empty frame into which the flow carries texture from this side, one of SIDES. synthesis: how
-    the first frame is made; renewing: how the others are (default: of PRESETS or
-    VIDEO_PRESETS). after: go on after this state instead of beginning; the
-    frames are the same bits as without the break.
+    the first frame is made; renewing: how the others are (default: of PRESETS or VIDEO_PRESETS). after: go on after
+    this state instead of beginning; the frames are the same bits as without the break. also: maps of the exemplar, of
+    its size, (M, H, W) or (M, T, H, W), or an Exemplar of them made as it was; they are read, and fade, as its colors
+    do, and decide nothing.
 
     Raises InputError for what cannot be done, at once where it can be seen at once.
     """
@@ -111,10 +115,16 @@ def animate(
         raise InputError(f"texture is to enter from {enter!r}; give one of {', '.join(SIDES)}")
     if enter is not None and first is not None:
         raise InputError("texture is to enter an empty frame, but a first frame is given; leave out one of the two")
-    exemplar = Exemplar.of(exemplar) if isinstance(exemplar, Tensor) else exemplar
-    motion = Motion(Film.of(exemplar), field, shape, mask, enter, renewing, seed)
+    motion = Motion(film_of(exemplar, also), field, shape, mask, enter, renewing, seed)
     motion.check(after)
     return _frames(motion, frames, first, synthesis, after)
+
+
+def film_of(exemplar: Exemplar | Tensor, also: Exemplar | Tensor | None) -> Film:
+    """The film of an exemplar and its maps, given as such or as tensors."""
+    own, maps = (Exemplar.of(given) if isinstance(given, Tensor) else given for given in (exemplar, also))
+    assert own is not None
+    return Film.of(own, maps)
 
 
 def _frames(
@@ -153,6 +163,7 @@ class Motion:
         self.upright = Upright(film.strip, renewing.stiffness)
         self.renewing, self.renewal = renewing, Renewal(film, shape, renewing)
         self.read = Reading(film.strip, renewing.interpolation)
+        self._read_also = None if film.also is None else Reading(film.also, renewing.interpolation)
         self._steady: tuple[Tensor, Lookup] | None = None
         self._whole = torch.ones(shape, dtype=torch.bool, device=self.device)
 
@@ -163,8 +174,9 @@ class Motion:
         if state is not None and tuple(state.inside.shape) != tuple(self.shape):
             size, asked = "x".join(map(str, state.inside.shape)), "x".join(map(str, self.shape))
             raise InputError(f"the state to go on from has frames of {size} (HxW), not {asked}; give that shape")
-        if state is not None and len(state.image) != self.channels:
-            have, want = len(state.image), self.channels
+        want = self.channels + (0 if self.film.also is None else len(self.film.also.canvas))
+        if state is not None and len(state.image) != want:
+            have = len(state.image)
             raise InputError(
                 f"the state to go on from has {have} channels, the exemplar {want}; give that it was made of"
             )
@@ -186,7 +198,7 @@ class Motion:
         if self.enter is not None:
             inside = torch.zeros_like(inside)
             nowhere = torch.full((2, *self.shape), NOWHERE, device=self.device)
-            empty = torch.zeros(self.channels, *self.shape, device=self.device)
+            empty = self._picture(nowhere, inside) * 0
             return self._frame(State(0, nowhere, inside, empty), {})
         if first is not None:
             synthesis = replace(synthesis, levels=_PROJECTION)
@@ -195,7 +207,7 @@ class Motion:
         exemplar = self.film.cut(self.film.strip, pages)
         still = optimize(exemplar, self.shape, settings=synthesis, start=first, mask=mask, seed=self.seed)
         source = tidied(self.film.uncut(still.where, pages).flip(0).float(), inside, inside)
-        return self._frame(State(0, source, inside, self.read.picture(source, inside)), {})
+        return self._frame(State(0, source, inside, self._picture(source, inside)), {})
 
     def resumed(self, state: State) -> Frame:
         """The frame that a state shows."""
@@ -220,26 +232,41 @@ class Motion:
         source = self.film.onward(older)
         lives = inside & (source != older).any(0)
         source, image, report = self.renewal(source, inside, generator, moved | lives)
-        image = self._blended(image[: self.channels], state, look, self._lived(older, lives))
+        image = self._blended(self._picture(source, inside, image[: self.channels]), state, look, older, lives)
         return self._frame(State(number, source, inside, image), report)
 
-    def _lived(self, older: Tensor, lives: Tensor) -> Tensor:
-        """By how much colors (C, H, W) change as texture lives on from coordinates (2, H, W), where it does (H, W)."""
-        change = torch.zeros(self.channels, *self.shape, device=self.device)
+    def _picture(self, source: Tensor, inside: Tensor, colors: Tensor | None = None) -> Tensor:
+        """What source coordinates show: colors (C, H, W), unless they are known, and below them the maps."""
+        colors = self.read.picture(source, inside) if colors is None else colors
+        return colors if self._read_also is None else torch.cat([colors, self._read_also.picture(source, inside)])
+
+    def _lived(self, read: Reading, older: Tensor, lives: Tensor) -> Tensor:
+        """By how much what is read changes as texture lives on from coordinates (2, H, W), where it does (H, W)."""
+        change = torch.zeros(len(read.continued), *self.shape, device=self.device)
         if bool(lives.any()):
             before = older[:, lives]
-            change[:, lives] = self.read(self.film.onward(before)) - self.read(before)
+            change[:, lives] = read(self.film.onward(before)) - read(before)
         return change
 
-    def _blended(self, copies: Tensor, before: State, look: Lookup, change: Tensor) -> Tensor:
+    def _blended(self, copies: Tensor, before: State, look: Lookup, older: Tensor, lives: Tensor) -> Tensor:
         """A frame (C, H, W) that shows its copies and, as the flow term asks, what the one before has carried there.
 
-        change (C, H, W): by how much that has changed since by itself.
+        Texture at coordinates older (2, H, W) has lived on where lives (H, W). Maps below the colors fade with them.
         """
         if self.renewing.inertia == 0 or not bool(look.known.any()):
             return copies
-        known = filled(before.image, before.inside)
+        known, maps = filled(before.image, before.inside).tensor_split([self.channels])
         term = flow_term(known, look, self.renewing.inertia, self.renewing.interpolation)
+        colors = self._faded(copies[: self.channels], term, self._lived(self.read, older, lives), before, look)
+        if self._read_also is None:
+            return colors
+        carried = filled(warp(maps, look.coordinates, self.renewing.interpolation), look.known)
+        target = carried + self._lived(self._read_also, older, lives)
+        faded = blended(copies[self.channels :], replace(term, target=target))
+        return torch.cat([colors, self._read_also.within(faded)])
+
+    def _faded(self, copies: Tensor, term: SoftPixels, change: Tensor, before: State, look: Lookup) -> Tensor:
+        """Colors (C, H, W) between the copies and what the term wants, which has changed since by `change`."""
         target = term.target + change
         image = blended(copies, replace(term, target=target))
         if self.renewing.shades:
@@ -261,4 +288,5 @@ class Motion:
         origin[:1] = torch.where(state.inside, origin[:1], -1)
         rows: list[Row] = [{"frame": state.number, **report}]
         shown = torch.where(state.inside, state.image, 0.0)
-        return Frame(shown, origin, where, rows, [], "", state)
+        colors, maps = shown.tensor_split([self.channels])
+        return Frame(colors, origin, where, rows, [], "", state, maps if len(maps) else None)

@@ -35,8 +35,8 @@ def add(commands: Subparsers) -> None:
         epilog=_EPILOG,
     )
     add = parser.add_argument
-    add("exemplar", type=file, metavar="EXEMPLAR", help="an image of the texture; or a video (.mp4, .gif) or a folder "
-        "of frames, whose texture lives on while it flows")  # fmt: skip
+    add("exemplars", nargs="+", type=file, metavar="EXEMPLAR", help="an image or several of one texture; or a video "
+        "(.mp4, .gif) or a folder of frames, whose texture lives on while it flows")  # fmt: skip
     add("--flow", required=True, metavar="FIELD", help="uniform:ANGLE, rotation, sink, ... (another name lists them "
         "all), or a file: .flo, .png (KITTI), .npy or .npz")  # fmt: skip
     add("--speed", type=float, metavar="PX", help="px per frame of the fastest pixel (default: 2; a file's own)")
@@ -48,12 +48,16 @@ def add(commands: Subparsers) -> None:
     length.add_argument("--loop", type=whole(2), metavar="N", help="N frames of which the last leads into the first")
     add("--obstacle", type=_obstacle, metavar="WHAT", help="what is flowed around: an image, white where the obstacle "
         "is; or disc, in the middle; or disc:X,Y,RADIUS in pixels")  # fmt: skip
+    add("--background", type=file, metavar="IMAGE", help="what is seen behind the obstacle, and where no texture has "
+        "come yet (default: gray, and black)")  # fmt: skip
     begin = parser.add_mutually_exclusive_group()
     begin.add_argument("--first", type=file, metavar="IMAGE", help="a picture to begin with, of the frames' size")
     begin.add_argument("--fill-from", choices=("left", "right", "top", "bottom", "all"), help="begin with an empty "
         "frame that texture enters from there")  # fmt: skip
     add("-o", "--output", type=file, metavar="OUT", help="an .mp4 or .gif to write, or a folder for PNG frames, TIFF "
         "where the exemplar needs it (default: EXEMPLAR_FIELD.mp4 in this folder)")  # fmt: skip
+    add("--also", action="append", default=[], metavar="NAME=FILE", help="carry a map of the exemplar along, frame by "
+        "frame, to OUT_NAME; with several exemplars NAME=FILE1,FILE2; may be given again")  # fmt: skip
     add("--fps", type=rate, metavar="F", help=f"frames a second of a video (default: as the exemplar, or {_FPS:g})")
     add("--seed", type=whole(0), default=0, metavar="N", help="another seed, another texture (default: 0)")
     add("--preset", choices=("fast", "default", "best"), default="default", help="how much work to spend")
@@ -89,18 +93,23 @@ def run(arguments: argparse.Namespace) -> str:
         )
     if arguments.published:
         refuse_unused(arguments, ["fill_from", "first"], "begins an animation, but what was --published has no such")
+        refuse_unused(arguments, ["also"], "goes along with what is renewed, but what was --published renews nothing")
+        if len(arguments.exemplars) > 1:
+            raise synth.InputError("what was --published has one exemplar; give one")
         if arguments.preset != "default":
             raise synth.InputError("--preset says how to renew, but what was --published renews nothing; leave it out")
-    inputs = read_inputs(arguments)
+    if arguments.obstacle is None and arguments.fill_from is None:
+        refuse_unused(arguments, ["background"], "is seen where there is no texture, but there is some everywhere")
+    source = arguments.exemplars[0]
+    output = arguments.output or Path(f"{source.stem}_{name_of(arguments.flow)}.mp4")
+    inputs = read_inputs(arguments, output)
     job = Framewise(
         arguments,
-        arguments.output or Path(f"{arguments.exemplar.stem}_{name_of(arguments.flow)}.mp4"),
+        inputs.tracks(output),
         arguments.loop or arguments.frames or _FRAMES,
         inputs.shape,
-        inputs.exemplar.kind,
         inputs.settings,
         inputs.rate or _FPS,
-        inputs.extremes,
         "an animation",
     )
     after = job.checked()
@@ -109,6 +118,6 @@ def run(arguments: argparse.Namespace) -> str:
     if done == job.total and not job.video:
         return f"{job.output} has its {counted(done, 'frame')} already; there is nothing to do"
     began = time.perf_counter()
-    with work_line(f"{arguments.exemplar.name}, {arguments.flow}") as report:
+    with work_line(f"{source.name}, {arguments.flow}") as report:
         job.run(((inputs.drawn(frame), frame.state) for frame in frames), done, report)
     return job.summary(done, time.perf_counter() - began)

@@ -3,7 +3,7 @@
 import argparse
 import hashlib
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import torch
@@ -12,11 +12,14 @@ from torch import Tensor
 import flow
 from kwatra import Exemplar
 from kwatra.base import InputError
+from synth.commands.animate_maps import Along, read_along
 from synth.commands.checks import check_size, refuse_unused
-from synth.commands.framewise import digest, versions
+from synth.commands.framewise import Track, digest, versions
 from synth.io.alpha import premultiplied, straight
 from synth.io.flows import FLOW_SUFFIXES, field_of, read_flow
 from synth.io.images import Picture, read_image, read_mask
+from synth.io.kinds import Kind
+from synth.io.raising import raised
 from synth.io.videos import is_video, read_video
 from synth.texture.form import Form
 from synth.texture.work import PRESETS
@@ -34,63 +37,97 @@ _LEAST = 4
 class Inputs:
     """What an animation is made of.
 
-    exemplar: its pixels are (C, H, W), or (C, T, H, W) of a video, of which rate says how many frames play in a second.
-    field: bent around the obstacle. shape: (H, W) of the frames. mask (H, W): False where the obstacle is; None where
-    there is none. first: the pixels of a picture to begin with. form: takes the exemplar's pixels to [0, 1] and back.
+    exemplars: of one kind, (C, H, W) each, or one (C, T, H, W) of a video, of which rate says how many frames play in a
+    second. field: bent around the obstacle. shape: (H, W) of the frames. mask (H, W): False where the obstacle is; None
+    where there is none. first: the pixels of a picture to begin with. form: takes the exemplars' pixels to [0, 1] and
+    back. background (C, H, W): what is seen where there is no texture; None where nothing is. maps: what goes along.
     settings: all that decides what the frames look like, by names that a user knows; of files, what they hold.
 
     Pixels are mixed with their colors multiplied by alpha, so that what cannot be seen colors nothing.
     """
 
-    exemplar: Picture
+    exemplars: list[Tensor]
+    kind: Kind
     field: flow.Field
     shape: Shape
     mask: Tensor | None
     first: Tensor | None
     form: Form[Tensor]
+    background: Tensor | None
+    maps: list[Along]
     settings: Mapping[str, str]
     rate: float | None = None
 
     @property
     def video(self) -> bool:
         """Whether the texture is that of a video."""
-        return self.exemplar.pixels.ndim == 4
+        return self.exemplars[0].ndim == 4
 
     @property
     def extremes(self) -> tuple[float, float]:
         """What is black and white: 0 and 1, or the least and largest value of an exemplar of floats."""
-        return (self.form.low, self.form.high) if self.exemplar.kind.dtype.startswith("f") else (0.0, 1.0)
+        return (self.form.low, self.form.high) if self.kind.dtype.startswith("f") else (0.0, 1.0)
 
-    def drawn(self, frame: flow.Frame) -> Tensor:
-        """A frame's pixels (C, H, W) as a file is to hold them.
+    def tracks(self, output: Path) -> list[Track]:
+        """Where the pictures and the maps go."""
+        return [Track(output, self.kind, self.extremes), *(along.track for along in self.maps)]
 
-        Black where there is no texture and gray where the obstacle is; transparent where there can be alpha.
+    def drawn(self, frame: flow.Frame) -> list[Tensor]:
+        """A frame's pixels (C, H, W) and maps (M, H, W) as files are to hold them."""
+        inside = frame.state.inside.cpu()
+        pictures = [self._picture(frame.image.cpu(), inside)]
+        if frame.also is None:
+            return pictures
+        maps = frame.also.cpu().split([len(along.values[0]) for along in self.maps])
+        source, shown = frame.state.source.cpu(), inside if self.mask is None else inside & self.mask
+        return pictures + [along.drawn(values, source, shown) for along, values in zip(self.maps, maps, strict=True)]
+
+    def _picture(self, image: Tensor, inside: Tensor) -> Tensor:
+        """Pixels with what is seen where there is no texture.
+
+        It is the background, or else black, and gray where the obstacle is; transparent where there can be alpha.
         """
         low, high = self.extremes
-        opaque = "A" not in self.exemplar.kind.channels
-        pixels = straight(self.form.restored(frame.image.cpu()), self.exemplar.kind)
-        pixels = torch.where(frame.state.inside.cpu(), pixels, low if opaque else 0.0)
+        opaque = "A" not in self.kind.channels
+        pixels = straight(self.form.restored(image), self.kind)
+        if self.background is not None:
+            return torch.where(inside if self.mask is None else inside & self.mask, pixels, self.background)
+        pixels = torch.where(inside, pixels, low if opaque else 0.0)
         return pixels if self.mask is None else torch.where(self.mask, pixels, (low + high) / 2 if opaque else 0.0)
 
 
-def read_inputs(arguments: argparse.Namespace) -> Inputs:
-    """Read all files that the arguments name; InputError for what does not fit together."""
-    path = arguments.exemplar
-    exemplar, rate = _read_exemplar(path)
-    first = None if arguments.first is None else _read_first(arguments.first, path, exemplar)
+def read_inputs(arguments: argparse.Namespace, output: Path) -> Inputs:
+    """Read all files that the arguments name; InputError for what does not fit together. output: where frames go."""
+    path = arguments.exemplars[0]
+    exemplars, kind, behind, rate = _read_exemplars(arguments)
+    first = None if arguments.first is None else _read_first(arguments.first, path, kind)
     drawn = read_mask(arguments.obstacle) if isinstance(arguments.obstacle, Path) else None
-    shape = _shape(arguments, first, drawn, _size(exemplar.pixels) if exemplar.pixels.ndim == 4 else _SIZE)
+    given = {arguments.obstacle: drawn, arguments.first: None if first is None else first.pixels,
+             arguments.background: behind}  # fmt: skip
+    shape = _shape(arguments, given, _size(exemplars[0]) if exemplars[0].ndim == 4 else _SIZE)
     if not _is_file(arguments.flow):
         refuse_unused(arguments, ["resample"], f"stretches a file's flow but {arguments.flow} is made for any size")
     field = field_of(arguments.flow, arguments.speed, arguments.resample)
     mask = None if arguments.obstacle is None else _mask(arguments.obstacle, drawn, shape)
     field = field if mask is None else flow.around(field, mask)
-    frames = exemplar.pixels.unbind(1) if exemplar.pixels.ndim == 4 else [exemplar.pixels]
-    mixed = [premultiplied(frame, exemplar.kind) for frame in frames]
-    pixels = torch.stack(mixed, 1) if exemplar.pixels.ndim == 4 else mixed[0]
+    mixed = [_mixed(exemplar, kind) for exemplar in exemplars]
     begin = None if first is None else premultiplied(first.pixels, first.kind)
-    settings = _settings(arguments, exemplar, shape, mask, first)
-    return Inputs(replace(exemplar, pixels=pixels), field, shape, mask, begin, Form.of(mixed), settings, rate)
+    maps = [read_along(request, exemplars, output) for request in arguments.also]
+    settings = {
+        "exemplar": " ".join(digest(exemplar, kind) for exemplar in exemplars),
+        **_settings(arguments, shape, mask, first),
+        "--background": "None" if behind is None else digest(behind, kind),
+        "--also": " ".join(along.digest for along in maps),
+    }
+    form: Form[Tensor] = Form.of(mixed)
+    return Inputs(mixed, kind, field, shape, mask, begin, form, behind, maps, settings, rate)
+
+
+def _mixed(exemplar: Tensor, kind: Kind) -> Tensor:
+    """Pixels (C, H, W) or (C, T, H, W) fit to be mixed."""
+    if exemplar.ndim == 3:
+        return premultiplied(exemplar, kind)
+    return torch.stack([premultiplied(frame, kind) for frame in exemplar.unbind(1)], 1)
 
 
 def frames_of(
@@ -98,14 +135,17 @@ def frames_of(
 ) -> Iterator[flow.Frame]:
     """The frames to make, none of them made yet, up to `total`; those behind a state."""
     device = arguments.device
-    pixels = inputs.form.normalized(inputs.exemplar.pixels).to(device)
+    pixels = [inputs.form.normalized(exemplar) for exemplar in inputs.exemplars]
     if arguments.published:
-        return _published(arguments, inputs, pixels, total, after)
-    exemplar = Exemplar.of(pixels)
+        return _published(arguments, inputs, pixels[0].to(device), total, after)
+    also = None
+    if inputs.maps:
+        values = zip(*(along.values for along in inputs.maps), strict=True)
+        also = Exemplar.of([torch.cat(each) for each in values], device=device)
     first = None if inputs.first is None else inputs.form.normalized(inputs.first).to(device)
     make, more = (flow.animate, {"enter": arguments.fill_from}) if arguments.loop is None else (flow.loop, {})
     return make(
-        exemplar,
+        Exemplar.of(pixels, device=device),
         inputs.field,
         inputs.shape,
         frames=total,
@@ -115,6 +155,7 @@ def frames_of(
         synthesis=PRESETS[arguments.preset][0],
         seed=arguments.seed,
         after=None if after is None else after.to(device),
+        also=also,
         **more,
     )
 
@@ -139,11 +180,10 @@ def _published(
 
 
 def _settings(
-    arguments: argparse.Namespace, exemplar: Picture, shape: Shape, mask: Tensor | None, first: Picture | None
-) -> Mapping[str, str]:
+    arguments: argparse.Namespace, shape: Shape, mask: Tensor | None, first: Picture | None
+) -> dict[str, str]:
     recorded = _is_file(arguments.flow)
     return {
-        "exemplar": digest(exemplar.pixels, exemplar.kind),
         "--flow": hashlib.sha256(Path(arguments.flow).read_bytes()).hexdigest() if recorded else arguments.flow,
         "--speed": str(arguments.speed),
         "--size": "x".join(map(str, shape[::-1])),
@@ -164,29 +204,31 @@ def name_of(text: str) -> str:
     return Path(text).stem if _is_file(text) else text.replace(":", "")
 
 
-def _read_exemplar(path: Path) -> tuple[Picture, float | None]:
-    """A picture, or a video and how many of its frames play in a second."""
-    if not is_video(path):
-        return read_image(path), None
-    clip = read_video(path)
-    return Picture(clip.frames, clip.kind), clip.rate
+def _read_exemplars(arguments: argparse.Namespace) -> tuple[list[Tensor], Kind, Tensor | None, float | None]:
+    """Pictures, or a video and how many of its frames play in a second, of one kind; and what is seen behind them."""
+    paths, behind = arguments.exemplars, arguments.background
+    video = next((path for path in paths if is_video(path)), None)
+    if video is None:
+        files = [*paths, *([] if behind is None else [behind])]
+        pixels, kind = raised([read_image(path) for path in files], files)
+        return pixels[: len(paths)], kind, None if behind is None else pixels[-1], None
+    if len(paths) > 1:
+        raise InputError(f"{video} is a video, of which only one is animated; give images, or one video")
+    clip = read_video(video)
+    return [clip.frames], clip.kind, None if behind is None else _read_first(behind, video, clip.kind).pixels, clip.rate
 
 
-def _read_first(path: Path, exemplar_path: Path, exemplar: Picture) -> Picture:
+def _read_first(path: Path, exemplar_path: Path, wanted: Kind) -> Picture:
     first = read_image(path)
-    kind, wanted = first.kind, exemplar.kind
+    kind = first.kind
     if kind.channels != wanted.channels or kind.dtype.startswith("f") != wanted.dtype.startswith("f"):
         raise InputError(f"{path} holds {kind} but {exemplar_path} holds {wanted}; save it like the exemplar")
     return first
 
 
-def _shape(arguments: argparse.Namespace, first: Picture | None, drawn: Tensor | None, default: Shape) -> Shape:
+def _shape(arguments: argparse.Namespace, given: Mapping[Path, Tensor | None], default: Shape) -> Shape:
     """(H, W): as asked, or that of the files, which must all have it, but for a flow that may be stretched."""
-    sizes: dict[Path, Shape] = {}
-    if drawn is not None:
-        sizes[arguments.obstacle] = _size(drawn)
-    if first is not None:
-        sizes[arguments.first] = _size(first.pixels)
+    sizes = {path: _size(image) for path, image in given.items() if image is not None}
     recorded = Path(arguments.flow)
     if _is_file(arguments.flow):
         default = _size(read_flow(recorded).flow)

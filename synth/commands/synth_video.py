@@ -13,7 +13,7 @@ from torch import Tensor
 import synth
 from synth import io, texture
 from synth.commands.checks import check_distinct, check_size, finish, refuse_unused
-from synth.commands.framewise import Framewise, digest, versions
+from synth.commands.framewise import Framewise, Track, digest, versions
 from synth.commands.progress import place_of, work_line
 from synth.commands.report import ENERGY_SUFFIXES, energy_writer
 from synth.words import counted, listed
@@ -71,9 +71,9 @@ def run_video(arguments: argparse.Namespace) -> str:
     clips = _Clips.read(arguments)
     size = _size(arguments, clips)
     output = arguments.output or Path(f"{source.stem}_synth{'' if source.is_dir() else source.suffix}")
+    track = Track(output, clips.kind, clips.extremes)
     job = Framewise(
-        arguments, output, size[0], size[1:], clips.kind, _settings(arguments, clips, size), clips.rate,
-        clips.extremes, "a video",
+        arguments, [track], size[0], size[1:], _settings(arguments, clips, size), clips.rate, "a video"
     )  # fmt: skip
     extras = _Extras(arguments, clips, output)
     extras.check()
@@ -128,7 +128,7 @@ def _frames(
     done: int,
     told: "Callable[[Synthesis[Tensor]], None]",
     report: Callable[[str, float], None],
-) -> "Iterator[tuple[Tensor, flow.State]]":
+) -> "Iterator[tuple[tuple[Tensor], flow.State]]":
     """The frames behind those that are done, each with its number as a state."""
     from flow import State
 
@@ -157,7 +157,7 @@ def _frames(
     for synthesis in made:
         told(synthesis)
         for frame in synthesis.image.unbind(1):
-            yield io.straight(frame, clips.kind), State(number, nothing, nothing, nothing)
+            yield (io.straight(frame, clips.kind),), State(number, nothing, nothing, nothing)
             number += 1
 
 

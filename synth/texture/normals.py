@@ -41,16 +41,17 @@ def decoded(codes: Array) -> Array:
     return np.stack([np.stack([cos * hand, sin]), np.stack([-sin * hand, cos])]) + 0.0
 
 
-def turned_normals(values: Array, turns: Array | None, down: bool = False) -> Array:
+def turned_normals(values: Array, turns: Array | None, down: bool = False, middle: float | None = None) -> Array:
     """Normals (*S, C) of any dtype, C >= 2, turned by matrices (2, 2, *S), x first, y down; None turns nothing.
 
-    down: whether y points down in the map, too. Where a matrix is the identity values stay bit for bit; quarter turns
-    and mirroring are exact.
+    down: whether y points down in the map, too. middle: of their range; None where the values tell. Where a matrix is
+    the identity values stay bit for bit; quarter turns and mirroring are exact.
     """
     if turns is None or values.shape[-1] < 2:
         return values
     whole = values.dtype.kind in "ui"
-    middle = np.iinfo(values.dtype).max / 2 if whole else 0.0 if values.min() < 0 else 0.5
+    if middle is None:
+        middle = np.iinfo(values.dtype).max / 2 if whole else 0.0 if values.min() < 0 else 0.5
     hand = np.array([[1.0, 1.0], [1.0, 1.0]] if down else [[1.0, -1.0], [-1.0, 1.0]])
     matrix = turns.astype(np.float64) * hand.reshape(2, 2, *[1] * (turns.ndim - 2))
     moved = np.einsum("ij...,...j->...i", matrix, values[..., :2].astype(np.float64) - middle) + middle

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from itertools import islice, pairwise
+from typing import Any
 
 import faiss
 import numpy as np
@@ -330,3 +331,23 @@ def test_a_motion_shows_the_state_it_is_given() -> None:
     motion = Motion(Film.of(Exemplar.of(brick())), flow.rotation(1.0), SHAPE, None, None, QUICK, 0)
     frame = motion.step(motion.begin(None, Settings()).state)
     assert torch.equal(motion.resumed(frame.state).image, frame.image)
+
+
+@pytest.mark.parametrize("make", [flow.animate, flow.loop])
+def test_a_map_of_the_exemplar_goes_along_as_its_colors_do_and_decides_nothing(make: Any) -> None:
+    image, field = brick(), flow.rotation(1.0)
+    noise = torch.rand(2, *image.shape[1:], generator=torch.Generator().manual_seed(0))
+    plain = list(make(image, field, SHAPE, frames=5, renewing=QUICK))
+    along = list(make(image, field, SHAPE, frames=5, renewing=QUICK, also=torch.cat([noise, image])))
+    for one, other in zip(plain, along, strict=True):
+        assert torch.equal(one.image, other.image)
+        assert torch.equal(one.state.source, other.state.source)
+        torch.testing.assert_close(other.also[2:], one.image, rtol=0, atol=1e-5)
+        assert one.also is None
+    after = along[2].state
+    again = next(iter(make(image, field, SHAPE, frames=5, renewing=QUICK, also=torch.cat([noise, image]), after=after)))
+    assert torch.equal(again.also, along[3].also)
+    with pytest.raises(InputError, match="a map has its image's size"):
+        make(image, field, SHAPE, frames=2, also=noise[:, :-1])
+    with pytest.raises(InputError, match="the state to go on from has"):
+        make(image, field, SHAPE, frames=5, renewing=QUICK, after=after)

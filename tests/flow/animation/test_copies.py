@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 import flow
-from flow.animation.copies import JUMP, changes, distortion, offsets, softened, tidied
+from flow.animation.copies import JUMP, changes, distortion, offsets, softened, tidied, turns
 from flow.warps.warp import pixel_coordinates
 
 SHAPE = (24, 30)
@@ -51,6 +51,14 @@ def test_turning_and_shearing_keep_areas_and_enlarging_does_not() -> None:
 
 def test_a_seam_is_no_distortion() -> None:
     assert float(distortion(two_copies()).abs().max()) < 1e-8
+
+
+def test_directions_turn_with_a_copy_and_a_seam_turns_none() -> None:
+    angle = math.radians(12)
+    turn = torch.tensor([[math.cos(angle), math.sin(angle)], [-math.sin(angle), math.cos(angle)]])
+    source = torch.einsum("ij,jhw->ihw", 1.2 * turn.T, pixel_coordinates((20, 30), torch.device("cpu")))
+    assert torch.allclose(turns(source), turn.view(2, 2, 1, 1).expand(2, 2, 20, 30), atol=1e-5)
+    assert torch.equal(turns(two_copies()), torch.eye(2).view(2, 2, 1, 1).expand(2, 2, *two_copies().shape[1:]))
 
 
 def test_crumbs_join_the_copy_around_them() -> None:
