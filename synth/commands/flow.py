@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import synth
 from synth import io
 from synth.commands.checks import check_distinct, check_memory, check_size, finish, refuse_unused
-from synth.commands.parsing import Subparsers, file, size, whole
+from synth.commands.naming import output_of
+from synth.commands.parsing import Subparsers, file, size, target, whole
 from synth.words import counted, listed
 
 if TYPE_CHECKING:
@@ -32,7 +33,8 @@ def add(commands: Subparsers) -> None:
     )
     add = parser.add_argument
     add("field", metavar="FIELD", help="uniform:ANGLE, rotation, sink, ... (another name lists them all), or a file")
-    add("-o", "--output", type=file, metavar="OUT", help="the file to write: .flo, .png (KITTI), .npy or .npz")
+    add("-o", "--output", type=target, metavar="OUT", help="the file to write: .flo, .png (KITTI), .npy or .npz; or "
+        "the folder for FIELD.flo")  # fmt: skip
     add("--picture", type=file, metavar="FILE", help="draw it into this image: hue is direction, full color is fastest")
     add("--arrows", type=whole(0), metavar="PX", help=f"distance of its arrows (default: {_ARROWS}; 0: none)")
     add("--size", type=size, metavar="WIDTHxHEIGHT", help="size in pixels (default: 256x256; a file's own)")
@@ -49,6 +51,8 @@ def run(arguments: argparse.Namespace) -> str:
 
     color = io.Kind("uint8", ("R", "G", "B"))
     output, drawing = arguments.output, arguments.picture
+    if output is not None:
+        output = output_of(output, f"{Path(arguments.field).stem.replace(':', '')}.flo")
     outputs = [path for path in (output, drawing) if path is not None]
     if not outputs:
         raise synth.InputError("there is nothing to write; name a file with -o, or a picture with --picture")

@@ -1,12 +1,12 @@
 """`kwatra patterns`: the patterns of a texture, found or completed, as a file to edit and a picture to look at."""
 
 import argparse
-from pathlib import Path
 
 import synth
 from synth import io
 from synth.commands.checks import check_distinct, finish
-from synth.commands.parsing import Subparsers, file, positive
+from synth.commands.naming import output_of
+from synth.commands.parsing import Subparsers, file, positive, target
 from synth.words import listed
 
 LOADS = ("synth.metamorphosis.patterns", "synth.io.images")
@@ -34,7 +34,8 @@ def add(commands: Subparsers) -> None:
     add("image", type=file, metavar="IMAGE", help="image of the texture")
     add("--landmarks", type=file, metavar="FILE", help="patterns file with the landmarks of one pattern; its list of "
         "patterns, if it has one, is kept as it is")  # fmt: skip
-    add("-o", "--output", type=file, metavar="OUT", help="the file to write (default: IMAGE_patterns.json, here)")
+    add("-o", "--output", type=target, metavar="OUT", help="the file to write, or the folder it goes to (default: "
+        "IMAGE_patterns.json in this folder)")  # fmt: skip
     add("--picture", type=file, metavar="FILE", help="draw them over the image, four times as large")
     add("--threshold", type=positive, metavar="T", help="take for the pattern what is up to so far from it (default: "
         "nearer than what is found by chance)")  # fmt: skip
@@ -47,7 +48,7 @@ def run(arguments: argparse.Namespace) -> str:
 
     picture = io.read_image(arguments.image)
     pixels = picture.pixels[:-1] if picture.kind.channels[-1] == "A" else picture.pixels
-    output = arguments.output or Path(f"{arguments.image.stem}_patterns.json")
+    output = output_of(arguments.output, f"{arguments.image.stem}_patterns.json")
     io.check_output(output, None, arguments.overwrite, (".json",))
     kind = synth.Kind("uint8", ("R", "G", "B"))
     if arguments.picture is not None:

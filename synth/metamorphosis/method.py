@@ -6,6 +6,7 @@ settings, bound before: it is a frozen dataclass with `__call__`. No method impo
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Protocol, TypeVar, overload
 
 import torch
@@ -76,18 +77,23 @@ class Frames(Sequence[Item]):
 class Film:
     """The frames of a metamorphosis, and what the method knows of the way.
 
-    frames: one (C, H, W) in [0, 1] per time, which may be made as they are looked at. times: 0 (A) to 1 (B). velocity
-    (N, 2, H, W): forward flows, x first, px per step of 1 / N, for methods that move pixels; None for others. energies:
-    one row per iteration. remarks: sentences for a person, such as how sure a method is, or why it stopped. masks:
-    where the elements of A and of B are, booleans (H, W), for methods that are told or look.
+    frames: one (C, H, W) in [0, 1] per time, may be made as they are looked at. times: 0 (A) to 1 (B). motion: the
+    velocity, or what makes it when it is first asked for; None for methods that move no pixels. energies: one row per
+    iteration. remarks: sentences for a person, such as how sure a method is, or why it stopped. masks: where the
+    elements of A and of B are, booleans (H, W), for methods that are told or look.
     """
 
     frames: Sequence[Tensor]
     times: tuple[float, ...]
-    velocity: Tensor | None = None
+    motion: Tensor | Callable[[], Tensor] | None = None
     energies: list[Row] = field(default_factory=list)
     remarks: tuple[str, ...] = ()
     masks: tuple[Tensor, Tensor] | None = None
+
+    @cached_property
+    def velocity(self) -> Tensor | None:
+        """Forward flows (N, 2, H, W), x first, px per step of 1 / N."""
+        return self.motion if self.motion is None or isinstance(self.motion, Tensor) else self.motion()
 
 
 class Method(Protocol):

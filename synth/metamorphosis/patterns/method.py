@@ -82,9 +82,12 @@ class PatternMorph(Method):
 
         if self.scale_elements is None and scale < 1:
             remarks += (f"elements are crowded: they are scaled by {scale:.2f} while they move",)
-        velocity = _velocity(landmarks, max(1, len(times) - 1), size, pair.tile).to(pair.a.device)
+
+        def motion() -> Tensor:
+            return _velocity(landmarks, max(1, len(times) - 1), size, pair.tile).to(pair.a.device)
+
         shown = frames() if self.median == 1 else median(list(frames()), self.median)
-        return Film(Frames(shown, len(times)), tuple(times), velocity, remarks=remarks)
+        return Film(Frames(shown, len(times)), tuple(times), motion, remarks=remarks)
 
     def _ways(self, pair: Pair, size: tuple[int, int], report: Report) -> tuple[Correspondence, tuple[str, ...]]:
         """Which pattern becomes which, in a frame of (height, width), and what was found."""

@@ -30,6 +30,12 @@ def test_a_named_field_becomes_a_file_and_a_picture(folder: Path, capsys: pytest
     assert capsys.readouterr().out == "wrote sink.flo and sink.png: 64x48, up to 3 px per frame\n"
 
 
+def test_a_folder_takes_the_field_by_its_name(folder: Path) -> None:
+    Path("fields").mkdir()
+    assert main(["flow", "uniform:90", "-o", "fields/", "--size", "16"]) == 0
+    assert torch.equal(read_flow("fields/uniform90.flo").flow, flow.uniform(2.0, angle=90)(0.0, (16, 16)))
+
+
 def test_a_file_is_converted_with_what_is_unknown(folder: Path) -> None:
     assert main(["flow", "wind.flo", "-o", "wind.npz"]) == 0
     before, after = read_flow("wind.flo"), read_flow("wind.npz")

@@ -67,3 +67,9 @@ def test_an_edited_file_is_taken_as_it_is(folder: Path) -> None:
 )
 def test_what_cannot_be_done_is_refused(refused: Callable[..., str], arguments: list[str], says: str) -> None:
     assert says in refused("patterns", *arguments)
+
+
+def test_a_folder_takes_the_file_by_its_usual_name(folder: Path) -> None:
+    Path("made").mkdir()
+    assert main(["patterns", "discs.png", "-o", "made/"]) == 0
+    assert Path("made/discs_patterns.json").is_file()

@@ -10,7 +10,7 @@ from flow.warps import end_point_error
 from kwatra import InputError
 from synth.metamorphosis.bands import dissolved
 from synth.metamorphosis.method import Film, Pair
-from synth.metamorphosis.patterns import PatternMorph, Patterns
+from synth.metamorphosis.patterns import PatternMorph, Patterns, method
 from synth.metamorphosis.patterns.film import median, within
 
 SIDE, PITCH, RADIUS = 96, 24, 7.0
@@ -169,3 +169,20 @@ def test_patterns_of_another_image_are_refused() -> None:
     other = Patterns((50, 60), np.array([[5, 5], [15, 5], [15, 15.0]]))
     with pytest.raises(InputError, match="of an image of 60x50 but A is 96x96"):
         film(texture(lattice()), texture(lattice()), patterns_a=other)
+
+
+def test_the_velocity_is_made_when_it_is_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = 0
+    velocity = method._velocity
+
+    def counted(*arguments: object) -> torch.Tensor:
+        nonlocal made
+        made += 1
+        return velocity(*arguments)
+
+    monkeypatch.setattr(method, "_velocity", counted)
+    way = film(texture(lattice()), texture(lattice((6, 4))))
+    assert made == 0
+    assert way.velocity is not None
+    assert way.velocity is way.velocity
+    assert made == 1
