@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from kwatra.scoring import measure
     from kwatra.settings import Settings
     from kwatra.source import Bags, Prepared
-    from kwatra.steps import Ballot, CheapestSeams, Mode, Pull, Step, match_histogram, mean, regular, winner
+    from kwatra.steps import Ballot, CheapestSeams, Decisive, Mode, Pull, Step, match_histogram, mean, regular, winner
     from kwatra.terms import Charge, HardPixels, PlaceCharge, Quadratic, Scaled, SoftPixels, Stay, Sum, Term, TermLike
     from kwatra.windows import Feature, FreeWindows, Grid, gradient
 
@@ -26,6 +26,7 @@ __all__ = [
     "Ballot",
     "Charge",
     "CheapestSeams",
+    "Decisive",
     "Exemplar",
     "Feature",
     "FreeWindows",
@@ -68,6 +69,7 @@ _HOMES = {
     "Ballot": "kwatra.steps",
     "Charge": "kwatra.terms",
     "CheapestSeams": "kwatra.steps",
+    "Decisive": "kwatra.steps",
     "Exemplar": "kwatra.exemplar",
     "Feature": "kwatra.windows",
     "FreeWindows": "kwatra.windows",

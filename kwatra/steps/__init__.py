@@ -7,11 +7,12 @@ from kwatra.steps.matching import Matching
 from kwatra.steps.robust import rho, weight
 from kwatra.steps.seamvote import CheapestSeams
 from kwatra.steps.step import Step, regular
-from kwatra.steps.votes import Ballot, Mode, Pull, Vote, mean, winner
+from kwatra.steps.votes import Ballot, Decisive, Mode, Pull, Vote, mean, winner
 
 __all__ = [
     "Ballot",
     "CheapestSeams",
+    "Decisive",
     "Matching",
     "Mode",
     "Pull",

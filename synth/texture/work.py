@@ -16,6 +16,7 @@ from kwatra.terms import parts_of
 from kwatra.windows import per_axis
 from synth.texture.form import Form, Image
 from synth.texture.guidance import Guide
+from synth.texture.moving import in_time
 from synth.texture.staying import staying
 from synth.texture.stretch import Memory, Stretch, planned_stretches
 from synth.texture.synthesis import Synthesis
@@ -26,11 +27,6 @@ PRESETS = {
     "best": (Settings(seams=12, iterations=6), 6),
 }
 """Settings, and how many seeds are tried of which the best result is kept."""
-
-
-ROBUST_IN_TIME = 0.4
-"""The exponent r for videos, whose windows agree less: of smoke with .8, as images have it, a sixth of the flicker that
-belongs there is averaged away."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,6 +88,8 @@ class Work(Generic[Image]):
             device=device,
         )  # fmt: skip
         asked = (*asked, *staying(stay, source, tile))
+        if len(shape) > 2:
+            settings = in_time(settings, source)
         hidden = None if mask is None else torch.as_tensor(mask).to(device)
         begin = None if begin is None else begin.to(device)
         return cls(form, source, shape, settings, tries, asked, hidden, begin, channels, steered)
@@ -165,8 +163,7 @@ def _settings(
     if preset not in PRESETS:
         raise InputError(f"the preset is {preset!r}; allowed are {', '.join(PRESETS)}")
     settings, tries = PRESETS[preset]
-    r = settings.r if len(wrap) == 2 else ROBUST_IN_TIME
-    return replace(settings, r=r, wrap=wrap, levels=_levels(levels)), tries
+    return replace(settings, wrap=wrap, levels=_levels(levels)), tries
 
 
 def _images(exemplar: Image | Sequence[Image]) -> tuple[list[Image], Form[Image]]:

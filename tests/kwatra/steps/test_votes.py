@@ -3,7 +3,7 @@ import torch
 
 from kwatra import Exemplar, InputError, Settings, optimize
 from kwatra.source import Bag, SourceWindows
-from kwatra.steps import Ballot, Mode, blend, mean, winner
+from kwatra.steps import Ballot, Decisive, Mode, blend, mean, winner
 from kwatra.windows import FreeWindows, Grid
 
 
@@ -30,6 +30,19 @@ def test_votes_of_windows_on_one_another_are_known():
     assert torch.allclose(blend(crowd, vote=Mode(0.05)).x, torch.full((1, 4, 4), 0.21), atol=2e-3)
 
 
+def test_the_best_window_decides_where_others_say_about_the_same():
+    ballot = stacked([0.2, 0.3, 0.8], [1.0, 2.0, 0.5])
+    middle = (0.2 + 0.6 + 0.4) / 3.5
+    powers = torch.tensor([1.0, 2.0, 0.5], dtype=torch.float64) ** 4
+    sharp = float((powers * torch.tensor([0.2, 0.3, 0.8], dtype=torch.float64)).sum() / powers.sum())
+    for tolerance in (0.0, 0.05, 1e3):
+        heeded = tolerance**2 / (tolerance**2 + (sharp - middle) ** 2)
+        found = blend(ballot, vote=Decisive(tolerance)).x
+        assert torch.allclose(found, torch.full((1, 4, 4), middle + (sharp - middle) * heeded), atol=1e-5)
+    alike = stacked([0.4, 0.4], [1e4, 1e-4])  # of perfect matches and of bad ones
+    assert torch.allclose(blend(alike, vote=Decisive(0.0)).x, torch.full((1, 4, 4), 0.4))
+
+
 def test_the_mode_is_where_the_weighted_density_peaks():
     values = torch.rand(12, generator=generator(2)).tolist()
     weights = (torch.rand(12, generator=generator(3)) + 0.1).tolist()
@@ -49,7 +62,7 @@ def test_all_votes_give_one_mass_and_agree_where_windows_do():
     matches = source.snapped(grid.corners + 3)
     ballot = Ballot(grid, source, matches, torch.rand(len(grid), generator=generator(1)) + 0.1)
     expected = exemplar.canvas[:, 3:23, 3:23]
-    for vote in (mean, winner, Mode()):
+    for vote in (mean, winner, Mode(), Decisive(0.1)):
         total, mass = vote(ballot)
         assert torch.allclose(total / mass, expected, atol=1e-5)
         assert torch.allclose(mass, mean(ballot).mass)
@@ -74,3 +87,5 @@ def apart(image, exemplar):
 def test_a_mode_without_a_width_is_refused():
     with pytest.raises(InputError, match="no bandwidth above 0"):
         Mode(0.0)
+    with pytest.raises(InputError, match="not finite or below 0"):
+        Decisive(-0.1)
