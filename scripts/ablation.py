@@ -21,7 +21,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from kwatra import THESIS, Exemplar, Feature, Level, Settings, gradient, match_histogram, optimize
+from kwatra import THESIS, Blocks, Exemplar, Feature, Level, Search, Settings, gradient, match_histogram, optimize
 from synth import read_image, write_image
 
 Variant = Callable[[Tensor, tuple[int, int], int], Tensor]
@@ -56,14 +56,14 @@ VARIANTS: dict[str, Variant] = {
     "textbook": with_settings(replace(PLAIN, start="windows", levels=THESIS)),
     "random windows": with_settings(replace(PLAIN, start="windows")),
     "random blocks": with_settings(replace(PLAIN, start="blocks")),
-    "smaller blocks": with_settings(replace(PLAIN, block=0.25)),
-    "one seam": with_settings(replace(PLAIN, seams=1)),
-    "usage ignored": with_settings(replace(PLAIN, usage=0.0)),
-    "usage 1.0": with_settings(replace(PLAIN, usage=1.0)),
+    "smaller blocks": with_settings(replace(PLAIN, blocks=Blocks(size=0.25))),
+    "one seam": with_settings(replace(PLAIN, blocks=Blocks(seams=1))),
+    "usage ignored": with_settings(replace(PLAIN, blocks=Blocks(usage=0.0))),
+    "usage 1.0": with_settings(replace(PLAIN, blocks=Blocks(usage=1.0))),
     "thesis levels": with_settings(replace(PLAIN, levels=THESIS)),
     "finest only": with_settings(replace(PLAIN, levels=(Level(1, 16), Level(1, 8)))),
     "colors carried": colors_carried,
-    "one candidate": with_settings(replace(PLAIN, candidates=1)),
+    "one candidate": with_settings(replace(PLAIN, search=Search(candidates=1))),
     "not robust": with_settings(replace(PLAIN, r=2.0)),
     "gradients too": with_settings(replace(PLAIN, features=(Feature(gradient, 1.0),))),
     "histogram": histogram_matched,

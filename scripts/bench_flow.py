@@ -26,12 +26,11 @@ Frames are judged in 8 bits, and motion 16 px and more from the border. Of carri
 
 import argparse
 import itertools
-import json
 import math
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from itertools import islice, pairwise
 from pathlib import Path
 
@@ -250,20 +249,6 @@ def carried_exemplars() -> dict[str, Tensor]:
     return {make.__name__: make(SIDE) for make in (brick, gravel, pebbles)}
 
 
-def numbers(text: str) -> list[int]:
-    found = [int(part) for part in text.split(",")]
-    if min(found) < 1:
-        raise ValueError(text)
-    return found
-
-
-def several(text: str) -> int:
-    """A number of frames: at least two, so that there is a pair."""
-    if int(text) < 2:
-        raise ValueError(text)
-    return int(text)
-
-
 def parsed(words: list[str] | None) -> argparse.Namespace:
     form = argparse.RawDescriptionHelpFormatter
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=form)
@@ -272,9 +257,9 @@ def parsed(words: list[str] | None) -> argparse.Namespace:
     parser.add_argument("--fields", nargs="+", default=FIELDS, help=f"names or files ({' '.join(FIELDS)})")
     parser.add_argument("--methods", nargs="+", choices=METHODS, default=list(METHODS), metavar="METHOD")
     parser.add_argument("--size", type=tables.size, default=(256, 256), help="of the frames, WIDTHxHEIGHT (256x256)")
-    parser.add_argument("--frames", type=several, default=301, help="how many (301)")
-    parser.add_argument("--at", type=numbers, default=[25, 100, 300], help="frames to be judged (25,100,300)")
-    parser.add_argument("--short", type=several, default=26, help="so many of methods that are slow (26)")
+    parser.add_argument("--frames", type=tables.several, default=301, help="how many (301)")
+    parser.add_argument("--at", type=tables.numbers, default=[25, 100, 300], help="frames to be judged (25,100,300)")
+    parser.add_argument("--short", type=tables.several, default=26, help="so many of methods that are slow (26)")
     parser.add_argument("--preset", choices=flow.PRESETS, default="default")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--write", type=Path, metavar="DIR", help="write the judged frames, each with the one before")
@@ -288,10 +273,7 @@ def run(arguments: argparse.Namespace) -> None:
     fields = {Path(name).stem: field_of(name, resample=True) for name in arguments.fields}
     width = max(map(len, exemplars)) + 1 + max(map(len, fields))
     rows = tables.print_table(bench(exemplars, fields, arguments), figure_names(arguments.at), width)
-    if arguments.json is not None:
-        figures = [{**asdict(row), "figures": {k: None if math.isnan(v) else v for k, v in row.figures.items()}}
-                   for row in rows]  # fmt: skip
-        arguments.json.write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
+    tables.write_json(rows, arguments.json)
 
 
 def main(words: list[str] | None = None) -> int:

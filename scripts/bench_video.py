@@ -18,11 +18,10 @@ over time and the middle column.
 
 import argparse
 import dataclasses
-import json
 import sys
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 
 import tables
@@ -165,8 +164,7 @@ def run(arguments: argparse.Namespace) -> None:
     clips = given_clips(arguments.clips) if arguments.clips else {"waves": waves(24, 48)}
     arguments.out.mkdir(parents=True, exist_ok=True)
     rows = tables.print_table(bench(clips, arguments), ("cpu", *FIGURES), max(map(len, clips)))
-    if arguments.json is not None:
-        arguments.json.write_text(json.dumps([asdict(row) for row in rows], indent=1) + "\n", encoding="utf-8")
+    tables.write_json(rows, arguments.json)
 
 
 def main(words: list[str] | None = None) -> int:

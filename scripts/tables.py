@@ -1,10 +1,11 @@
 """What the benchmarks share: the exemplars they are given, and tables that are printed row by row."""
 
+import json
 import math
 import statistics
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
@@ -36,6 +37,31 @@ def exit_code(name: str, work: Callable[[], None]) -> int:
     except KeyboardInterrupt:
         return 130
     return 0
+
+
+def write_json(rows: Iterable[Row], path: Path | None) -> None:
+    """Write the rows to a file, if one was named; what there is no figure for is null."""
+    if path is None:
+        return
+    figures = [
+        {**asdict(row), "figures": {name: None if math.isnan(v) else v for name, v in row.figures.items()}}
+        for row in rows
+    ]
+    path.write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
+
+
+def numbers(text: str) -> list[int]:
+    found = [int(part) for part in text.split(",")]
+    if min(found) < 1:
+        raise ValueError(text)
+    return found
+
+
+def several(text: str) -> int:
+    """A number of frames: at least two, so that there is a pair."""
+    if int(text) < 2:
+        raise ValueError(text)
+    return int(text)
 
 
 def carried_exemplars() -> dict[str, Tensor]:

@@ -1,3 +1,27 @@
 """What holds for all tests."""
 
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
 import synth  # noqa: F401  # before torch: waiting threads sleep, which a busy machine thanks with twice the speed
+
+
+@pytest.fixture
+def recomputed_seams() -> Callable[[Any], np.ndarray]:
+    """The seam costs of a sheet computed anew from its places alone: what it remembers, at every moment."""
+
+    def recomputed(sheet: Any) -> np.ndarray:
+        seams = np.zeros_like(sheet.seams)
+        for axis in range(len(sheet.shape)):
+            label = np.roll(sheet.label, -1, axis)
+            seam = (sheet.label != label) & sheet.filled & (label >= 0)
+            if not sheet.periodic[axis]:
+                seam[tuple(-1 if d == axis else slice(None) for d in range(seam.ndim))] = False
+            after = np.roll(sheet.places, -1, axis - len(sheet.shape))
+            seams[axis][seam] = sheet.cost.seam(sheet.places[..., seam], after[..., seam], axis, len(sheet.shape))
+        return seams
+
+    return recomputed

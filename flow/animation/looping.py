@@ -11,19 +11,17 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
-import numpy as np
 import torch
 from scipy import ndimage
 from torch import Tensor
 
-from flow.animation.fusion import seam_cut
 from flow.animation.sequence import Frame, Mask, Motion, State, film_of
 from flow.animation.settings import Renewing
 from flow.fields import Field, Shape
 from flow.warps import lookup, pixel_coordinates, warp
 from kwatra import Exemplar, InputError, Settings
 from kwatra.base import generator_of
-from kwatra.cut import FREE, KEEP, TAKE, VOID
+from kwatra.pieces import Box, Mosaic, Patch, SeamCost, Sheet
 
 _STRETCH = 24
 """The turn takes at most so many frames, and at most half of the loop."""
@@ -129,14 +127,15 @@ class _Back:
     def _seam(self, turned: Tensor, ahead: Tensor, back: Tensor, inside: Tensor) -> Tensor:
         """Which pixels show the way back: the regions turned, but for a cut near their edges."""
         regions = turned.cpu().numpy()
-        near = np.zeros_like(regions)
+        far = inside.cpu().numpy()
         for part in (regions, ~regions):
             if part.any():
-                near |= (ndimage.distance_transform_edt(~part) <= _BAND) & ~part
-        state = np.where(near, FREE, np.where(regions, TAKE, KEEP))
-        state[~inside.cpu().numpy()] = VOID
-        rough = (ahead - back).square().mean(0).sqrt()
-        return torch.from_numpy(seam_cut(torch.from_numpy(state), rough, torch.zeros_like(rough))).to(ahead.device)
+                far = far & ((ndimage.distance_transform_edt(~part) > _BAND) | part)
+        mosaic = Mosaic([ahead.cpu().numpy(), back.cpu().numpy()])
+        sheet, whole = Sheet(mosaic, regions.shape, (False, False), SeamCost(mosaic)), Box((0, 0), regions.shape)
+        sheet.lay(Patch(0, (0, 0), whole))
+        sheet.lay(Patch(1, (0, 0), whole), must=far & regions, must_not=far & ~regions)
+        return torch.from_numpy(sheet.label == 1).to(ahead.device)
 
 
 def _reversed(field: Field, frames: int) -> Field:

@@ -104,7 +104,7 @@ class Scene:
     def _matches_of(self, layout: Layout) -> Matching:
         """The search for a layout, kept while that is the same."""
         if self._matching is None or self._matching.layout != layout:
-            self._matching = Matching(self.source, layout, self.task.settings.candidates, self.controls.given)
+            self._matching = Matching(self.source, layout, self.task.settings.search.candidates, self.controls.given)
         return self._matching
 
     def _wants(self, quadratics: list[Quadratic], x: Tensor, charges: Sequence[Charge | None]) -> Wants:
@@ -117,7 +117,7 @@ class Scene:
         settings, wanted = self.task.settings, self.level.route
         if wanted is not None and (inherited or wanted != "coherent"):
             return wanted
-        if windows * len(self.source.numbers) <= settings.exact_pairs:
+        if windows * len(self.source.numbers) <= settings.search.exact_pairs:
             return "exact"
         # coherence goes by copies that are there already; random windows are none
         copied = inherited and settings.start != "windows" and isinstance(self.source, Placed)
@@ -156,7 +156,7 @@ class Scene:
     def _blended(self, ballot: Ballot, quadratics: Sequence[Quadratic] = (), start: Tensor | None = None) -> Solution:
         """The blend on this level, solved as far as the settings ask."""
         s = self.task.settings
-        return blend(ballot, quadratics, start, self.controls.given, s.vote, s.solver_tolerance, s.solver_steps)
+        return blend(ballot, quadratics, start, self.controls.given, s.vote, s.solver.tolerance, s.solver.steps)
 
     def _laid_out(self, estimate: Estimate, step: Step) -> Estimate:
         """The estimate on the layout of this iteration; where windows move, their matches come from the source map."""

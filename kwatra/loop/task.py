@@ -1,7 +1,7 @@
 """What an optimization is to do: everything that is the same on all of its levels."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import torch
 from torch import Tensor
@@ -19,7 +19,8 @@ from kwatra.windows import per_axis
 class Task:
     """A texture, the output's spatial shape, how to work, what is asked of it, and the one source of randomness.
 
-    levels: coarse to fine. mask: boolean (*shape), or None where texture belongs everywhere.
+    levels: coarse to fine. mask: boolean (*shape), or None where texture belongs everywhere. made: the controls that
+    were asked for, by resolution.
     """
 
     texture: Texture
@@ -29,6 +30,7 @@ class Task:
     terms: tuple[TermLike, ...]
     mask: Tensor | None
     generator: torch.Generator
+    made: dict[tuple[int, ...], Controls] = field(default_factory=dict)
 
     @classmethod
     def of(
@@ -47,9 +49,9 @@ class Task:
         if mask is not None:
             check_mask(mask, shape)
             mask = None if bool(mask.all()) else mask
-        levels = _levels(texture, shape, settings, bool(parts_of(terms)) or started)
-        generator = generator_of(seed)
-        task = cls(texture, shape, settings, levels, parts_of(terms), mask, generator)
+        parts = parts_of(terms)
+        levels = _levels(texture, shape, settings, bool(parts) or started)
+        task = cls(texture, shape, settings, levels, parts, mask, generator_of(seed))
         per_axis(settings.wrap, len(shape))
         if settings.start == "terms" and not task.terms:
             raise InputError("the start is 'terms' but there is no term; give one, or another start")
@@ -67,8 +69,11 @@ class Task:
         return len(self.texture.weights)
 
     def controls(self, factors: tuple[int, ...]) -> Controls:
-        """Terms and mask where pixels are `factors` times coarser."""
-        return Controls(self.terms, self.mask, factors, self.shape, self.channels, self.texture.device)
+        """Terms and mask where pixels are `factors` times coarser; made when they are first asked for, and kept."""
+        if factors not in self.made:
+            terms, device = self.terms, self.texture.device
+            self.made[factors] = Controls(terms, self.mask, factors, self.shape, self.channels, device)
+        return self.made[factors]
 
     def check_start(self, start: Tensor) -> None:
         """Refuse with InputError an image of another shape than the output, or one that is not finite."""

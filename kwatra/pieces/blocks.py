@@ -15,10 +15,10 @@ an element.
 import math
 from collections.abc import Sequence
 from itertools import product
+from typing import TYPE_CHECKING
 
 import numpy as np
 import torch
-from scipy import ndimage
 from torch import Tensor
 
 from kwatra.base import InputError, mean, total
@@ -27,13 +27,16 @@ from kwatra.exemplar import Exemplar
 from kwatra.pieces.again import Budget, lay_again
 from kwatra.pieces.boxes import Box, box_sums
 from kwatra.pieces.charges import charged, step_cost
-from kwatra.pieces.fitting import Fit
+from kwatra.pieces.fitting import Fit, continued
 from kwatra.pieces.gaps import Gaps, gaps
 from kwatra.pieces.mosaic import Mosaic
 from kwatra.pieces.regions import Regions
 from kwatra.pieces.seams import SeamCost
 from kwatra.pieces.sheet import Cut, Patch, Sheet, each
 from kwatra.terms import PlaceCharge, Wish
+
+if TYPE_CHECKING:
+    from kwatra.settings import Blocks
 
 GOOD = 0.05
 """Cost is counted in the mean (geometric) of the least disagreement and the one this share of blocks stays below."""
@@ -70,8 +73,8 @@ class BlockStart:
     """Lays blocks of an exemplar on an output of spatial `shape`; `run` returns the source map (n, *shape).
 
     block: its size; grain: what offsets are multiples of. wraps: along which axes the output is periodic; None for
-    none. usage: what a block costs whose pixels were used once more than all on average. aligned: False takes whole
-    blocks at random. seams: of how many blocks the seams are compared. lattice: on which elements stand, if they do.
+    none. how: what a block costs whose pixels were used once more than all on average, and of how many the seams are
+    compared. aligned: False takes whole blocks at random. lattice: on which elements stand, if they do.
     places: what is charged for where in the exemplar a block comes from. wish: values that pixels should have, with
     weights; a weight of 1 counts fully, as what is laid already.
     """
@@ -85,20 +88,19 @@ class BlockStart:
         generator: torch.Generator,
         *,
         wraps: Sequence[bool] | None = None,
-        usage: float = 0.35,
+        how: "Blocks",
         aligned: bool = True,
-        seams: int = 1,
         lattice: Lattice | None = None,
         places: Sequence[PlaceCharge] = (),
         wish: Wish | None = None,
     ) -> None:
         self.exemplar, self.shape = exemplar, tuple(shape)
         self.grain, self.generator = tuple(grain), generator
-        self.usage, self.aligned, self.seams = usage, aligned, seams
+        self.how, self.aligned = how, aligned
         self.lattice, self.places = lattice, places
         self.continuation = CONTINUATION if len(self.shape) == 2 else CONTINUATION_IN_TIME
         share = exemplar.share.cpu()
-        colors = _continued(exemplar)
+        colors = continued(exemplar)
         mosaic = Mosaic([(colors * share).numpy()])
         self.wraps = (False,) * len(self.shape) if wraps is None else tuple(wraps)
         self.sheet = Sheet(mosaic, self.shape, self.wraps, SeamCost(mosaic))
@@ -110,11 +112,7 @@ class BlockStart:
         self.fit = Fit(((colors - self.middle) * self.weights).numpy())
         self.used = np.zeros(exemplar.shape)
         self.wish = self._scaled(wish) if wish is not None and bool((wish.weight > 0).any()) else None
-        variance = exemplar.variances.cpu() * share.flatten()
-        if self.wish is not None:  # guidance says where a texture goes, not what it looks like
-            guided = torch.from_numpy((self.wish[0] > 0).reshape(len(variance), -1).all(1))
-            variance = variance[~guided] if not bool(guided.all()) else variance
-        self.variance = max(float(total(variance)), 1e-8)
+        self.variance = _variance(exemplar, self.wish)
         self.contrast = 2 * self.variance**0.5 / mosaic.step
         self.laid = 0
         if aligned and self.wish is None and len(self.shape) == 2:
@@ -210,11 +208,11 @@ class BlockStart:
         used = self._on_grain(box_sums(self.used, self.block)) / math.prod(self.block)
         away = charged(self.places, box.start, self.valid.shape, self.grain, self.exemplar.canvas.device)
         cost = (mismatch + away / self.variance) / scale
-        cost = cost + self.usage * (used - self.used.mean()) + self.continuation * again
+        cost = cost + self.how.usage * (used - self.used.mean()) + self.continuation * again
         cost = cost + self._out_of_step(box, known, at)
         flat = np.where(self.valid, cost, math.inf).ravel()
-        if self.seams > 1 and self.aligned and known.any() and not self._wished(at):
-            picks = flat.argsort(kind="stable")[: self.seams]
+        if self.how.seams > 1 and self.aligned and known.any() and not self._wished(at):
+            picks = flat.argsort(kind="stable")[: self.how.seams]
             picks = picks[flat[picks] <= flat.min() + ACCEPTABLE]
         else:
             good = np.flatnonzero(flat <= flat.min() + TOLERANCE)
@@ -291,10 +289,10 @@ class BlockStart:
         return np.rint((after.clip(max=MOST) - before.clip(max=MOST)) * self.contrast / 2).astype(np.int64)
 
 
-def _continued(exemplar: Exemplar) -> Tensor:
-    """The exemplar's canvas, each hole and gap filled with the nearest pixel that is somebody's."""
-    known = (exemplar.owner >= 0).cpu()
-    if bool(known.all()):
-        return exemplar.canvas.cpu()
-    nearest = ndimage.distance_transform_edt(~known.numpy(), return_distances=False, return_indices=True)
-    return exemplar.canvas.cpu()[(slice(None), *torch.from_numpy(nearest).long())]
+def _variance(exemplar: Exemplar, wish: tuple[np.ndarray, np.ndarray] | None) -> float:
+    """The variance of what is copied; guidance says where a texture goes, not what it looks like."""
+    variance = exemplar.variances.cpu() * exemplar.share.cpu().flatten()
+    if wish is not None:
+        guided = torch.from_numpy((wish[0] > 0).reshape(len(variance), -1).all(1))
+        variance = variance[~guided] if not bool(guided.all()) else variance
+    return max(float(total(variance)), 1e-8)

@@ -10,8 +10,10 @@ the stretch's.
 from __future__ import annotations
 
 import numpy as np
-from scipy import fft
+import torch
+from scipy import fft, ndimage
 
+from kwatra.exemplar import Exemplar
 from kwatra.pieces.boxes import box_sums
 
 
@@ -90,3 +92,12 @@ def _forward(values: np.ndarray, size: tuple[int, ...]) -> np.ndarray:
 def _inverse(spectrum: np.ndarray, size: tuple[int, ...], room: tuple[int, ...]) -> np.ndarray:
     values: np.ndarray = fft.irfftn(spectrum, size)[tuple(slice(0, r) for r in room)]
     return values
+
+
+def continued(exemplar: Exemplar) -> torch.Tensor:
+    """The exemplar's canvas, each hole and gap filled with the nearest pixel that is somebody's."""
+    known = (exemplar.owner >= 0).cpu()
+    if bool(known.all()):
+        return exemplar.canvas.cpu()
+    nearest = ndimage.distance_transform_edt(~known.numpy(), return_distances=False, return_indices=True)
+    return exemplar.canvas.cpu()[(slice(None), *torch.from_numpy(nearest).long())]

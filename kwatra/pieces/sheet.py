@@ -195,18 +195,6 @@ class Sheet(Generic[S]):
         lines = [np.clip(np.arange(low, high), first - 1, last) - shift for low, high, first, last, shift in steps]
         return self.sources.places(patch.number, lines)
 
-    def recomputed_seams(self) -> np.ndarray:
-        """The seam costs computed anew from places alone, shaped as `seams`; equal to it at every moment."""
-        seams = np.zeros_like(self.seams)
-        for axis in range(len(self.shape)):
-            label = np.roll(self.label, -1, axis)
-            seam = (self.label != label) & self.filled & (label >= 0)
-            if not self.periodic[axis]:
-                seam[along(axis, -1, None, seam.ndim)] = False
-            next_places = np.roll(self.places, -1, axis - len(self.shape))
-            seams[axis][seam] = self.cost.seam(self.places[..., seam], next_places[..., seam], axis, len(self.shape))
-        return seams
-
 
 def each(at: Iterable[Any]) -> Any:
     """The index of pixels into arrays that have further axes before those of the pixels."""

@@ -49,7 +49,7 @@ def block_start(task: "Task", exemplar: Exemplar) -> tuple[Tensor, tuple[int, ..
     factors, grain = factors_of(factor, axes), factors_of(coarsest // factor, axes)
     here, controls = exemplar.coarser(factors), task.controls(factors)
     frames = FRAMES_IN_PLACE if controls.place_charges(here, (1,) * axes) else FRAMES
-    size = block_size(here, controls.shape, settings.block, grain, frames)
+    size = block_size(here, controls.shape, settings.blocks.size, grain, frames)
     blocks = BlockStart(
         here,
         controls.shape,
@@ -57,9 +57,8 @@ def block_start(task: "Task", exemplar: Exemplar) -> tuple[Tensor, tuple[int, ..
         grain,
         task.generator,
         wraps=task.wraps,
-        usage=settings.usage,
+        how=settings.blocks,
         aligned=settings.start == "aligned",
-        seams=settings.seams,
         lattice=_lattice(task, exemplar, factor),
         places=[*controls.place_charges(here, size).values()],
         wish=controls.wish(torch.zeros(task.channels, *controls.shape, device=here.canvas.device)),

@@ -26,7 +26,7 @@ have more; smoke, which changes little, then flickers: 1.27 times its own with .
 def in_time(settings: Settings, exemplar: Exemplar) -> Settings:
     """The settings for a video from clips: tuned on a waterfall, smoke and rain."""
     vote = Decisive(NOTICED * change(exemplar))
-    return replace(settings, r=ROBUST, block=BLOCK, usage=USAGE, vote=vote)
+    return replace(settings, r=ROBUST, blocks=replace(settings.blocks, size=BLOCK, usage=USAGE), vote=vote)
 
 
 def change(exemplar: Exemplar) -> float:

@@ -10,7 +10,7 @@ import torch
 from torch import Tensor
 
 import kwatra
-from kwatra import Exemplar, InputError, Level, Prepared, Progress, Result, Settings, Sum, TermLike
+from kwatra import Blocks, Exemplar, InputError, Level, Prepared, Progress, Result, Search, Settings, Sum, TermLike
 from kwatra.scoring import rank
 from kwatra.terms import parts_of
 from kwatra.windows import per_axis
@@ -22,9 +22,9 @@ from synth.texture.stretch import Memory, Stretch, planned_stretches
 from synth.texture.synthesis import Synthesis
 
 PRESETS = {
-    "fast": (Settings(seams=1, iterations=1, candidates=2, exact_pairs=1 << 22), 1),
+    "fast": (Settings(blocks=Blocks(seams=1), iterations=1, search=Search(candidates=2, exact_pairs=1 << 22)), 1),
     "default": (Settings(), 1),
-    "best": (Settings(seams=12, iterations=6), 6),
+    "best": (Settings(blocks=Blocks(seams=12), iterations=6), 6),
 }
 """Settings, and how many seeds are tried of which the best result is kept."""
 

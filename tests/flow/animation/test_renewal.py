@@ -1,6 +1,5 @@
 """Renewal: every hole is filled from within the exemplar, and a pixel changes only where that lowers the energy."""
 
-import itertools
 import math
 from dataclasses import replace
 from typing import Any
@@ -13,7 +12,6 @@ from torch import Tensor
 
 import flow
 from flow.animation.film import Film
-from flow.animation.fusion import seam_cut
 from flow.animation.renewal import Renewal, _starts
 from flow.animation.settings import PRESETS, Renewing
 from flow.animation.stock import COUNTS
@@ -21,7 +19,6 @@ from flow.animation.term import gradient_weight
 from flow.animation.wear import Wear, Worn
 from flow.warps.warp import pixel_coordinates
 from kwatra import Exemplar, InputError
-from kwatra.cut.minimum import FREE, KEEP, TAKE, VOID
 
 SHAPE = (60, 64)
 WHOLE = torch.ones(SHAPE, dtype=torch.bool)
@@ -155,33 +152,6 @@ def test_a_renewal_mends_an_old_seam() -> None:
     renewal._renew(frame, [(18, 18)], torch.Generator().manual_seed(0))
     assert frame.sheet.total == 0
     assert torch.equal(frame.source, copied())
-
-
-@pytest.mark.parametrize("seed", range(8))
-def test_the_seam_cut_is_the_best_of_all_labelings(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    state = torch.from_numpy(rng.choice([KEEP, TAKE, FREE, FREE, FREE, FREE, VOID], (3, 4)))
-    rough = torch.from_numpy(rng.uniform(0, 0.3, (3, 4)))
-    taking = torch.from_numpy(rng.uniform(-0.5, 0.4, (3, 4)))
-
-    def energy(take: np.ndarray) -> float:
-        cost = float(taking[torch.from_numpy(take) & (state == FREE)].sum())
-        for y, x in itertools.product(range(3), range(4)):
-            for v, u in ((y + 1, x), (y, x + 1)):
-                if v < 3 and u < 4 and VOID not in (state[y, x], state[v, u]) and take[y, x] != take[v, u]:
-                    cost += float(rough[y, x] + rough[v, u])
-        return cost
-
-    free = np.argwhere(state.numpy() == FREE)
-    every = []
-    for choice in itertools.product([False, True], repeat=len(free)):
-        take = state.numpy() == TAKE
-        take[tuple(free.T)] = choice
-        every.append(energy(take))
-    take = seam_cut(state, rough, taking)
-    assert energy(take) == pytest.approx(min(every), abs=2e-3)
-    assert bool(take[state.numpy() == TAKE].all())
-    assert not take[(state.numpy() == KEEP) | (state.numpy() == VOID)].any()
 
 
 def owned(exemplar: Exemplar, source: Tensor) -> Tensor:

@@ -4,7 +4,19 @@ import faiss
 import pytest
 import torch
 
-from kwatra import Exemplar, Feature, InputError, Level, Quadratic, Settings, SoftPixels, gradient, optimize
+from kwatra import (
+    Blocks,
+    Exemplar,
+    Feature,
+    InputError,
+    Level,
+    Quadratic,
+    Search,
+    Settings,
+    SoftPixels,
+    gradient,
+    optimize,
+)
 
 SMALL = (Level(2, 8, 3), Level(1, 8, 3))
 
@@ -266,11 +278,16 @@ def test_bad_requests_are_said_in_a_sentence():
     for settings, message in [
         ({"r": 0.0}, r"r is 0.0; the robust exponent"),
         ({"start": "noise"}, "start is 'noise'"),
-        ({"block": 0.0}, "block is 0.0"),
-        ({"usage": -1.0}, "usage is -1.0"),
         ({"levels": ()}, "levels is empty"),
-        ({"iterations": 0}, "each is at least 1"),
-        ({"seams": 0}, "seams 0; each is at least 1"),
+        ({"iterations": 0}, "iterations is 0; there is at least 1"),
     ]:
         with pytest.raises(InputError, match=message):
             Settings(**settings)
+    for part, wrong, message in [
+        (Blocks, {"size": 0.0}, "blocks' size is 0.0"),
+        (Blocks, {"usage": -1.0}, "blocks' usage is -1.0"),
+        (Blocks, {"seams": 0}, "seams are 0; at least 1"),
+        (Search, {"candidates": 0}, "the search has 0 candidates"),
+    ]:
+        with pytest.raises(InputError, match=message):
+            part(**wrong)

@@ -3,7 +3,7 @@
 import pytest
 import torch
 
-from kwatra import Exemplar, InputError, Level, Quadratic, Settings, SoftPixels, Term, optimize
+from kwatra import Exemplar, InputError, Level, Quadratic, Search, Settings, SoftPixels, Term, optimize
 from kwatra.source import SourceWindows
 from kwatra.steps.asked import Wants
 from kwatra.steps.matching import DRAWN, Matching
@@ -62,7 +62,7 @@ def test_a_charge_is_added_to_the_distance_and_decides():
 def test_a_term_that_charges_candidates_gets_its_way():
     flat = torch.where(torch.arange(64) < 32, 0.5, noise(64, 64))
     exemplar = Exemplar.of(flat)
-    settings = Settings(levels=(Level(1, 8, 4),), start="windows", candidates=8)
+    settings = Settings(levels=(Level(1, 8, 4),), start="windows", search=Search(candidates=8))
     plain = optimize(exemplar, (48, 48), settings=settings).image
     busy = optimize(exemplar, (48, 48), settings=settings, terms=Busy()).image
     assert float(busy.var()) > 2 * float(plain.var())
@@ -76,21 +76,21 @@ def test_where_terms_want_something_the_index_keeps_being_asked():
     exemplar = Exemplar.of(noise(96, 96))
     wanted = noise(80, 80, seed=9)
     term = SoftPixels(wanted, torch.full((1, 80, 80), 0.3))
-    settings = Settings(levels=(Level(1, 8, 5),), exact_pairs=0, tolerance=0)
+    settings = Settings(levels=(Level(1, 8, 5),), search=Search(exact_pairs=0), tolerance=0)
     rows = optimize(exemplar, (80, 80), settings=settings, terms=term, seed=1).energies
     assert {row["route"] for row in rows} == {"coherent"}
     assert rows[-1]["soft pixels"] < 0.8 * rows[0]["soft pixels"]
-    deaf = Settings(levels=(Level(1, 8, 5, route="coherent"),), exact_pairs=0, tolerance=0)
+    deaf = Settings(levels=(Level(1, 8, 5, route="coherent"),), search=Search(exact_pairs=0), tolerance=0)
     alone = optimize(exemplar, (80, 80), settings=deaf, terms=term, seed=1).energies
     assert rows[-1]["total"] < 0.95 * alone[-1]["total"]
 
 
 def test_random_windows_are_no_copies_to_go_by():
     exemplar = Exemplar.of(noise(64, 64))
-    settings = Settings(levels=(Level(1, 8, 4),), start="windows", exact_pairs=0, tolerance=0)
+    settings = Settings(levels=(Level(1, 8, 4),), start="windows", search=Search(exact_pairs=0), tolerance=0)
     rows = optimize(exemplar, (64, 64), settings=settings).energies
     assert {row["route"] for row in rows} == {"approximate"}
-    blocks = Settings(levels=(Level(1, 8, 4),), exact_pairs=0)
+    blocks = Settings(levels=(Level(1, 8, 4),), search=Search(exact_pairs=0))
     assert {row["route"] for row in optimize(exemplar, (64, 64), settings=blocks).energies} == {"coherent"}
 
 

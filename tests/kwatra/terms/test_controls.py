@@ -5,6 +5,7 @@ import torch
 
 import kwatra.loop.scene
 from kwatra import (
+    Blocks,
     Exemplar,
     Feature,
     HardPixels,
@@ -13,6 +14,7 @@ from kwatra import (
     Quadratic,
     Settings,
     SoftPixels,
+    Solver,
     gradient,
     optimize,
 )
@@ -143,7 +145,7 @@ def test_guidance_is_hard_pixels_on_channels_of_their_own():
     wanted = (torch.arange(60) >= 30).float()[:, None].expand(1, 60, 60)
     where = torch.tensor([False, True])[:, None, None].expand(2, 60, 60)
     guide = HardPixels(torch.cat([torch.full_like(wanted, torch.nan), wanted]), where, weight=0.0)
-    result = optimize(exemplar, (60, 60), settings=Settings(levels=LEVELS, block=0.2), terms=guide)
+    result = optimize(exemplar, (60, 60), settings=Settings(levels=LEVELS, blocks=Blocks(size=0.2)), terms=guide)
     assert torch.equal(result.image[1:], wanted)
     got = labels[0][result.source[1], result.source[2]]
     assert float((got != wanted[0]).float().mean()) < 0.05
@@ -194,16 +196,16 @@ def test_an_operator_from_outside_smooths_beside_hard_pixels_and_mask():
 
 def test_what_the_solver_did_not_reach_stands_in_the_energies():
     def residuals(**solver):
-        settings = Settings(levels=(Level(1, 8, 2),), tolerance=0, **solver)
+        settings = Settings(levels=(Level(1, 8, 2),), tolerance=0, solver=Solver(**solver))
         found = optimize(Exemplar.of(texture(48, 48)), (40, 40), settings=settings, terms=Smooth(1000.0))
         return [row["residual"] for row in found.energies]
 
-    assert min(residuals(solver_steps=3)) > 0.01
-    assert max(residuals(solver_tolerance=0.01)) <= 0.01
+    assert min(residuals(steps=3)) > 0.01
+    assert max(residuals(tolerance=0.01)) <= 0.01
     assert max(residuals()) <= 2e-4  # at this strength float32 lets it come no nearer than 1e-4 or so
-    for wrong in ({"solver_tolerance": 0.0}, {"solver_steps": 0}):
+    for wrong in ({"tolerance": 0.0}, {"steps": 0}):
         with pytest.raises(InputError, match=r"residual lies in \(0, 1\) and there is at least 1 step"):
-            Settings(**wrong)
+            Solver(**wrong)
 
 
 @pytest.mark.parametrize(("shape", "features"), [((24, 28), GRADIENT), (SHAPES[1], ())])

@@ -3,7 +3,7 @@
 import pytest
 import torch
 
-from kwatra import Decisive, Exemplar, Settings
+from kwatra import Blocks, Decisive, Exemplar, Settings
 from synth.texture.moving import NOTICED, change, in_time
 
 
@@ -27,5 +27,7 @@ def test_a_single_frame_has_no_change_and_is_averaged():
 def test_the_tolerance_follows_the_clip():
     clip = torch.zeros(1, 3, 16, 16)
     clip[0, 1] = 0.4
-    assert in_time(Settings(seams=2), Exemplar.of(clip)).vote.tolerance == pytest.approx(0.4 * NOTICED, rel=1e-5)
-    assert in_time(Settings(seams=2), Exemplar.of(clip)).seams == 2
+    assert in_time(Settings(blocks=Blocks(seams=2)), Exemplar.of(clip)).vote.tolerance == pytest.approx(
+        0.4 * NOTICED, rel=1e-5
+    )
+    assert in_time(Settings(blocks=Blocks(seams=2)), Exemplar.of(clip)).blocks.seams == 2
