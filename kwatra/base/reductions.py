@@ -9,6 +9,9 @@ from torch import Tensor
 
 ROW = 1024
 
+_STRETCH = 192
+"""Summands of a matrix product; of 256 and more some shapes split them among threads (torch 2.13, up to 4 threads)."""
+
 
 def total(values: Tensor) -> Tensor:
     """Sum of all values, as a scalar tensor."""
@@ -21,3 +24,15 @@ def total(values: Tensor) -> Tensor:
 def mean(values: Tensor) -> Tensor:
     """Mean of all values, as a scalar tensor."""
     return total(values) / values.numel()
+
+
+def product(a: Tensor, b: Tensor) -> Tensor:
+    """The product of matrices (M, K) and (K, N).
+
+    Where a product has few values and many summands, those are split among threads; so they are summed stretch by
+    stretch, each too short for that.
+    """
+    made = a[:, :_STRETCH] @ b[:_STRETCH]
+    for first in range(_STRETCH, a.shape[1], _STRETCH):
+        made += a[:, first : first + _STRETCH] @ b[first : first + _STRETCH]
+    return made

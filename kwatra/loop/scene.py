@@ -56,6 +56,7 @@ class Scene:
         return Step(
             self.level, self.number, iteration, self.factors, self.shape, self.task.wraps, self.source,
             self.exemplar, mask, self.task.generator, lambda: None if estimate is None else self.where(estimate),
+            None if estimate is None else estimate.image,
         )  # fmt: skip
 
     def where(self, estimate: Estimate) -> Tensor | None:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import torch
 from torch import Tensor
 
-from kwatra.base import InputError
+from kwatra.base import InputError, product
 from kwatra.source.described import DIMS, Described
 from kwatra.source.protocol import CHUNK, Source
 from kwatra.windows import Feature, Metric
@@ -49,7 +49,7 @@ class Bag(Described):
         along, length = [], []
         for part in self._windows.split(max(CHUNK // mean.numel(), 1)):
             embedded = self.metric.embed(part)
-            along.append(embedded @ basis)
+            along.append(product(embedded, basis))
             length.append((embedded - mean).square().sum(1))
         return torch.cat(along), torch.cat(length)
 

@@ -3,6 +3,8 @@
 import torch
 from torch import Tensor
 
+from kwatra.base import product
+
 
 def randomized_basis(rows: Tensor, dims: int, generator: torch.Generator) -> Tensor:
     """Leading right singular vectors (D, <= dims) of rows (N, D) by randomized subspace iteration (Halko 2011, 4.4).
@@ -13,9 +15,9 @@ def randomized_basis(rows: Tensor, dims: int, generator: torch.Generator) -> Ten
     dims = min(dims, *rows.shape)
     probe = torch.randn(rows.shape[1], min(dims + 8, *rows.shape), generator=generator).to(rows)
     for _ in range(2):
-        probe = _orthonormal(rows.T @ (rows @ probe))
-    reduced = (rows @ probe).double()
-    _, vectors = torch.linalg.eigh(reduced.T @ reduced)
+        probe = _orthonormal(product(rows.T, product(rows, probe)))
+    reduced = product(rows, probe).double()
+    _, vectors = torch.linalg.eigh(product(reduced.T, reduced))
     return probe @ vectors.flip(1)[:, :dims].to(rows)
 
 
@@ -23,6 +25,6 @@ def _orthonormal(columns: Tensor) -> Tensor:
     """An orthonormal basis of what the columns span; directions lost to rounding become zero."""
     columns = columns.double()
     columns = columns / columns.norm(dim=0).clamp(min=1e-30)
-    values, vectors = torch.linalg.eigh(columns.T @ columns)
+    values, vectors = torch.linalg.eigh(product(columns.T, columns))
     scale = torch.where(values > 1e-9 * values[-1], values.clamp(min=1e-30).rsqrt(), 0.0)
     return (columns @ (vectors * scale)).float()

@@ -15,6 +15,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from kwatra.base import product
 from kwatra.source.components import randomized_basis
 from kwatra.source.protocol import CHUNK, Description
 from kwatra.windows import Metric
@@ -39,7 +40,7 @@ class Described(ABC):
         self._mean = sample.mean(0)
         self._basis = randomized_basis(sample - self._mean, dims, generator)
         along, length = self.projections(self._basis, self._mean)
-        self.descriptors = along - self._mean @ self._basis
+        self.descriptors = along - product(self._mean[None], self._basis)
         # squared length of each centered window, to know what the descriptor leaves out
         self.remainder = (length - (self.descriptors**2).sum(1)).clamp(min=0).sqrt()
 
@@ -63,7 +64,7 @@ class Described(ABC):
     def describe(self, windows: Tensor) -> Description:
         """See `Source.describe`."""
         centered = self.metric.embed(windows) - self._mean
-        descriptor = centered @ self._basis
+        descriptor = product(centered, self._basis)
         return Description(descriptor, ((centered**2).sum(1) - (descriptor**2).sum(1)).clamp(min=0).sqrt())
 
     def completed(self, windows: Tensor, present: Tensor) -> Tensor:

@@ -21,7 +21,7 @@ class Step:
     times coarser its pixels are than the output's, per axis. shape: spatial shape S of the image here. wraps: along
     which axes the image is periodic. source: the windows that may be copied. exemplar: at this resolution, None where
     windows come from none. mask: boolean (*S), True where texture belongs, None where it does everywhere. generator:
-    the optimization's only randomness. map: see `where`.
+    the optimization's only randomness. map: see `where`. image (C, *S): as it is; None before there is one.
     """
 
     level: Level
@@ -35,6 +35,7 @@ class Step:
     mask: Tensor | None
     generator: torch.Generator
     map: Callable[[], Tensor | None] = lambda: None
+    image: Tensor | None = None
 
     @cached_property
     def where(self) -> Tensor | None:

@@ -1,0 +1,32 @@
+"""Sums and products: right, and the same bits for any number of threads."""
+
+import pytest
+import torch
+
+from kwatra.base import mean, product, total
+
+
+@pytest.mark.parametrize("shape", [(1, 4356, 24), (20, 867, 24), (100, 768, 32), (3000, 1156, 24), (24, 3000, 32)])
+def test_products_do_not_depend_on_threads(shape: tuple[int, int, int]) -> None:
+    generator = torch.Generator().manual_seed(0)
+    a, b = torch.rand(shape[0], shape[1], generator=generator), torch.rand(shape[1], shape[2], generator=generator)
+    threads = torch.get_num_threads()
+    found = []
+    for count in (1, 2, 4):
+        torch.set_num_threads(count)
+        found.append(product(a, b))
+    torch.set_num_threads(threads)
+    assert all(torch.equal(found[0], other) for other in found)
+    assert torch.allclose(found[0], (a.double() @ b.double()).float(), rtol=1e-5)
+
+
+def test_sums_do_not_depend_on_threads() -> None:
+    values = torch.rand(100, 12345, generator=torch.Generator().manual_seed(0))
+    threads = torch.get_num_threads()
+    found = []
+    for count in (1, 2):
+        torch.set_num_threads(count)
+        found.append(total(values))
+    torch.set_num_threads(threads)
+    assert torch.equal(found[0], found[1])
+    assert float(mean(values)) == pytest.approx(float(values.double().mean()), rel=1e-6)
