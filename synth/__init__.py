@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from synth.io.images import Picture, read_image, write_image
     from synth.io.kinds import Kind
     from synth.metamorphosis.door import Metamorphosis, morph
+    from synth.metamorphosis.patches.door import Interpolated, interpolate
     from synth.texture.filling import fill
     from synth.texture.images import synthesize
     from synth.texture.synthesis import Synthesis
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "InputError",
+    "Interpolated",
     "Kind",
     "Metamorphosis",
     "Picture",
@@ -28,6 +30,7 @@ __all__ = [
     "Synthesis",
     "field_of",
     "fill",
+    "interpolate",
     "morph",
     "read_flow",
     "read_image",
@@ -41,6 +44,7 @@ __getattr__, __dir__ = lazy(
     __name__,
     {
         "InputError": "kwatra.base",
+        "Interpolated": "synth.metamorphosis.patches.door",
         "Kind": "synth.io.kinds",
         "Metamorphosis": "synth.metamorphosis.door",
         "Picture": "synth.io.images",
@@ -48,6 +52,7 @@ __getattr__, __dir__ = lazy(
         "Synthesis": "synth.texture.synthesis",
         "field_of": "synth.io.flows",
         "fill": "synth.texture.filling",
+        "interpolate": "synth.metamorphosis.patches.door",
         "morph": "synth.metamorphosis.door",
         "read_flow": "synth.io.flows",
         "read_image": "synth.io.images",

@@ -17,8 +17,8 @@ PUBLIC = {
     flow: """NAMES PRESETS Field Frame Lookup Renewing State VolumeFlow Warp animate around at_speed disc disc_mask
         VIDEO_PRESETS end_point_error filled flow_term lookup loop named noise picture published resampled rotation
         saddle sampled seen shear sink source stream uniform vortices warp waves wheel""",
-    synth: """InputError Kind Metamorphosis Picture Recording Synthesis field_of fill morph read_flow read_image
-        synthesize tile write_flow write_image""",
+    synth: """InputError Interpolated Kind Metamorphosis Picture Recording Synthesis field_of fill interpolate morph
+        read_flow read_image synthesize tile write_flow write_image""",
 }
 
 

@@ -6,6 +6,7 @@ by optimal transport. Texture synthesis by matching what bands hold is due to He
 analysis/synthesis, 1995.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import torch
@@ -14,7 +15,7 @@ from torch import Tensor
 
 from kwatra import Step
 from synth.metamorphosis.method import Pair
-from synth.metamorphosis.recolor import Colors, recolored
+from synth.metamorphosis.recolor import Colors, barycenter, recolored
 
 _BLURS = (1.0, 2.0, 4.0)
 
@@ -36,14 +37,34 @@ class Bands:
         moved = tuple(a.toward(b, part) for a, b in zip(self.colors, other.colors, strict=True))
         return Bands(moved, self.wrap)
 
-    def given_to(self, image: Tensor) -> Tensor:
-        """An image (C, H, W) with these bands: the same picture, its details as strong."""
+    @classmethod
+    def among(cls, bands: "Sequence[Bands]", weights: Sequence[float]) -> "Bands":
+        """Those between several textures, by their weights, which sum to 1."""
+        layers = zip(*(each.colors for each in bands), strict=True)
+        return cls(tuple(barycenter(layer, weights) for layer in layers), bands[0].wrap)
+
+    def given_to(self, image: Tensor, share: Tensor | None = None) -> Tensor:
+        """An image (C, H, W) with these bands: the same picture, its details as strong.
+
+        share (H, W): how much each pixel counts in what bands the image has; all alike by default.
+        """
         bands = zip(_split(image, self.wrap), self.colors, strict=True)
-        return torch.stack([recolored(band, Colors.of(band), goal) for band, goal in bands]).sum(0)
+        return torch.stack([recolored(band, Colors.of(band, share), goal) for band, goal in bands]).sum(0)
 
     def between(self, image: Tensor, step: Step) -> Tensor:
         """What `kwatra.optimize` applies after each blend, at full resolution."""
         return self.given_to(image)
+
+
+SETTLING = 4
+"""So often a finished image is given its bands: they overlap, and once leaves a fifth of the finest band missing."""
+
+
+def settled(image: Tensor, bands: Bands) -> Tensor:
+    """An image (C, H, W) that has been given bands as often as that takes, in [0, 1]."""
+    for _ in range(SETTLING):
+        image = bands.given_to(image).clamp(0, 1)
+    return image
 
 
 def bands_at(pair: Pair, time: float) -> Bands:

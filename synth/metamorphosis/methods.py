@@ -33,6 +33,7 @@ METHODS = {
     "registration": Entry("blend.registration", tile=True, moves=True, energies=True),
     "blend": Entry("blend.dissolve", tile=True),
     "patterns": Entry("patterns.method", tile=True, moves=True),
+    "patches": Entry("patches.method", features=True, tile=True),
     "textons": Entry("textons.method", masks=True),
 }
 DEFAULT = "control"

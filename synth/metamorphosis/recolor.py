@@ -5,12 +5,16 @@ color x to m_B + T (x - m_A) with T = S_A^-1/2 (S_A^1/2 S_B S_A^1/2)^1/2 S_A^-1/
 between two random vectors with given dispersion matrices, 1982); a part t of the way is x + t (that - x).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import torch
 from torch import Tensor
 
 from kwatra.base import mean
+
+_ROUNDS = 12
+"""Of the fixed point of `barycenter`; of two Gaussians one is enough."""
 
 _FLOOR = 1e-5
 """The least variance of a color: below, a texture is all one color, and its deviations lead nowhere."""
@@ -24,12 +28,13 @@ class Colors:
     covariance: Tensor
 
     @classmethod
-    def of(cls, image: Tensor) -> "Colors":
-        """Those of an image (C, H, W)."""
+    def of(cls, image: Tensor, share: Tensor | None = None) -> "Colors":
+        """Those of an image (C, H, W); share (H, W) >= 0: how much each pixel counts, all alike by default."""
         values = image.flatten(1).double()
-        center = torch.stack([mean(v) for v in values])[:, None]
+        weight = torch.ones_like(values[0]) if share is None else share.flatten().double() / mean(share.double())
+        center = torch.stack([mean(weight * v) for v in values])[:, None]
         apart = values - center
-        covariance = torch.stack([torch.stack([mean(p * q) for q in apart]) for p in apart])
+        covariance = torch.stack([torch.stack([mean(weight * p * q) for q in apart]) for p in apart])
         return cls(center, covariance + _FLOOR * torch.eye(len(values), dtype=torch.float64, device=image.device))
 
     def toward(self, other: "Colors", part: float) -> "Colors":
@@ -42,6 +47,21 @@ def transport(own: Colors, other: Colors) -> Tensor:
     """The matrix T (C, C) that turns one Gaussian's deviations into the other's."""
     root, inverse = _power(own.covariance, 0.5), _power(own.covariance, -0.5)
     return inverse @ _power(root @ other.covariance @ root, 0.5) @ inverse
+
+
+def barycenter(colors: Sequence[Colors], weights: Sequence[float]) -> Colors:
+    """The Gaussian between several, by their weights, which sum to 1: least mean squared transport from it to them.
+
+    Of two it is the one on the way. The covariance solves S = sum_k w_k (S^1/2 S_k S^1/2)^1/2, found by iterating
+    (Alvarez-Esteban et al., A fixed-point approach to barycenters in Wasserstein space, 2016).
+    """
+    center = torch.stack([weight * each.center for each, weight in zip(colors, weights, strict=True)]).sum(0)
+    found = colors[int(max(range(len(colors)), key=lambda number: weights[number]))].covariance
+    for _ in range(_ROUNDS):
+        own = Colors(center, found)
+        move = torch.stack([w * transport(own, each) for each, w in zip(colors, weights, strict=True)]).sum(0)
+        found = move @ found @ move.T
+    return Colors(center, found)
 
 
 def recolored(image: Tensor, own: Colors, other: Colors, part: float = 1.0) -> Tensor:

@@ -1,0 +1,99 @@
+"""Which texture in between belongs where: one everywhere, or each pixel its own (Ruiters et al. 2010, section 4.5)."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations, pairwise
+
+import torch
+from torch import Tensor
+
+from kwatra.base import InputError
+from synth.metamorphosis.patches.neighborhoods import Weights
+from synth.metamorphosis.patches.pace import Pace
+
+STEPS = 36
+"""At most so many weightings are distinguished; of two textures 21, of three 36."""
+
+_OF_TWO = 20
+"""Steps from one texture to another, as in the paper."""
+
+
+@dataclass(frozen=True)
+class Weighting:
+    """What each texture counts at each pixel.
+
+    values (n, H, W): from 0 to 1, summing to 1. palette: the weightings that are told apart. nearest (H, W): the number
+    in the palette of each pixel's.
+    """
+
+    values: Tensor
+    palette: tuple[Weights, ...]
+    nearest: Tensor
+
+    @classmethod
+    def even(cls, weights: Weights, shape: tuple[int, int]) -> "Weighting":
+        """The same everywhere."""
+        values = torch.tensor(weights).view(-1, 1, 1).expand(-1, *shape)
+        return cls(values, (weights,), torch.zeros(shape, dtype=torch.long))
+
+    @classmethod
+    def of(cls, values: Tensor) -> "Weighting":
+        """Of maps (n, H, W), which are made to sum to 1; InputError for negative, infinite, or empty ones."""
+        if values.ndim != 3 or len(values) < 2 or not bool(values.isfinite().all()) or bool((values < 0).any()):
+            raise InputError(
+                f"the map of weights has shape {tuple(values.shape)}, or values that are negative, NaN or infinite; "
+                "give (n, H, W) of weights from 0 on, one channel per texture"
+            )
+        total = values.sum(0)
+        if bool((total <= 0).any()):
+            raise InputError("the weights of some pixel are all 0; give at least one texture a weight everywhere")
+        values = (values / total).float().cpu()
+        flat = values.flatten(1)
+        known = torch.tensor(simplex(len(values)))
+        nearest = torch.cat([torch.cdist(part.T, known).argmin(1) for part in flat.split(1 << 16, 1)])
+        used, number = nearest.unique(return_inverse=True)
+        palette = tuple(tuple(row) for row in known[used].double().tolist())
+        return cls(values, palette, number.view(values.shape[1:]))
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Height and width."""
+        return self.nearest.shape[0], self.nearest.shape[1]
+
+    def paced(self, pace: Pace) -> "Weighting":
+        """The weighting of two textures at whose pixels what is in between is as far on its way as the weights say."""
+        share = pace.weights(self.values[1])
+        if len(self.palette) == 1:
+            return Weighting.even((1 - float(share[0, 0]), float(share[0, 0])), self.shape)
+        return Weighting.of(torch.stack([1 - share, share]))
+
+    def at(self, corners: Tensor, width: int) -> Tensor:
+        """The number in the palette (N,) at the middles of windows with these first pixels (N, 2)."""
+        middle = corners + width // 2
+        return self.nearest[middle[:, 0] % self.shape[0], middle[:, 1] % self.shape[1]]
+
+
+def simplex(count: int) -> list[Weights]:
+    """Weightings of `count` textures, evenly spread over all there are, at most STEPS."""
+    parts = _OF_TWO if count == 2 else 1
+    while count > 2 and len(_compositions(parts + 1, count)) <= STEPS:
+        parts += 1
+    return [tuple(part / parts for part in each) for each in _compositions(parts, count)]
+
+
+def checked_weights(weights: Sequence[float], count: int) -> Weights:
+    """Weights of so many textures, made to sum to 1; InputError for another number, negative or empty ones."""
+    values = tuple(float(weight) for weight in weights)
+    if len(values) != count or not all(0 <= value < float("inf") for value in values) or sum(values) == 0:
+        raise InputError(
+            f"the weights are {', '.join(f'{v:g}' for v in values)}; give {count}, one per texture, from 0 on and not "
+            "all 0"
+        )
+    return tuple(value / sum(values) for value in values)
+
+
+def _compositions(parts: int, count: int) -> list[tuple[int, ...]]:
+    """All ways to deal `parts` equal parts to `count` receivers."""
+    bars = combinations(range(parts + count - 1), count - 1)
+    ends = ((-1, *bar, parts + count - 1) for bar in bars)
+    return [tuple(b - a - 1 for a, b in pairwise(end)) for end in ends]

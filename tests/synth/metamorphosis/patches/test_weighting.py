@@ -1,0 +1,62 @@
+"""Weights of textures and maps of them, and the pace at which weights turn one into another."""
+
+import pytest
+import torch
+
+from kwatra import InputError
+from synth.metamorphosis.patches.pace import Pace
+from synth.metamorphosis.patches.weighting import STEPS, Weighting, checked_weights, simplex
+
+
+@pytest.mark.parametrize(("count", "known"), [(2, 21), (3, 36), (4, 35), (6, 21)])
+def test_weightings_are_spread_over_all_there_are(count: int, known: int) -> None:
+    points = torch.tensor(simplex(count))
+    assert len(points) == known <= STEPS
+    assert torch.allclose(points.sum(1), torch.ones(known))
+    assert len({tuple(point) for point in points.tolist()}) == known
+    corners = {tuple(row) for row in torch.eye(count).tolist()}
+    assert corners <= {tuple(point) for point in points.tolist()}
+
+
+def test_maps_are_made_to_sum_to_1_and_told_apart() -> None:
+    maps = torch.stack([torch.full((4, 5), 3.0), torch.zeros(4, 5)])
+    maps[1, :, 3:] = 3.0
+    made = Weighting.of(maps)
+    assert torch.allclose(made.values.sum(0), torch.ones(4, 5))
+    assert set(made.palette) == {(1.0, 0.0), (0.5, 0.5)}
+    assert made.palette[int(made.nearest[0, 0])] == (1.0, 0.0)
+    assert made.palette[int(made.nearest[0, 4])] == (0.5, 0.5)
+    # by the middle of a window, here its third pixel
+    assert made.at(torch.tensor([[0, 0], [0, 1], [0, 2]]), 4).tolist() == made.nearest[2, 2:].tolist()
+
+
+@pytest.mark.parametrize(
+    "maps",
+    [
+        torch.ones(1, 4, 4),
+        torch.ones(4, 4),
+        -torch.ones(2, 4, 4),
+        torch.zeros(2, 4, 4),
+        torch.full((2, 4, 4), torch.nan),
+    ],
+)
+def test_maps_that_say_nothing_are_refused(maps: torch.Tensor) -> None:
+    with pytest.raises(InputError):
+        Weighting.of(maps)
+
+
+def test_weights_are_made_to_sum_to_1() -> None:
+    assert checked_weights((1, 1, 2), 3) == (0.25, 0.25, 0.5)
+    for bad in ((1, 1), (1, -1, 1), (0, 0, 0), (1, float("nan"), 1)):
+        with pytest.raises(InputError):
+            checked_weights(bad, 3)
+
+
+def test_what_is_slow_at_first_is_hurried() -> None:
+    pace = Pace((0.0, 0.5, 1.0), (0.0, 0.2, 1.0))
+    assert pace.weights(torch.tensor([0.0, 0.2, 0.6, 1.0])).tolist() == pytest.approx([0.0, 0.5, 0.75, 1.0])
+    even = Weighting.even((0.8, 0.2), (3, 3)).paced(pace)
+    assert even.palette[0] == pytest.approx((0.5, 0.5))
+    ramp = torch.linspace(0, 1, 5).expand(2, -1)
+    varied = Weighting.of(torch.stack([1 - ramp, ramp])).paced(pace)
+    assert varied.values[1, 0].tolist() == pytest.approx([0, 0.53125, 0.6875, 0.84375, 1.0])

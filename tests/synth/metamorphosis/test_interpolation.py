@@ -1,0 +1,130 @@
+"""Textures in between, whole: ends, sameness, films that stay, maps that are kept, and what is refused."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+from pictures import spots
+
+import synth
+from kwatra import InputError
+from synth.metamorphosis.judging import judge
+
+SIZE = 48
+QUICK: dict[str, Any] = {"preset": "fast", "anchors": 150}
+
+
+@pytest.fixture(scope="module")
+def pair() -> tuple[torch.Tensor, torch.Tensor]:
+    return spots(SIZE, 0, 0.9), spots(SIZE, 1, 0.1)
+
+
+def colors(image: torch.Tensor) -> torch.Tensor:
+    return image.flatten(1).mean(1)
+
+
+def test_a_film_begins_with_a_and_ends_as_a_texture_of_b(pair: tuple[torch.Tensor, torch.Tensor]) -> None:
+    a, b = pair
+    made = synth.morph(a, b, 5, method="patches", **QUICK)
+    assert torch.allclose(made.frames[0], a, atol=1e-6)
+    assert float((colors(made.frames[-1]) - colors(b)).abs().max()) < 0.03
+    figures = judge(made.frames, made.times, a, b)
+    assert figures["near"] < 1.35
+    assert figures["ghost"] < 0.1
+    assert 0.85 < figures["sharpness"] < 1.2
+    assert figures["steps"] < 1.8
+    assert any("features" in remark for remark in made.remarks)
+
+
+def test_same_seed_same_bits_for_any_number_of_threads(pair: tuple[torch.Tensor, torch.Tensor]) -> None:
+    threads = torch.get_num_threads()
+    found = []
+    for count in (1, 2):
+        torch.set_num_threads(count)
+        found.append(synth.morph(*pair, [0.4, 0.6], method="patches", **QUICK).frames)
+    torch.set_num_threads(threads)
+    assert all(torch.equal(x, y) for x, y in zip(*found, strict=True))
+
+
+def test_identical_textures_stay_that_texture(pair: tuple[torch.Tensor, torch.Tensor]) -> None:
+    a, _ = pair
+    made = synth.morph(a, a, 4, method="patches", **QUICK)
+    assert all(float((frame - a).abs().mean()) < 0.01 for frame in made.frames)
+
+
+def test_any_size_and_tiles(pair: tuple[torch.Tensor, torch.Tensor]) -> None:
+    made = synth.morph(*pair, [0.5], method="patches", size=(40, 72), tile=True, **QUICK)
+    frame = made.frames[0]
+    assert frame.shape == (3, 40, 72)
+    inside = (frame[:, :, 1:] - frame[:, :, :-1]).abs().mean()
+    assert float((frame[:, :, 0] - frame[:, :, -1]).abs().mean()) < 2 * float(inside)
+
+
+def test_a_map_is_kept(pair: tuple[torch.Tensor, torch.Tensor]) -> None:
+    a, b = pair
+    ramp = torch.linspace(0, 1, 96).expand(SIZE, -1)
+    made = synth.interpolate([a, b], [ramp], **QUICK)
+    assert made.image.shape == (3, SIZE, 96)
+    left, right = colors(made.image[:, :, :16]), colors(made.image[:, :, -16:])
+    assert float((left - colors(a)).abs().max()) < 0.06
+    assert float((right - colors(b)).abs().max()) < 0.06
+    assert len(made.features) == 2
+
+
+def test_where_a_map_stays_so_does_the_film(pair: tuple[torch.Tensor, torch.Tensor]) -> None:
+    maps = [torch.zeros(SIZE, 112), torch.zeros(SIZE, 112), torch.zeros(SIZE, 112)]
+    maps[2][:, 80:] = 1
+    first, second, third = synth.interpolate(list(pair), maps, **QUICK).frames
+    assert torch.equal(first, second)
+    assert torch.equal(first[:, :, :56], third[:, :, :56])
+    assert float((colors(third[:, :, 88:]) - colors(pair[1])).abs().max()) < 0.08
+
+
+def test_three_textures_in_equal_parts(pair: tuple[torch.Tensor, torch.Tensor]) -> None:
+    third = spots(SIZE, 2, 0.5)
+    made = synth.interpolate([*pair, third], (1, 1, 1), size=(SIZE, SIZE), **QUICK)
+    expected = torch.stack([colors(image) for image in (*pair, third)]).mean(0)
+    assert float((colors(made.image) - expected).abs().max()) < 0.03
+    alone = synth.interpolate([*pair, third], (0, 0, 2), **QUICK)
+    assert torch.allclose(alone.image, third, atol=1e-6)
+
+
+def test_arrays_of_bytes_come_back_as_such(pair: tuple[torch.Tensor, torch.Tensor]) -> None:
+    a, b = ((image * 255).byte().permute(1, 2, 0).numpy() for image in pair)
+    made = synth.interpolate([a, b], (0.5, 0.5), **QUICK)
+    assert isinstance(made.image, np.ndarray)
+    assert made.image.dtype == np.uint8
+    assert made.image.shape == (SIZE, SIZE, 3)
+
+
+def test_given_features_are_used(pair: tuple[torch.Tensor, torch.Tensor]) -> None:
+    marks = torch.zeros(SIZE, SIZE)
+    marks[::8] = 1
+    made = synth.interpolate(list(pair), (1, 1), features=[marks, marks], **QUICK)
+    assert torch.equal(made.features[0], marks > 0.5)
+    assert made.remarks == ("features were given",)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"weights": (1, 2, 3)}, "give 2"),
+        ({"weights": (1, -1)}, "from 0 on"),
+        ({"weights": ()}, "no weights"),
+        ({"weights": [torch.full((SIZE, SIZE), 1.5)]}, "0 to 1"),
+        ({"weights": [torch.ones(3, SIZE, SIZE)]}, "channel per texture"),
+        ({"weights": [torch.ones(2, 8, 8)]}, "only 8 px"),
+        ({"features": [torch.zeros(SIZE, SIZE)] * 2}, "empty"),
+        ({"features": [torch.ones(SIZE, SIZE)] * 2}, "full"),
+        ({"features": [torch.ones(SIZE, SIZE)]}, "one for each"),
+        ({"textures": [spots(SIZE, 0, 0.9)]}, "at least two"),
+        ({"textures": [spots(SIZE, 0, 0.9), spots(SIZE, 0, 0.9)[:1]]}, "channels"),
+        ({"textures": [spots(12, 0, 0.9)] * 2}, "12 px"),
+        ({"size": (8, 8)}, "8 px"),
+    ],
+)
+def test_what_will_not_do_is_said(change: dict[str, Any], said: str, pair: tuple[torch.Tensor, torch.Tensor]) -> None:
+    given: dict[str, Any] = {"textures": list(pair), "weights": (0.5, 0.5)} | QUICK | change
+    with pytest.raises(InputError, match=said):
+        synth.interpolate(given.pop("textures"), given.pop("weights"), **given)
