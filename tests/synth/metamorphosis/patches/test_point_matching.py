@@ -51,10 +51,10 @@ def far_back(splines: Splines, motion: Motion, places: Tensor) -> float:
 
 
 @pytest.mark.parametrize("motion", [affine, smooth])
-@pytest.mark.parametrize(("outliers", "noise", "most"), [(0, 0.0, 0.5), (10, 0.3, 1.0)])
+@pytest.mark.parametrize(("outliers", "noise", "most"), [(0, 0.0, 0.5), (10, 0.3, 1.2)])
 def test_known_motions_are_found_among_outliers_and_noise(motion, outliers, noise, most):
     found = match(*clouds(motion, outliers=outliers, noise=noise), WIDTH)
-    still = float(motion(torch.rand(500, 2) * 33).square().sum(1).mean().sqrt())
+    still = float(motion(torch.cartesian_prod(torch.arange(33.0), torch.arange(33.0))).square().sum(1).mean().sqrt())
     assert still > 2.4
     assert far(found.there, motion, 1) < most
     assert far(found.back, motion, -1) < most
@@ -69,7 +69,7 @@ def test_a_set_and_itself_are_one():
     same = found.correspondences.diagonal(dim1=1, dim2=2)
     assert float(same.mean()) > 0.7  # what is left are neighbors nearer than the mean
     torch.testing.assert_close(found.correspondences, found.correspondences.mT, atol=1e-4, rtol=0)
-    assert float(found.there.bending.max()) < 1e-6
+    assert float(found.there.penalty.max()) < 1e-6
 
 
 def test_the_other_way_round_is_the_same():
@@ -103,7 +103,7 @@ def test_a_batch_is_its_members_and_padding_changes_nothing(monkeypatch):
 def test_sets_without_points_stay_where_they_are():
     first, second = clouds(affine, 3)
     none = Points(second.places, torch.zeros_like(second.there))
-    places = torch.rand(5, 2) * 33
+    places = torch.tensor([[0.0, 0.0], [16.0, 9.0], [40.0, -3.0]])
     for pair in ((first, none), (none, second), (none, none)):
         found = match(*pair, WIDTH)
         for part in (found.there(places), found.back(places), found.correspondences, found.error):
@@ -129,11 +129,21 @@ def test_a_point_without_a_partner_keeps_its_place():
     assert float(with_lone.there(torch.tensor([[8.0, 8.0]]))[0, 0, 0]) == pytest.approx(2, abs=0.3)
 
 
+def test_few_points_in_one_corner_do_not_tear_the_patch():
+    """Three pixels in a row, turned: what is known of one corner does not swing the others around."""
+    row = torch.tensor([[[2.0, 2.0], [3.0, 2.0], [4.0, 2.0], [5.0, 2.0]]])
+    column = torch.tensor([[[3.0, 1.0], [3.0, 2.0], [3.0, 3.0], [3.0, 4.0]]])
+    found = match(*(Points(p, torch.ones(1, 4, dtype=torch.bool)) for p in (row, column)), WIDTH)
+    corners = torch.tensor([[0.0, 0], [32, 0], [0, 32], [32, 32]])
+    assert float(found.there(corners).norm(dim=2).max()) < 3
+
+
 def test_the_error_is_equation_1():
     first, second = clouds(smooth, 3, outliers=6, noise=0.3)
     found = match(first, second, WIDTH)
     spacing = torch.stack([point_matching._spacing(side, WIDTH) for side in (first, second)]).mean(0)
-    stiff = point_matching._STIFF * 29 * (point_matching._END * spacing) ** 2
+    assert float(spacing.min()) > point_matching._DENSEST * WIDTH
+    stiff = point_matching._STIFF * (point_matching._END * spacing) ** 2
     for k in range(3):
         there, back = (side(points.places)[k] for side, points in ((found.there, first), (found.back, second)))
         p, q, misfit = first.places[k], second.places[k], 0.0
@@ -141,7 +151,7 @@ def test_the_error_is_equation_1():
             for j in range(29):
                 apart = (p[i] + there[i] - q[j]).square().sum() + (q[j] + back[j] - p[i]).square().sum()
                 misfit += float(found.correspondences[k, i, j] * apart / 2)
-        energy = misfit + float(stiff[k] * (found.there.bending[k] + found.back.bending[k]) / 2)
+        energy = misfit + float(stiff[k] * (found.there.penalty[k] + found.back.penalty[k]) / 2)
         assert float(found.error[k]) == pytest.approx(energy, rel=1e-3)
 
 
