@@ -26,6 +26,9 @@ _LOOKS = 3
 _REACH = 0.35
 _ROUNDS = 8
 _APART = 1.2
+"""Another pattern's center is so far away, in radii of a pattern to that side."""
+_THIN = 0.35
+"""A pattern is at least so wide as a part of its length: landmarks may lie on a line."""
 _SHAPE = 2.0
 """What the shape's distance, a share of the radius, counts beside that of the look."""
 
@@ -74,7 +77,7 @@ def _found(looks: Array, offsets: Array, centers: Array, size: float) -> tuple[A
     """The aligned shapes (n, m, 2) that lie in the image, one at a place, and their distances (n,), least first."""
     shapes = _aligned(looks, offsets, centers, size)
     shapes = shapes[_inside(shapes, looks.shape[1:])]
-    return _single(shapes, _distance(looks, offsets, shapes, size), _APART * size)
+    return _single(shapes, _distance(looks, offsets, shapes, size))
 
 
 def _votes(looks: Array, offsets: Array, size: float) -> Array:
@@ -139,14 +142,22 @@ def _inside(shapes: Array, image: tuple[int, ...]) -> NDArray[np.bool_]:
     return np.asarray(((shapes >= 0) & (shapes <= edge)).all((1, 2)))
 
 
-def _single(shapes: Array, far: Array, apart: float) -> tuple[Array, Array]:
-    """Of shapes whose centers are nearer than `apart`, the one with the least distance."""
+def _single(shapes: Array, far: Array) -> tuple[Array, Array]:
+    """Of shapes (n, m, 2) of which one's center lies within the other, that with the least distance."""
     kept: list[int] = []
-    centers = shapes.mean(1)
+    centers, whitened = shapes.mean(1), [_whitened(shape) for shape in shapes]
     for number in np.argsort(far, kind="stable"):
-        if all(np.linalg.norm(centers[number] - centers[other]) >= apart for other in kept):
+        away = ((centers[number] - centers[other]) @ whitened[other] for other in kept)
+        if all(np.linalg.norm(there) >= _APART for there in away):
             kept.append(int(number))
     return shapes[kept], far[kept]
+
+
+def _whitened(shape: Array) -> Array:
+    """The matrix (2, 2) in whose units a shape (m, 2) reaches equally far on all sides, its radius being 1."""
+    values, axes = np.linalg.eigh(2 * np.cov(shape.T, bias=True))
+    spread = np.sqrt(np.maximum(values, _THIN**2 * values.max()))
+    return np.asarray(axes / np.maximum(spread, 1e-9) @ axes.T)
 
 
 def _unlikely(chance: Array) -> float:

@@ -5,6 +5,7 @@ import pytest
 from bench_patterns import made, measured
 
 from synth.metamorphosis.patterns import detect
+from synth.metamorphosis.patterns.detection import _single
 
 
 @pytest.mark.parametrize(("kind", "noise"), [("disc", 0.08), ("cross", 0.08), ("cross", 0.15)])
@@ -41,3 +42,17 @@ def test_the_same_image_shifted_has_the_same_patterns_shifted() -> None:
     away = np.linalg.norm(inner[:, None] - there[None], axis=2).min(1)
     assert len(inner) > 10
     assert away.max() < 1
+
+
+def test_of_patterns_that_lie_in_each_other_one_is_kept_and_neighbors_are() -> None:
+    half = np.array([[-8, -3], [0, -3], [8, -3], [8, 3], [0, 3], [-8, 3]], float)
+    places = np.array([[0, 0], [8, 0], [17, 0], [0, 7], [1, 3], [33, 0]], float)
+    kept, far = _single(places[:, None] + half, np.array([0.1, 0.3, 0.2, 0.2, 0.4, 0.1]))
+    assert {tuple(center) for center in kept.mean(1)} == {(0, 0), (17, 0), (0, 7), (33, 0)}
+    assert far.tolist() == [0.1, 0.1, 0.2, 0.2]
+    upright = half[:, ::-1]
+    kept, _ = _single(np.array([[0, 0], [7, 0], [0, 8]], float)[:, None] + upright, np.arange(3.0))
+    assert {tuple(center) for center in kept.mean(1)} == {(0, 0), (7, 0)}
+    line = np.array([[-8, 0], [0, 0], [8, 0]], float)
+    kept, _ = _single(np.array([[0, 0], [0, 2], [0, 6]], float)[:, None] + line, np.arange(3.0))
+    assert {tuple(center) for center in kept.mean(1)} == {(0, 0), (0, 6)}
