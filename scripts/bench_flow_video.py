@@ -5,8 +5,11 @@
     python scripts/bench_flow_video.py river.mp4 --fields sink wind.flo --frames 100 --methods kwatra still
 
 Without clips, waves made in code are used. The methods: kwatra (flow.animate); still, one frame of the clip animated;
-published, equation 29 over the whole volume (flow.published; it is slow, so --short frames at most); and exact, a frame
-of the clip that is moved by the field and nothing else: what the measures make of the motion alone. The columns:
+published, equation 29 over the whole volume (flow.published; it is slow, so --short frames at most); exact, a frame of
+the clip that is moved by the field and nothing else: what the measures make of the motion alone; and truth, the clip
+itself, moved by the field while it plays, its own mean motion undone: what they make of motion and life together, in
+the middle of the frame, for as long as what is seen there is seen in the clip: a few frames of one that moves by
+several px. The figures of others are to be read beside it. The columns:
 
     epe        mean end-point error, px: how far the motion that optical flow sees is from the field
     epe mean   the same of the motions' mean over time, in which what the texture does about it cancels
@@ -34,7 +37,7 @@ from torch import Tensor
 
 import flow
 from flow.warps import BORDER, pixel_coordinates
-from kwatra import measure
+from kwatra import InputError, measure
 from synth import field_of
 
 FIELDS = ("uniform", "rotation", "vortices")
@@ -76,11 +79,37 @@ def exactly(task: Task) -> Tensor:
     return torch.stack(frames, 1)
 
 
+def truly(task: Task) -> Tensor:
+    """The clip played while it moves by the field instead of as on the mean; the middle half of the frames."""
+    own = motions(task.clip).mean(0)
+    if own.shape[1:] != task.shape:
+        raise InputError("the truth is known at the clip's own size alone; leave out --size, or truth")
+    carried = lived = pixel_coordinates(task.shape)
+    frames: list[Tensor] = []
+    for number, shown in enumerate(task.clip.unbind(1)[: task.frames]):
+        places = flow.warp(lived, carried, "bilinear")
+        last = torch.tensor(shown.shape[:0:-1]).view(2, 1, 1) - 1
+        seen = (middle(carried) >= 0) & (middle(carried) <= last) & (middle(places) > 0) & (middle(places) < last)
+        if len(frames) > 1 and not bool(seen.all()):
+            break
+        frames.append(middle(flow.warp(shown, places, "lanczos")))
+        carried = flow.warp(carried, flow.lookup(task.field(number, task.shape)).coordinates, "bilinear")
+        lived = lived + flow.warp(own, lived, "bilinear")
+    return torch.stack(frames, 1)
+
+
+def middle(values: Tensor) -> Tensor:
+    """The middle half of both sides of (..., H, W)."""
+    height, width = values.shape[-2:]
+    return values[..., height // 4 : height - height // 4, width // 4 : width - width // 4]
+
+
 METHODS: dict[str, Callable[[Task], Tensor]] = {
     "kwatra": by_kwatra,
     "still": by_still,
     "published": by_volume,
     "exact": exactly,
+    "truth": truly,
 }
 
 
@@ -113,16 +142,19 @@ def gradient(video: Tensor) -> float:
 def figures_of(video: Tensor, task: Task) -> dict[str, float]:
     """All columns but the time, of a video (C, T, H, W)."""
     wanted = torch.stack([task.field(number, task.shape) for number in range(video.shape[1] - 1)])
-    off, own = inner(motions(video) - wanted), motions(task.clip)
+    clip, own = task.clip, motions(task.clip)
+    if wanted.shape[2:] != video.shape[2:]:
+        wanted, clip, own = middle(wanted), middle(clip), middle(own)
+    off = inner(motions(video) - wanted)
     drift = own.mean(0, keepdim=True)
     agitated = inner(own - drift).norm(dim=1).mean()
     return {
         "epe": float(off.norm(dim=1).mean()),
         "epe mean": float(off.mean(0).norm(dim=0).mean()),
-        "life": change(video, wanted) / max(change(task.clip, drift.expand_as(own)), 1e-9),
+        "life": change(video, wanted) / max(change(clip, drift.expand_as(own)), 1e-9),
         "agitation": float((off - off.mean(0)).norm(dim=1).mean() / agitated.clamp(min=1e-9)),
-        "sharp": gradient(video) / max(gradient(task.clip), 1e-9),
-        "overall": measure(video, task.clip)["overall"],
+        "sharp": gradient(video) / max(gradient(clip), 1e-9),
+        "overall": measure(video, clip)["overall"],
     }
 
 
@@ -135,7 +167,11 @@ def bench(clips: dict[str, Tensor], arguments: argparse.Namespace) -> Iterator[t
                 title = f"{clip_name} {Path(name).stem}"
                 tables.progress(f"{title}: {method}")
                 cpu = time.process_time()
-                video = in_8_bits(METHODS[method](task))
+                try:
+                    video = in_8_bits(METHODS[method](task))
+                except InputError as error:
+                    print(f"{title}  {method} is left out: {error}", flush=True)
+                    continue
                 cpu = (time.process_time() - cpu) / video.shape[1]
                 file = f"{title.replace(' ', '_').replace(':', '-')}_{method}.png"
                 write_sheet(arguments.out / file, video)

@@ -13,13 +13,13 @@ BLOCK = 0.75
 """Blocks as a share of the clip's width and height, though at most half of the output's. What stays in its place ends
 where blocks do, through the whole video: a waterfall half as large again had a straight seam from blocks of .5."""
 
-USAGE = 2.0
-"""How strongly the start avoids what was used: blocks match where little happens. Of rain made in code .93 of the
-sharpness is left, .89 with .35; with 3 a waterfall repeats more in long runs."""
+USAGE = 1.0
+"""How strongly the start avoids what was used: blocks match where little happens. Of rain made in code .90 of the
+sharpness is left, .89 with .35 and .93 with 2, with which smoke flickers."""
 
-NOTICED = 0.25
+NOTICED = 0.15
 """An edge is hardly seen that is so small a part of what changes from frame to frame anyway. Waterfall and rain could
-have more; smoke, which changes little, then flickers: 1.27 times its own with .5, 1.14 with .25, 2 times with no limit.
+have more; smoke, which changes little, then flickers: 1.03 times its own with .15, 1.09 with .25, twice with no limit.
 """
 
 

@@ -27,6 +27,20 @@ def test_the_clip_itself_lives_as_it_does() -> None:
     assert figures["epe mean"] == pytest.approx(0.0, abs=1e-5)
 
 
+def test_the_truth_moves_by_the_field_alone_and_lives() -> None:
+    clip = waves(6, 64)
+    task = Task(clip, flow.uniform(2.0), (64, 64), 6, 6)
+    video = bench_flow_video.truly(task)
+    assert video.shape[1] >= 2
+    assert video.shape[2:] == (32, 32)
+    figures = figures_of(video, task)
+    own = figures_of(bench_flow_video.middle(clip)[:, : video.shape[1]], task)
+    assert figures["epe mean"] < 0.5 * own["epe mean"]
+    assert figures["life"] > 0.5
+    exact = figures_of(bench_flow_video.middle(bench_flow_video.exactly(task)), task)
+    assert exact["life"] < 0.5 * figures["life"]
+
+
 def test_the_table_has_a_row_for_every_method(tmp_path, capsys, monkeypatch) -> None:
     monkeypatch.setattr(bench_flow_video, "waves", lambda frames, side: waves(4, 40))
     words = ["--fields", "rotation", "--methods", "kwatra", "exact", "--frames", "3", "--size", "40x32"]
