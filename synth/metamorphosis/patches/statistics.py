@@ -30,7 +30,7 @@ import torch.nn.functional as F
 from scipy.fft import dct
 from torch import Tensor
 
-from kwatra.base import InputError
+from kwatra.base import InputError, total
 from synth.metamorphosis.recolor import Colors, transport
 
 LEAST = 16
@@ -49,7 +49,8 @@ _UNSEEN = 1e-6
 _LEAST_VARIANCE = 1e-5
 """What `recolor` takes for none."""
 _RIDGE = 1e-3
-_ROW = 1024
+_ROW = 192
+"""Summands of a product: so few are not split among threads."""
 
 
 @dataclass(frozen=True)
@@ -86,13 +87,13 @@ class Statistics:
         there is not counted. Raises InputError if it is smaller.
         """
         _check(image)
-        pyramid = _Pyramid.of(_turned(image), wrap, _octaves(image.shape[1:]))
+        pyramid = _Pyramid.of(_turned(image), wrap, _octaves(image.shape[1:]), None)
         magnitudes = [band.abs() for band in pyramid.bands]
         octaves = []
         for number, band in enumerate(pyramid.bands):
             own = _together(magnitudes[number], magnitudes[number + 1 :][:1])
             octaves.append(Octave(_channels(pyramid.inside(band)), *_moments(pyramid.inside(own))))
-        return cls(_quantiles(_turned(image)), _covariance(pyramid.inside(pyramid.finest)), tuple(octaves))
+        return cls(_quantiles(_turned(image), None), _covariance(pyramid.inside(pyramid.finest)), tuple(octaves))
 
     @property
     def channels(self) -> int:
@@ -121,12 +122,13 @@ def mixed(parts: Sequence[Statistics], weights: Sequence[float]) -> Statistics:
     return Statistics(mean([p.quantiles for p in parts]), mean([p.finest for p in parts]), octaves)
 
 
-def step(image: Tensor, target: Statistics, wrap: bool = False) -> Tensor:
+def step(image: Tensor, target: Statistics, wrap: bool = False, share: Tensor | None = None) -> Tensor:
     """An image (C, H, W) one step nearer to the statistics of textures; it may be of any size from 16x16 on.
 
     Nothing is strengthened or weakened by more than a factor of 2 at once. Values come to lie in the target's range.
-    wrap: as for `Statistics.of`. On the CPU the same bits for any number of threads. Memory: 80 floats per value; cost:
-    0.15 cpu seconds for 3x256x256, and once 1.5 for loading plenoptic.
+    wrap: as for `Statistics.of`. share (H, W): how much each pixel counts in what statistics the image has, 0 to 1, for
+    images that are different textures in different places; all alike by default. On the CPU the same bits for any
+    number of threads. Memory: 80 floats per value; cost: 0.15 cpu seconds for 3x256x256, and once 2 to load plenoptic.
 
     Raises InputError if the image is smaller, or has another number of channels than the textures.
     """
@@ -134,19 +136,19 @@ def step(image: Tensor, target: Statistics, wrap: bool = False) -> Tensor:
     if len(image) != target.channels:
         raise InputError(f"an image has {len(image)} channels and the statistics {target.channels}; give as many")
     count = min(_octaves(image.shape[1:]), len(target.octaves))
-    pyramid = _Pyramid.of(_turned(image), wrap, count)
+    pyramid = _Pyramid.of(_turned(image), wrap, count, share)
     coarser: list[Tensor] = []
     for number in reversed(range(count)):
         goal, band = target.octaves[number], pyramid.bands[number]
         band = band * _strengthened(pyramid, band.abs(), coarser, goal)
-        own = _channels(pyramid.inside(band))
+        own = _channels(*pyramid.counted(band))
         moves = torch.stack([_move(one, other) for one, other in zip(own, goal.bands, strict=True)])
         band = torch.einsum("ocd,dohw->cohw", moves.to(band), band)
         pyramid.bands[number], coarser = band, [band.abs()]
-    move = _move(_covariance(pyramid.inside(pyramid.finest)), target.finest)
+    move = _move(_covariance(*pyramid.counted(pyramid.finest)), target.finest)
     pyramid.finest = torch.einsum("cd,dhw->chw", move.to(image), pyramid.finest)
     made = pyramid.image()
-    return _turned(_requantiled(made, _quantiles(made), target.quantiles), back=True)
+    return _turned(_requantiled(made, _quantiles(made, share), target.quantiles), back=True)
 
 
 class _Pyramid:
@@ -155,11 +157,13 @@ class _Pyramid:
     The image was continued; `inside` leaves that out.
     """
 
-    def __init__(self, filters: Any, finest: Tensor, bands: list[Tensor], rest: Tensor, frame: tuple[int, ...]) -> None:
-        self._filters, self.finest, self.bands, self._rest, self._frame = filters, finest, bands, rest, frame
+    def __init__(self, filters: Any, made: dict[Any, Tensor], frame: tuple[int, ...], share: Tensor | None) -> None:
+        self._filters, self._frame, self._share = filters, frame, share
+        self.finest, self._rest = made.pop("residual_highpass")[0], made.pop("residual_lowpass")[0]
+        self.bands = [made[number][0] for number in range(len(made))]
 
     @classmethod
-    def of(cls, image: Tensor, wrap: bool, octaves: int) -> "_Pyramid":
+    def of(cls, image: Tensor, wrap: bool, octaves: int, share: Tensor | None) -> "_Pyramid":
         unit = 2**octaves
         continued = image
         for axis in (1, 2):
@@ -168,15 +172,20 @@ class _Pyramid:
             index = torch.from_numpy(np.pad(np.arange(size), wide, mode="wrap" if wrap else "symmetric"))
             continued = continued.index_select(axis, index.to(image.device))
         filters = _filters((continued.shape[1], continued.shape[2]), octaves, str(image.device))
-        made = filters(continued[None])
-        bands = [made[number][0] for number in range(octaves)]
-        return cls(filters, made["residual_highpass"][0], bands, made["residual_lowpass"][0], tuple(image.shape[1:]))
+        return cls(filters, dict(filters(continued[None])), tuple(image.shape[1:]), share)
 
     def inside(self, band: Tensor) -> Tensor:
         """What of a band (..., h, w) the image itself holds, not its continuation, flat: (..., n)."""
         coarse = self.finest.shape[-1] // band.shape[-1]
         margin, (height, width) = _MARGIN // coarse, (size // coarse for size in self._frame)
         return band[..., margin : margin + height, margin : margin + width].flatten(-2)
+
+    def counted(self, band: Tensor) -> tuple[Tensor, Tensor | None]:
+        """What is inside, and how much each place of it counts, (n,); None: all alike."""
+        if self._share is None:
+            return self.inside(band), None
+        coarse = self.finest.shape[-1] // band.shape[-1]
+        return self.inside(band), F.avg_pool2d(self._share[None].to(self.finest), coarse).flatten()
 
     def image(self) -> Tensor:
         """The image (C, H, W) that has these bands."""
@@ -203,7 +212,7 @@ def _strengthened(pyramid: _Pyramid, magnitudes: Tensor, coarser: Sequence[Tenso
     and e is moved as its covariance is.
     """
     both = _together(magnitudes, coarser)
-    own_means, own = _moments(pyramid.inside(both))
+    own_means, own = _moments(*pyramid.counted(both))
     means, wanted = goal.means[: len(own)], goal.magnitudes[: len(own), : len(own)]
     count = magnitudes.shape[0] * magnitudes.shape[1]
     (slope, rest), (wanted_slope, wanted_rest) = _given(own, count), _given(wanted, count)
@@ -241,46 +250,58 @@ def _together(magnitudes: Tensor, coarser: Sequence[Tensor]) -> Tensor:
     return torch.cat([magnitudes.flatten(0, 1), *parents])
 
 
-def _channels(bands: Tensor) -> Tensor:
-    """The covariances (O, C, C) of complex bands (C, O, n): the real part."""
-    parts = torch.view_as_real(bands).flatten(2)
-    return torch.stack([2 * _covariance(parts[:, number]) for number in range(parts.shape[1])])
+def _channels(bands: Tensor, share: Tensor | None = None) -> Tensor:
+    """The covariances (O, C, C) of complex bands (C, O, n): the real part. share (n,): how much each place counts."""
+    return torch.stack([_covariance(part.real, share) + _covariance(part.imag, share) for part in bands.unbind(1)])
 
 
-def _moments(values: Tensor) -> tuple[Tensor, Tensor]:
+def _moments(values: Tensor, share: Tensor | None = None) -> tuple[Tensor, Tensor]:
     """Means (K,) and covariance (K, K) of values (K, n)."""
-    means = _rows(values).sum(2).double().sum(0) / values.shape[1]
-    return means, _covariance(values - means.to(values)[:, None])
+    means = _mean_product(values, torch.ones_like(values[:1]), share)[:, 0]
+    return means, _covariance(values - means.to(values)[:, None], share)
 
 
-def _covariance(values: Tensor) -> Tensor:
-    """The covariance (C, C) of values (C, ...) of mean 0; the same bits for any number of threads."""
-    rows = _rows(values.flatten(1))
-    return (rows @ rows.mT).double().sum(0) / values[0].numel()
+def _covariance(values: Tensor, share: Tensor | None = None) -> Tensor:
+    """The covariance (K, K) of values (K, n) of mean 0."""
+    return _mean_product(values, values, share)
 
 
-def _rows(values: Tensor) -> Tensor:
-    """Values (K, n) in rows of fixed length, (m, K, length), filled up with 0."""
-    return F.pad(values, (0, -values.shape[1] % _ROW)).view(len(values), -1, _ROW).transpose(0, 1)
+def _mean_product(first: Tensor, second: Tensor, share: Tensor | None) -> Tensor:
+    """The mean (K, L) of the products of values (K, n) and (L, n); the same bits for any number of threads."""
+    weighted, whole = (second, second.shape[1]) if share is None else (second * share, float(total(share.double())))
+    one, other = (
+        F.pad(values, (0, -values.shape[1] % _ROW)).view(len(values), -1, _ROW).transpose(0, 1)
+        for values in (first, weighted)
+    )
+    return (one @ other.mT).double().sum(0) / max(whole, _UNSEEN)
 
 
-def _quantiles(image: Tensor) -> Tensor:
-    """The quantiles (C, Q) of an image (C, H, W), at equal steps from the least value to the largest."""
-    values = image.flatten(1).sort(1).values.double()
-    at = torch.linspace(0, values.shape[1] - 1, _QUANTILES, dtype=torch.float64, device=image.device)
-    low = at.floor().long()
-    high = (low + 1).clamp(max=values.shape[1] - 1)
-    return torch.lerp(values[:, low], values[:, high], at - low)
+def _quantiles(image: Tensor, share: Tensor | None) -> Tensor:
+    """The quantiles (C, Q) of an image (C, H, W), at equal steps from the least value to the largest that counts."""
+    values, order = image.flatten(1).sort(stable=True, dim=1)
+    if share is None:
+        place = torch.arange(values.shape[1], dtype=torch.float64, device=image.device).repeat(len(values), 1)
+        least, most = place[:, :1], place[:, -1:]
+    else:
+        weights = share.flatten().double()[order]
+        place = weights.cumsum(1) - weights / 2
+        least = place.masked_fill(weights == 0, torch.inf).amin(1, keepdim=True)
+        most = place.masked_fill(weights == 0, -torch.inf).amax(1, keepdim=True)
+    at = torch.linspace(0, 1, _QUANTILES, dtype=torch.float64, device=image.device) * (most - least) + least
+    return _between(at, place, values.double())
+
+
+def _between(at: Tensor, knots: Tensor, values: Tensor) -> Tensor:
+    """Values (C, K) at knots (C, K), which do not fall, read at (C, n), straight between them."""
+    low = torch.searchsorted(knots, at.contiguous(), right=True).sub_(1).clamp_(0, knots.shape[1] - 2)
+    start, end = knots.gather(1, low), knots.gather(1, low + 1)
+    part = torch.where(end > start, (at - start) / (end - start), 0.0).clamp_(0, 1)
+    return torch.lerp(values.gather(1, low), values.gather(1, low + 1), part)
 
 
 def _requantiled(image: Tensor, own: Tensor, goal: Tensor) -> Tensor:
     """An image (C, H, W) with quantiles (C, Q) of its own, with those of a goal; straight between them."""
-    values = image.flatten(1).contiguous()
-    own, goal = own.to(image), goal.to(image)
-    low = torch.searchsorted(own, values, right=True).sub_(1).clamp_(0, _QUANTILES - 2)
-    start, end = own.gather(1, low), own.gather(1, low + 1)
-    part = torch.where(end > start, (values - start) / (end - start), 0.0).clamp_(0, 1)
-    return torch.lerp(goal.gather(1, low), goal.gather(1, low + 1), part).view_as(image)
+    return _between(image.flatten(1), own.to(image), goal.to(image)).view_as(image)
 
 
 def _turned(image: Tensor, back: bool = False) -> Tensor:

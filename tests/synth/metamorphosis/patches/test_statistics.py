@@ -153,6 +153,26 @@ def test_statistics_are_mixed_linearly():
     assert len(mixed(parts, (0.2, 0.3, 0.5)).octaves) == 2
 
 
+def test_what_does_not_count_says_nothing_of_a_texture():
+    """The left half is to have an exemplar's detail, whatever the right half is."""
+    exemplar, soft = stones(64, 0), blurred(stones(128, 1))
+    share = (torch.arange(128) < 64).float().expand(128, 128)
+    image = torch.where(share > 0, soft, 0.5)
+    made, blind = (repeated_in(image, Statistics.of(exemplar), share, seen) for seen in (True, False))
+    inner = (slice(None), slice(None), slice(0, 56))
+    assert detail(made[inner]) == pytest.approx(detail(exemplar), rel=0.15)
+    assert detail(blind[inner]) > 1.2 * detail(exemplar)
+    whole = step(soft, Statistics.of(exemplar), share=torch.full((128, 128), 0.3))
+    torch.testing.assert_close(whole, step(soft, Statistics.of(exemplar)), atol=1e-4, rtol=0)
+
+
+def repeated_in(image: Tensor, target: Statistics, share: Tensor, seen: bool) -> Tensor:
+    made = image
+    for _ in range(10):
+        made = torch.where(share > 0, step(made, target, share=share if seen else None), image)
+    return made
+
+
 def test_an_image_may_be_smaller_or_larger_than_its_exemplar():
     target = Statistics.of(stones(128, 0))
     assert len(target.octaves) == 4
