@@ -7,7 +7,7 @@ from pathlib import Path
 import synth
 from synth.commands.checks import refuse_unused, set_up
 from synth.commands.framewise import Framewise
-from synth.commands.parsing import Subparsers, add_common, file, rate, size, whole
+from synth.commands.parsing import Subparsers, add_common, add_scale, file, numbers, rate, size, whole
 from synth.commands.progress import work_line
 from synth.words import counted
 
@@ -58,6 +58,10 @@ def add(commands: Subparsers) -> None:
         "where the exemplar needs it (default: EXEMPLAR_FIELD.mp4 in this folder)")  # fmt: skip
     add("--also", action="append", default=[], metavar="NAME=FILE", help="carry a map of the exemplar along, frame by "
         "frame, to OUT_NAME; with several exemplars NAME=FILE1,FILE2; may be given again")  # fmt: skip
+    add("--mirror", action="store_true", help="use mirrored copies of the exemplar too")
+    add("--rotate", type=numbers, default=(), metavar="DEG,...", help="use rotated copies too (--rotate=-90,90; "
+        "default: none, but for videos with --published those that the flow asks for)")  # fmt: skip
+    add_scale(parser)
     add("--fps", type=rate, metavar="F", help=f"frames a second of a video (default: as the exemplar, or {_FPS:g})")
     add("--seed", type=whole(0), default=0, metavar="N", help="another seed, another texture (default: 0)")
     add("--preset", choices=("fast", "default", "best"), default="default", help="how much work to spend")

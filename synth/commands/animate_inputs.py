@@ -22,6 +22,7 @@ from synth.io.kinds import Kind
 from synth.io.raising import raised
 from synth.io.videos import is_video, read_video
 from synth.texture.form import Form
+from synth.texture.normals import is_normal
 from synth.texture.work import PRESETS
 
 Shape = tuple[int, int]
@@ -113,6 +114,10 @@ def read_inputs(arguments: argparse.Namespace, output: Path) -> Inputs:
     mixed = [_mixed(exemplar, kind) for exemplar in exemplars]
     begin = None if first is None else premultiplied(first.pixels, first.kind)
     maps = [read_along(request, exemplars, output) for request in arguments.also]
+    turned = [along.name for along in maps if is_normal(along.name)]
+    if turned and (arguments.mirror or arguments.rotate):
+        raise InputError(f"--also {turned[0]} holds directions, which do not turn with copies of the exemplar; leave "
+                         "out --mirror and --rotate, or that map")  # fmt: skip
     settings = {
         "exemplar": " ".join(digest(exemplar, kind) for exemplar in exemplars),
         **_settings(arguments, shape, mask, first),
@@ -136,16 +141,18 @@ def frames_of(
     """The frames to make, none of them made yet, up to `total`; those behind a state."""
     device = arguments.device
     pixels = [inputs.form.normalized(exemplar) for exemplar in inputs.exemplars]
+    copies = {"mirror": arguments.mirror, "rotate": arguments.rotate, "scale": arguments.scale or ()}
+    exemplar = Exemplar.of(pixels, **copies, device=device)
     if arguments.published:
-        return _published(arguments, inputs, pixels[0].to(device), total, after)
+        return _published(arguments, inputs, exemplar if any(copies.values()) else pixels[0].to(device), total, after)
     also = None
     if inputs.maps:
         values = zip(*(along.values for along in inputs.maps), strict=True)
-        also = Exemplar.of([torch.cat(each) for each in values], device=device)
+        also = Exemplar.of([torch.cat(each) for each in values], **copies, device=device)
     first = None if inputs.first is None else inputs.form.normalized(inputs.first).to(device)
     make, more = (flow.animate, {"enter": arguments.fill_from}) if arguments.loop is None else (flow.loop, {})
     return make(
-        Exemplar.of(pixels, device=device),
+        exemplar,
         inputs.field,
         inputs.shape,
         frames=total,
@@ -161,12 +168,12 @@ def frames_of(
 
 
 def _published(
-    arguments: argparse.Namespace, inputs: Inputs, pixels: Tensor, total: int, after: flow.State | None
+    arguments: argparse.Namespace, inputs: Inputs, exemplar: Exemplar | Tensor, total: int, after: flow.State | None
 ) -> Iterator[flow.Frame]:
     """The frames as published, behind a state: made once more up to there, since all follow from one another."""
-    mask = None if inputs.mask is None else inputs.mask.to(pixels.device)
+    mask = None if inputs.mask is None else inputs.mask.to(arguments.device)
     made = flow.published(
-        pixels, inputs.field, inputs.shape, total, seed=arguments.seed, loop=arguments.loop is not None, mask=mask
+        exemplar, inputs.field, inputs.shape, total, seed=arguments.seed, loop=arguments.loop is not None, mask=mask
     )
     inside = torch.ones(inputs.shape, dtype=torch.bool) if inputs.mask is None else inputs.mask
 
@@ -194,7 +201,7 @@ def _settings(
         "--seed": str(arguments.seed),
         "--preset": arguments.preset,
         "--published": str(arguments.published) + (f", {arguments.frames}" if arguments.published else ""),
-        "--device": arguments.device,
+        **{f"--{name}": str(getattr(arguments, name)) for name in ("mirror", "rotate", "scale", "device")},
         **versions(),
     }
 

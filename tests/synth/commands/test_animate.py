@@ -499,6 +499,28 @@ def test_a_video_is_animated_at_its_own_size_and_rate(clip: torch.Tensor, folder
     assert read_video("out.mp4").rate == pytest.approx(10.0)
 
 
+@pytest.mark.parametrize("name", ["sand.png", "living"])
+def test_copies_of_the_exemplar_are_used_on_request(clip: torch.Tensor, folder: Path, name: str) -> None:
+    command = ["animate", name, "--flow", "rotation", "--preset", "fast", "--size", "48x40", "--frames", "2"]
+    assert main([*command, "--mirror", "--rotate=90,180", "--scale", "0.8", "-o", "out"]) == 0
+    pixels = read_image(name).pixels if name.endswith("png") else read_video(name).frames
+    low, high = float(pixels.min()), float(pixels.max())
+    exemplar = Exemplar.of(((pixels.double() - low) / (high - low)).float(), mirror=True, rotate=(90, 180), scale=[0.8])
+    presets = flow.PRESETS if pixels.ndim == 3 else flow.VIDEO_PRESETS
+    expected = flow.animate(exemplar, flow.rotation(2.0), SHAPE, frames=2, renewing=presets["fast"],
+                            synthesis=PRESETS["fast"][0])  # fmt: skip
+    for number, frame in enumerate(expected):
+        made = read_image(f"out/{number:06d}.png")
+        torch.testing.assert_close(made.pixels, frame.image * (high - low) + low, rtol=0, atol=0.51 / 255)
+    assert main([*command[:-1], "3", "-o", "out", "--resume"]) == 2
+
+
+def test_maps_of_directions_are_not_turned_with_copies(clip: torch.Tensor, folder: Path, capsys) -> None:
+    write_video("normals", clip, 10.0, GRAY)
+    assert main([*VIDEO, "--also", "normal=normals", "--mirror", "-o", "out"]) == 2
+    assert "--also normal holds directions" in capsys.readouterr().err
+
+
 def test_a_video_is_gone_on_with_and_loops(clip: torch.Tensor, folder: Path) -> None:
     assert main([*VIDEO, "--frames", "4", "-o", "whole"]) == 0
     assert main([*VIDEO, "--frames", "2", "-o", "part"]) == 0
@@ -531,6 +553,8 @@ def test_a_video_flows_as_published(
     ):
         made = read_image(f"whole/{number:06d}.png").pixels
         torch.testing.assert_close(made, frame.image * (high - low) + low, rtol=0, atol=0.51 / 255)
+    assert main([*command, "--frames", "4", "--rotate", "90", "-o", "turned"]) == 0
+    assert frames_of("turned") != frames_of("whole")
     with monkeypatch.context() as patch:
         interrupted(patch, "published", 2)
         assert main([*command, "--frames", "4", "-o", "part"]) == 130
