@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 import synth
 from synth import io
 from synth.commands.checks import check_distinct, check_size, finish, set_up
+from synth.commands.morph_between import check_features, features_writers, is_between, run_between
 from synth.commands.morph_options import add_method_options, method_options
-from synth.commands.parsing import Subparsers, add_common, file, rate, size, whole
+from synth.commands.parsing import Subparsers, add_common, file, numbers, rate, size, whole
 from synth.words import counted
 
 if TYPE_CHECKING:
@@ -30,6 +31,8 @@ _EPILOG = """examples:
   kwatra morph brick.png stone.png                     11 frames in one picture, as brick_stone.png
   kwatra morph brick.png stone.png -o film.mp4 --frames 48 --there-and-back
   kwatra morph brick.png stone.png -o half.png --at 0.5 --retexture
+  kwatra morph brick.png stone.png --map fade.png      each pixel its own time
+  kwatra morph brick.png stone.png moss.png --at 1,1,2 -o half_moss.png
   kwatra morph leaf.png moss.png --features leaf_veins.png moss_tufts.png --flow way.npz -o frames/
 """
 
@@ -45,16 +48,22 @@ def add(commands: Subparsers) -> None:
     add = parser.add_argument
     add("a", type=file, metavar="A", help="image of the texture to begin with")
     add("b", type=file, metavar="B", help="image of the texture to end with")
+    add("more", type=file, nargs="*", metavar="C", help="further textures, with --at W,W,... or --weights")
     add("-o", "--output", type=file, metavar="OUT", help="an .mp4 or .gif; a folder for the frames as they are; or an "
         "image for all frames in one (default: A_B.png in this folder)")  # fmt: skip
-    add("--method", metavar="NAME", help="control (the default), registration, blend, patterns or textons")
+    add("--method", metavar="NAME", help="patches (the default), control, registration, blend, patterns or textons")
     length = parser.add_mutually_exclusive_group()
     length.add_argument("--frames", type=whole(1), metavar="N", help=f"how many, A and B included (default: {_FRAMES})")
-    length.add_argument("--at", type=_moment, metavar="T", help="one frame only, at this time from 0 (A) to 1 (B)")
+    length.add_argument("--at", type=_moment, metavar="T", help="one frame only, at this time from 0 (A) to 1 (B); or "
+        "W,W,...: the weight of each texture")  # fmt: skip
+    add("--map", type=file, metavar="FILE", help="an image, black where A belongs and white where B does; or a video "
+        "or folder of such, which makes a film")  # fmt: skip
+    add("--weights", type=file, metavar="FILE", help="an image, or a video or folder, with a channel for each texture: "
+        "its weight there")  # fmt: skip
     add("--there-and-back", action="store_true", help="and back to A, so that the film can run in a loop")
     add("--size", type=size, metavar="WIDTHxHEIGHT", help="synthesize A at this size, B with its features where A's "
         "lie, and morph these (default: what A and B have in common)")  # fmt: skip
-    add("--features", type=file, nargs=2, metavar=("A_MASK", "B_MASK"), help="images of A's and B's size, white where "
+    add("--features", type=file, nargs="+", metavar="MASK", help="for each texture an image of its size, white where "
         "what is to move onto each other lies")  # fmt: skip
     add("--tile", action="store_true", help="A and B repeat seamlessly, and so do the frames")
     add("--retexture", action="store_true", help="make what the method shows texture again, frame by frame")
@@ -73,6 +82,8 @@ def run(arguments: argparse.Namespace) -> str:
     from synth.metamorphosis.door import begun
     from synth.metamorphosis.methods import DEFAULT
 
+    if is_between(arguments):
+        return run_between(arguments)
     set_up(arguments)
     pictures = [io.read_image(path) for path in (arguments.a, arguments.b)]
     kind = _kind(arguments, pictures)
@@ -109,8 +120,10 @@ def run(arguments: argparse.Namespace) -> str:
     return f"wrote {output}: {counted(len(order), 'frame')} of {width}x{height} in {took:.1f} s{told}"
 
 
-def _moment(text: str) -> float:
-    """A time from 0 to 1."""
+def _moment(text: str) -> float | tuple[float, ...]:
+    """A time from 0 to 1, or weights."""
+    if "," in text:
+        return numbers(text)
     try:
         value = float(text)
     except ValueError:
@@ -139,6 +152,8 @@ def _check(arguments: argparse.Namespace, output: Path, kind: "Kind") -> None:
 
     if arguments.size is not None:
         check_size(arguments.size)
+    if arguments.features is not None and len(arguments.features) != 2:
+        raise synth.InputError(f"--features names {counted(len(arguments.features), 'file')}; name A's and B's")
     if arguments.at is not None and (arguments.there_and_back or not _is_image(output)):
         raise synth.InputError("--at makes one frame; name an image for it with -o, and leave --there-and-back out")
     if arguments.at is not None and arguments.median is not None:
@@ -159,7 +174,9 @@ def _check(arguments: argparse.Namespace, output: Path, kind: "Kind") -> None:
         if arguments.flow.suffix.lower() not in _FLOWS:
             raise synth.InputError(f"{arguments.flow} cannot hold a flow in time; end it with {' or '.join(_FLOWS)}")
         io.check_flow_output(arguments.flow, arguments.overwrite)
-    more = (arguments.energy, arguments.flow, *(arguments.show_masks or ()))
+    refuse_unused(method, "finds", arguments.show_features is not None)
+    check_features(arguments.show_features, 2, arguments.overwrite)
+    more = (arguments.energy, arguments.flow, *(arguments.show_masks or ()), *(arguments.show_features or ()))
     check_distinct([output, *(path for path in more if path is not None)])
 
 
@@ -191,7 +208,7 @@ def _writers(
     if arguments.show_masks is not None and made.film.masks is not None:
         for path, mask in zip(arguments.show_masks, made.film.masks, strict=True):
             writers[path] = io.image_writer(path, mask[None].float(), synth.Kind(*_MASK))
-    return writers
+    return writers | features_writers(arguments.show_features, made.film.features or ())
 
 
 class _Folder:

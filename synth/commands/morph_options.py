@@ -1,4 +1,4 @@
-"""What single methods of `kwatra morph` are told: patterns and texton masks, as arguments and as their options."""
+"""What single methods of `kwatra morph` are told: patterns, patches and texton masks, as arguments and as options."""
 
 import argparse
 from collections.abc import Sequence
@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
 _METHODS = {
     "patterns": ("patterns", "landmarks", "threshold", "scale_elements", "median"),
+    "patches": ("feature_weight", "map_weight", "independent"),
     "textons": ("masks", "colors", "tolerance", "published", "window_a", "window_b"),
 }
 _FILES = ("patterns", "landmarks", "masks")
@@ -30,6 +31,14 @@ def add_method_options(parser: argparse.ArgumentParser) -> None:
     add("--scale-elements", type=positive, metavar="S", help="scale elements by this, up to 1, while they move "
         "(default: as keeps them apart)")  # fmt: skip
     add("--median", type=whole(1), metavar="N", help="median over N frames, an odd number (default: 1, none)")
+    add = parser.add_argument_group("--method patches: patches of A turned into patches of B").add_argument
+    add("--feature-weight", type=positive, metavar="X", help="what lying by features like those there counts beside "
+        "all colors together (default: 1)")  # fmt: skip
+    add("--map-weight", type=positive, metavar="X", help="with --map or --weights: more keeps them exactly, less lets "
+        "textures decide (default: 2)")  # fmt: skip
+    add("--independent", action="store_const", const=True, help="every frame by itself, as Ruiters, Schnabel and Klein")
+    add("--show-features", type=file, nargs="+", metavar="OUT", help="write where each texture's features are, to look "
+        "at, or to edit and give back with --features")  # fmt: skip
     add = parser.add_argument_group("--method textons: texture of A and of B under one mask").add_argument
     either = parser.add_mutually_exclusive_group()
     either.add_argument("--masks", type=file, nargs=2, metavar=("A_MASK", "B_MASK"), help="images, white in elements")

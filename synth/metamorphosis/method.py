@@ -80,7 +80,7 @@ class Film:
     frames: one (C, H, W) in [0, 1] per time, may be made as they are looked at. times: 0 (A) to 1 (B). motion: the
     velocity, or what makes it when it is first asked for; None for methods that move no pixels. energies: one row per
     iteration. remarks: sentences for a person, such as how sure a method is, or why it stopped. masks: where the
-    elements of A and of B are, booleans (H, W), for methods that are told or look.
+    elements of A and of B are, booleans (H, W), for methods that are told or look; features: what is a feature in each.
     """
 
     frames: Sequence[Tensor]
@@ -89,6 +89,7 @@ class Film:
     energies: list[Row] = field(default_factory=list)
     remarks: tuple[str, ...] = ()
     masks: tuple[Tensor, Tensor] | None = None
+    features: tuple[Tensor, ...] | None = None
 
     @cached_property
     def velocity(self) -> Tensor | None:

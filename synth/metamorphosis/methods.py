@@ -16,8 +16,8 @@ PRESETS = ("fast", "default", "best")
 class Entry:
     """A method's module in this package: its PRESETS are a frozen dataclass, a `Method`, by the name of each preset.
 
-    features, tile: whether it looks at the pair's. moves, energies, masks: whether its film has a velocity, energies,
-    and masks.
+    features, tile: whether it looks at the pair's. moves, energies, masks, finds: whether its film has a velocity,
+    energies, masks, and features.
     """
 
     module: str
@@ -26,6 +26,7 @@ class Entry:
     moves: bool = False
     energies: bool = False
     masks: bool = False
+    finds: bool = False
 
 
 METHODS = {
@@ -33,11 +34,11 @@ METHODS = {
     "registration": Entry("blend.registration", tile=True, moves=True, energies=True),
     "blend": Entry("blend.dissolve", tile=True),
     "patterns": Entry("patterns.method", tile=True, moves=True),
-    "patches": Entry("patches.method", features=True, tile=True),
+    "patches": Entry("patches.method", features=True, tile=True, finds=True),
     "textons": Entry("textons.method", masks=True),
 }
-DEFAULT = "control"
-"""The best on six pairs of photographs of those that can do each; patterns is better where elements are distinct."""
+DEFAULT = "patches"
+"""The best on each of six pairs of photographs."""
 
 
 def entry(name: str) -> Entry:
@@ -90,5 +91,6 @@ def refuse_unused(name: str, what: str, asked: bool) -> None:
             "moves": "has no flow",
             "energies": "has no energy",
             "masks": "has no masks",
+            "finds": "shows no features",
         }[what]
         raise InputError(f"the method {name!r} {meaning}; those that do are {', '.join(those)}")

@@ -50,7 +50,12 @@ class PatchMorph(Method):
             weightings = [weighting.paced(pace) for weighting in weightings]
         frames = filmed(between, weightings, report, self.independent)
         remarks = (between.found.remark,)
-        return Film(Frames((frame.image for frame in frames), len(times)), tuple(times), remarks=remarks)
+        return Film(
+            Frames((frame.image for frame in frames), len(times)),
+            tuple(times),
+            remarks=remarks,
+            features=between.found.maps,
+        )
 
     def between(
         self,

@@ -50,8 +50,8 @@ def test_by_default_all_frames_are_in_one_picture(folder: Path, capsys: pytest.C
 
 
 def test_a_folder_of_frames_the_energy_and_the_flow(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    words = ["morph", "a.png", "b.png", "-o", "film", "--frames", "4", "--preset", "fast", "--features", "marks.png",
-             "marks.png", "--energy", "energy.csv", "--flow", "way.npz"]  # fmt: skip
+    words = ["morph", "a.png", "b.png", "-o", "film", "--frames", "4", "--method", "control", "--preset", "fast"]
+    words += ["--features", "marks.png", "marks.png", "--energy", "energy.csv", "--flow", "way.npz"]
     assert main(words) == 0
     assert sorted(path.name for path in Path("film").iterdir()) == [f"{n:06d}.png" for n in range(4)]
     assert torch.equal(read_image("film/000000.png").pixels, read_image("a.png").pixels)
@@ -59,9 +59,9 @@ def test_a_folder_of_frames_the_energy_and_the_flow(folder: Path, capsys: pytest
     rows = list(csv.DictReader(Path("energy.csv").read_text().splitlines()))
     assert {"level", "factor", "iteration", "velocity", "change", "features", "total"} == set(rows[0])
     velocity = read_flow("way.npz").flow
-    expected = synth.morph(
-        read_image("a.png").pixels, read_image("b.png").pixels, 4, preset="fast", features=(marks := mask(), marks)
-    ).film.velocity
+    a, b = (read_image(name).pixels for name in ("a.png", "b.png"))
+    made = synth.morph(a, b, 4, method="control", preset="fast", features=(mask(), mask()))
+    expected = made.film.velocity
     torch.testing.assert_close(velocity, expected)
     assert main(["flow", "way.npz", "--picture", "way.png"]) == 0
     assert read_image("way.png").pixels.shape == (3, 32, 40)
@@ -73,7 +73,8 @@ def mask() -> torch.Tensor:
 
 
 def test_the_energy_is_drawn(folder: Path) -> None:
-    assert main(["morph", "a.png", "b.png", "-o", "x.png", "--at", "0.5", "--preset", "fast", "--energy", "e.png"]) == 0
+    words = ["morph", "a.png", "b.png", "-o", "x.png", "--at", "0.5", "--method", "control", "--preset", "fast"]
+    assert main([*words, "--energy", "e.png"]) == 0
     assert read_image("e.png").pixels.shape == (3, 480, 960)
 
 
@@ -142,10 +143,13 @@ def test_another_size_made_texture_again(folder: Path) -> None:
         (["a.png", "b.png", "--method", "blend", "--energy", "e.csv"], "'blend' has no energy; those that do are"),
         (["a.png", "b.png", "--method", "blend", "--features", "marks.png", "marks.png"], "takes no features"),
         (["a.png", "b.png", "--features", "marks.png", "small_marks.png"], "B's features have shape .1, 20, 20."),
-        (["a.png", "b.png", "--show-masks", "m.png", "n.png"], "'control' has no masks; those that do are textons"),
-        (["a.png", "b.png", "--flow", "v.flo"], "cannot hold a flow in time; end it with .npz or .npy"),
+        (["a.png", "b.png", "--show-masks", "m.png", "n.png"], "'patches' has no masks; those that do are textons"),
+        (
+            ["a.png", "b.png", "--method", "control", "--flow", "v.flo"],
+            "cannot hold a flow in time; end it with .npz or .npy",
+        ),
         (["a.png", "b.png", "-o", "a.png"], "a.png exists"),
-        (["a.png", "b.png", "-o", "x.png", "--energy", "x.png"], "x.png would be written twice"),
+        (["a.png", "b.png", "-o", "x.png", "--method", "control", "--energy", "x.png"], "x.png would be written twice"),
         (["a.png", "tiny.png"], "A and B have 8x8 px in common; give textures of at least 16x16"),
         (["gray.png", "float.tif"], "save both in the same way"),
         (["a.png", "b.png", "--size", "70000x20"], "is too large"),
@@ -182,7 +186,7 @@ def test_an_interrupt_leaves_the_frames_that_are_whole(
             raise KeyboardInterrupt
         return real(*arguments)
 
-    words = ["morph", "a.png", "b.png", "-o", "film", "--preset", "fast", "--frames", "5"]
+    words = ["morph", "a.png", "b.png", "-o", "film", "--preset", "fast", "--frames", "5", "--method", "control"]
     assert main(words) == 0
     monkeypatch.setattr(film, "_frame", interrupted)
     way = ["--there-and-back"] if back else []
@@ -203,5 +207,5 @@ def test_an_interrupt_leaves_nothing_half_written(folder: Path, monkeypatch: pyt
     monkeypatch.setattr(film, "_frame", interrupted)
     before = set(folder.rglob("*"))
     for output in ("film.mp4", "film"):
-        assert main(["morph", "a.png", "b.png", "-o", output, "--preset", "fast"]) == 130
+        assert main(["morph", "a.png", "b.png", "-o", output, "--method", "control", "--preset", "fast"]) == 130
     assert set(folder.rglob("*")) == before

@@ -1,0 +1,167 @@
+"""`kwatra morph A B C`, and with a map: textures between several, the same everywhere or each pixel its own."""
+
+import argparse
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import synth
+from synth import io
+from synth.commands.checks import check_distinct, check_size, finish, refuse_unused, set_up
+from synth.commands.morph_options import method_options
+from synth.words import counted
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from torch import Tensor
+
+    from synth.io import Kind, Picture, Writer
+
+_FILM = ("frames", "energy", "flow", "show_masks")
+_MASK = ("uint8", ("Y",))
+
+
+def is_between(arguments: argparse.Namespace) -> bool:
+    """Whether what is asked lies between several textures, or differs from place to place."""
+    several = arguments.more or arguments.map or arguments.weights
+    return bool(several) or isinstance(arguments.at, tuple)
+
+
+def run_between(arguments: argparse.Namespace) -> str:
+    """Check everything, work, write everything; returns the summary."""
+    from synth.commands.progress import work_line
+
+    set_up(arguments)
+    if arguments.method not in (None, "patches"):
+        raise synth.InputError(
+            f"--method is {arguments.method}, but maps, weights and further textures are for patches; leave it out"
+        )
+    refuse_unused(arguments, _FILM, "is for films from A to B")
+    refuse_unused(arguments, ("retexture",), "is for films whose frames are no textures, these are")
+    paths = [arguments.a, arguments.b, *arguments.more]
+    pictures = [io.read_image(path) for path in paths]
+    kind = _kind(paths, pictures)
+    weights = _weights(arguments, len(paths))
+    film = len(weights) > 1 and not isinstance(weights, tuple)
+    output = arguments.output or Path("_".join(path.stem for path in paths) + ".png")
+    _check(arguments, output, kind, film)
+    masks = None if arguments.features is None else [io.read_mask(path) for path in arguments.features]
+    options = method_options(arguments, "patches", pictures)
+    began = time.perf_counter()
+    with work_line(" ".join(path.name for path in paths)) as report:
+        made = synth.interpolate(
+            [picture.pixels for picture in pictures],
+            weights,
+            size=arguments.size,
+            features=masks,
+            tile=arguments.tile,
+            preset=arguments.preset,
+            seed=arguments.seed,
+            device=arguments.device,
+            callback=report,
+            **options,
+        )
+        frames = list(made.frames)
+        order = [*frames, *frames[-2:0:-1]] if arguments.there_and_back else frames
+        writers = {output: _writer(output, order, arguments.fps, kind)}
+        writers |= features_writers(arguments.show_features, made.features)
+        finish(writers)
+    took = time.perf_counter() - began
+    height, width = frames[0].shape[1:]
+    count = f"{counted(len(order), 'frame')} of " if film else ""
+    told = "".join(f"\n{remark}" for remark in made.remarks)
+    return f"wrote {output}: {count}{width}x{height} in {took:.1f} s{told}"
+
+
+def features_writers(paths: "Sequence[Path] | None", features: "Sequence[Tensor]") -> "dict[Path, Writer]":
+    """What writes the maps of features as images, white on black."""
+    if paths is None:
+        return {}
+    return {
+        path: io.image_writer(path, each[None].float(), synth.Kind(*_MASK))
+        for path, each in zip(paths, features, strict=True)
+    }
+
+
+def check_features(paths: "Sequence[Path] | None", count: int, overwrite: bool) -> None:
+    """Refuse another number of files than textures, and files that may not be written."""
+    if paths is not None and len(paths) != count:
+        raise synth.InputError(
+            f"--show-features names {counted(len(paths), 'file')} for {count} textures; name {count}"
+        )
+    for path in paths or ():
+        io.check_output(path, synth.Kind(*_MASK), overwrite)
+
+
+def _weights(arguments: argparse.Namespace, count: int) -> "tuple[float, ...] | list[Tensor]":
+    """Weights of the textures, or the map of each frame; InputError unless they are given once."""
+    given = [name for name in ("map", "weights", "at") if getattr(arguments, name) is not None]
+    if len(given) != 1:
+        asked = "nothing" if not given else "both --" + " and --".join(given)
+        raise synth.InputError(f"{asked} says what lies where; give one of --at W,W,..., --weights and --map")
+    if given == ["at"]:
+        return arguments.at if isinstance(arguments.at, tuple) else (1 - arguments.at, arguments.at)
+    if given == ["map"] and count != 2:
+        raise synth.InputError(
+            f"--map leads from A to B but there are {count} textures; give --weights, or two textures"
+        )
+    path = getattr(arguments, given[0])
+    maps = _maps(path)
+    if given == ["map"]:
+        return [each[:3].mean(0) for each in maps]
+    channels = len(maps[0])
+    if channels < count or channels > count + 1:
+        raise synth.InputError(
+            f"{path} has {counted(channels, 'channel')} but there are {count} textures; give an image with one channel "
+            "for each (red, green, blue for three)"
+        )
+    return [each[:count] for each in maps]
+
+
+def _maps(path: Path) -> "list[Tensor]":
+    """The images of a file, or the frames of a video or folder, in [0, 1]."""
+    if io.is_video(path):
+        return list(io.read_video(path).frames.unbind(1))
+    picture = io.read_image(path)
+    return [picture.pixels]
+
+
+def _kind(paths: "Sequence[Path]", pictures: "Sequence[Picture]") -> "Kind":
+    kinds = [picture.kind for picture in pictures]
+    for path, kind in zip(paths, kinds, strict=True):
+        if kind.channels != kinds[0].channels or kind.dtype.startswith("f") != kinds[0].dtype.startswith("f"):
+            raise synth.InputError(f"{path} holds {kind} but {paths[0]} {kinds[0]}; save all in the same way")
+    return max(kinds, key=lambda kind: kind.dtype == "uint16")
+
+
+def _check(arguments: argparse.Namespace, output: Path, kind: "Kind", film: bool) -> None:
+    if arguments.size is not None:
+        check_size(arguments.size)
+    if not film:
+        refuse_unused(arguments, ("there_and_back",), "is for films, and this is one image")
+        if not output.suffix:
+            raise synth.InputError(f"{output} cannot hold one image; end it with .png, .tif or another kind of image")
+    if _is_image(output):
+        io.check_output(output, kind, arguments.overwrite)
+    else:
+        io.check_video_output(output, arguments.overwrite)
+    count = 2 + len(arguments.more)
+    if arguments.features is not None and len(arguments.features) != count:
+        raise synth.InputError(
+            f"--features names {counted(len(arguments.features), 'file')} for {count} textures; name {count}"
+        )
+    check_features(arguments.show_features, count, arguments.overwrite)
+    check_distinct([output, *(arguments.show_features or ())])
+
+
+def _writer(output: Path, frames: "list[Tensor]", rate: float, kind: "Kind") -> "Writer":
+    from synth.sheets import contact_sheet
+
+    if _is_image(output):
+        return io.image_writer(output, frames[0] if len(frames) == 1 else contact_sheet(frames), kind)
+    return io.video_writer(output, iter(frames), rate, kind)
+
+
+def _is_image(output: Path) -> bool:
+    return bool(output.suffix) and output.suffix.lower() not in (".mp4", ".gif")
