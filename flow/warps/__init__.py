@@ -1,7 +1,7 @@
 """Pictures moved along a flow."""
 
 from flow.warps.freeform import free_form
-from flow.warps.integration import displaced, displacement, interpolated, jacobian
+from flow.warps.integration import again, displaced, displacement, interpolated, jacobian
 from flow.warps.inverse import Lookup, lookup
 from flow.warps.seen import BORDER, end_point_error, seen
 from flow.warps.smoothing import Smoothness
@@ -13,6 +13,7 @@ __all__ = [
     "Lookup",
     "Smoothness",
     "Warp",
+    "again",
     "displaced",
     "displacement",
     "end_point_error",

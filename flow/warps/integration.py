@@ -6,7 +6,8 @@ the number of steps, so nothing is blurred by resampling again and again (semi-L
 al., Computing large deformation metric mappings via geodesic flows of diffeomorphisms, 2005).
 """
 
-from typing import Literal
+from collections.abc import Callable
+from typing import Any, Literal
 
 import torch
 import torch.nn.functional as F
@@ -21,14 +22,47 @@ def displaced(velocity: Tensor, wrap: bool = False) -> Tensor:
     """How far each pixel's particle has moved after 0, 1, ... N steps of a velocity (N, ..., 2, H, W).
 
     Returns (N + 1, ..., 2, H, W), in px. Given `-velocity.flip(0)`, particles are followed back in time. wrap: the
-    frame is periodic; else a particle beyond the border moves as the border does. Differentiable.
+    frame is periodic; else a particle beyond the border moves as the border does. Differentiable, in the memory of a
+    map for each step.
     """
     pixels = pixel_coordinates(velocity.shape[-2:], velocity.device).to(velocity.dtype)
+
+    def step(now: Tensor, before: Tensor) -> Tensor:
+        half = interpolated(now, pixels + before, wrap=wrap) / 2
+        return before + interpolated(now, pixels + before + half, wrap=wrap)
+
     moved = [torch.zeros_like(velocity[0])]
     for now in velocity:
-        half = interpolated(now, pixels + moved[-1], wrap=wrap) / 2
-        moved.append(moved[-1] + interpolated(now, pixels + moved[-1] + half, wrap=wrap))
+        moved.append(again(step, now, moved[-1]))
     return torch.stack(moved)
+
+
+def again(function: Callable[..., Tensor], *given: Tensor) -> Tensor:
+    """What a function makes of tensors; for derivatives it is done again, so that only what it is given is kept.
+
+    As `torch.utils.checkpoint`, which needs 80 MB for a compiler that is not used here.
+    """
+    if not (torch.is_grad_enabled() and any(tensor.requires_grad for tensor in given)):
+        return function(*given)
+    made: Tensor = _Again.apply(function, *given)
+    return made
+
+
+class _Again(torch.autograd.Function):
+    """The function and its derivatives, each made when it is needed."""
+
+    @staticmethod
+    def forward(ctx: Any, function: Callable[..., Tensor], *given: Tensor) -> Tensor:
+        ctx.function = function
+        ctx.save_for_backward(*given)
+        return function(*given)
+
+    @staticmethod
+    def backward(ctx: Any, *gradients: Tensor) -> tuple[Tensor | None, ...]:
+        given = [tensor.detach().requires_grad_() for tensor in ctx.saved_tensors]
+        with torch.enable_grad():
+            made = ctx.function(*given)
+        return None, *torch.autograd.grad(made, given, gradients)
 
 
 def displacement(velocity: Tensor, start: float, end: float, wrap: bool = False) -> Tensor:

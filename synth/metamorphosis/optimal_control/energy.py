@@ -21,11 +21,12 @@ sign, that of lambda(1) = 2 q(1), since both carry what is lacking at time 1.
 """
 
 from dataclasses import dataclass
+from functools import partial
 
 import torch
 from torch import Tensor
 
-from flow.warps import displaced, interpolated, jacobian, pixel_coordinates
+from flow.warps import again, displaced, interpolated, jacobian, pixel_coordinates
 from kwatra.base import mean
 
 _FLAT = 1e-6
@@ -48,7 +49,7 @@ class Change:
     def __call__(self, velocity: Tensor) -> tuple[dict[str, Tensor], Tensor]:
         """Energies of q and of the features for a velocity (N, 2, H, W), means over pixels; the least Jacobian."""
         moved = both_ways(velocity, self.wrap)
-        area = jacobian(moved, self.wrap)
+        area = torch.stack([again(partial(jacobian, wrap=self.wrap), each) for each in moved])
         place = moved[-1] + pixel_coordinates(velocity.shape[-2:], velocity.device).to(velocity.dtype)
         apart = (self.images - interpolated(self.images.flip(0), place, "bicubic", self.wrap)).square()
         energies = {"change": _mean(apart[:, : self.colors].sum(1) / _integral(1 / area.clamp(min=_FLAT)))}

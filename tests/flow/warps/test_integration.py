@@ -6,7 +6,7 @@ import pytest
 import torch
 
 from flow.warps import pixel_coordinates, warp
-from flow.warps.integration import displaced, displacement, interpolated, jacobian
+from flow.warps.integration import again, displaced, displacement, interpolated, jacobian
 
 
 def turning(size: int, radians: float) -> torch.Tensor:
@@ -70,3 +70,27 @@ def test_reading_agrees_with_warp(wrap):
         interpolated(image, place, wrap=wrap), warp(image, place, "bilinear", wrap), atol=2e-6, rtol=0
     )
     torch.testing.assert_close(interpolated(image, pixel_coordinates((9, 10)), wrap=wrap), image, atol=2e-6, rtol=0)
+
+
+def test_what_is_done_again_has_the_same_derivatives_and_keeps_nothing_between():
+    generator = torch.Generator().manual_seed(2)
+    one, other = (torch.rand(3, 4, generator=generator, dtype=torch.float64, requires_grad=True) for _ in range(2))
+    made = 0
+
+    def function(a, b):
+        nonlocal made
+        made += 1
+        return (a * b).sin() + a
+
+    plain = torch.autograd.grad(function(one, other).square().sum(), (one, other))
+    made = 0
+    value = again(function, one, other)
+    assert made == 1
+    assert torch.equal(value, function(one, other))
+    both = torch.autograd.grad(value.square().sum(), (one, other))
+    assert made == 3  # once more for the derivatives, and once above
+    for a, b in zip(plain, both, strict=True):
+        torch.testing.assert_close(a, b)
+    velocity = 0.3 * torch.randn(3, 2, 6, 7, generator=generator, dtype=torch.float64)
+    torch.autograd.gradcheck(lambda v: displaced(v)[-1], velocity.requires_grad_(), eps=1e-6, atol=1e-4)
+    assert not again(function, one.detach(), other.detach()).requires_grad
