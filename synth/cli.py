@@ -4,6 +4,7 @@ Bad input ends with one sentence on stderr and exit code 2, Ctrl-C with 130 from
 long to import is imported when a command runs, so that `--help` answers at once.
 """
 
+import atexit
 import os
 import re
 import signal
@@ -25,6 +26,7 @@ _NOTHING = "interrupted, nothing was written"
 def entry() -> NoReturn:
     """Run the command line of this process and end it at once: to take torch apart again would take half a second."""
     code = main()
+    atexit._run_exitfuncs()  # what libraries, and our own files, want done is done
     for stream in (sys.stdout, sys.stderr):
         with suppress(OSError, ValueError, AttributeError):  # closed, broken, or none
             stream.flush()

@@ -1,6 +1,8 @@
 """`-`: images from standard input and to standard output."""
 
 import io
+import os
+import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -82,3 +84,13 @@ def test_what_cannot_be_piped_is_refused(
         assert "is not a PNG" in refused("synth", "-", "-o", "x.png")
     monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
     assert "standard output, which is a terminal" in refused("synth", "a.png", "-o", "-")
+
+
+def test_a_process_leaves_nothing_of_its_standard_input(folder: Path) -> None:
+    Path("temporary").mkdir()
+    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[3]), "TMPDIR": str(folder / "temporary")}
+    done = subprocess.run([sys.executable, "-m", "synth", "synth", "-", *FAST], input=Path("a.png").read_bytes(),
+                          capture_output=True, env=environment, check=True)  # fmt: skip
+    assert done.stdout.startswith(b"\x89PNG")
+    assert done.stderr.startswith(b"wrote -: 40x32")
+    assert not [path for path in Path("temporary").iterdir() if path.name.startswith("standard-input")]
