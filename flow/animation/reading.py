@@ -2,6 +2,7 @@
 
 import torch
 from torch import Tensor
+from torch.utils.weak import WeakTensorKeyDictionary
 
 from flow.animation.copies import AROUND, softened
 from flow.warps import filled, pixel_coordinates, warp
@@ -9,6 +10,26 @@ from kwatra import Exemplar
 
 _NEAR = 2.0
 """Up to so many px beyond an exemplar's border its last pixels pass for its continuation."""
+
+
+_FOUND = WeakTensorKeyDictionary()
+"""What `nearest` found: an animation reads one film in many ways."""
+
+
+def nearest(owner: Tensor) -> Tensor:
+    """For each place of a canvas the nearest pixel that is somebody's, row first, (2, h, w) long; kept with owner."""
+    if owner not in _FOUND:
+        _FOUND[owner] = filled(pixel_coordinates(owner.shape, owner.device).flip(0).long(), owner >= 0)
+    found: Tensor = _FOUND[owner]
+    return found
+
+
+def continued(values: Tensor, owner: Tensor) -> Tensor:
+    """Values (C, h, w) of a canvas, what is nobody's filled in from the nearest pixel."""
+    if bool((owner >= 0).all()):
+        return values
+    rows, columns = nearest(owner)
+    return values[:, rows, columns]
 
 
 class Reading:
@@ -20,8 +41,8 @@ class Reading:
     def __init__(self, exemplar: Exemplar, interpolation: str) -> None:
         self._owner, self._interpolation = exemplar.owner, interpolation
         known = exemplar.owner >= 0
-        self._pixels = filled(pixel_coordinates(known.shape, known.device).flip(0).long(), known)
-        self.continued = exemplar.canvas if bool(known.all()) else exemplar.canvas[:, self._pixels[0], self._pixels[1]]
+        self._pixels = nearest(exemplar.owner)
+        self.continued = continued(exemplar.canvas, exemplar.owner)
         colors = exemplar.canvas[:, known]
         self._low, self._high = colors.amin(1)[:, None], colors.amax(1)[:, None]
 

@@ -8,8 +8,8 @@ classes of which the exemplar holds equally much, and a class that the frame sho
 import torch
 from torch import Tensor
 
+from flow.animation.reading import continued
 from flow.animation.wear import blurred
-from flow.warps import filled
 from kwatra import Exemplar
 from kwatra.base import mean, total
 
@@ -35,7 +35,7 @@ class Tones:
         rank[tone.argsort(stable=True)] = torch.arange(len(tone), device=tone.device)
         tones = torch.zeros_like(known, dtype=torch.long)
         tones[known] = rank * _CLASSES // len(tone)
-        self._tone = filled(tones[None], known)[0]
+        self._tone = continued(tones[None], exemplar.owner)[0]
 
     def of(self, source: Tensor) -> Tensor:
         """The class (*S) of the tone at source coordinates (2, *S), x first."""

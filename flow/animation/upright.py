@@ -18,7 +18,8 @@ from scipy import ndimage
 from torch import Tensor
 
 from flow.animation.copies import changes, offsets
-from flow.warps import filled, warp
+from flow.animation.reading import continued
+from flow.warps import warp
 from kwatra import Exemplar
 from kwatra.base import conjugate_gradients, mean
 
@@ -44,7 +45,7 @@ class Upright:
 
     def __init__(self, exemplar: Exemplar, stiffness: float) -> None:
         self.stiffness = stiffness
-        canvas = filled(exemplar.canvas, exemplar.owner >= 0)
+        canvas = continued(exemplar.canvas, exemplar.owner)
         padded = F.pad(canvas[None], (0, 1, 0, 1), mode="replicate")[0]
         slopes = padded[:, :-1, 1:] - canvas, padded[:, 1:, :-1] - canvas
         energy = ((slopes[0].square() + slopes[1].square()) * exemplar.share).sum(0)
