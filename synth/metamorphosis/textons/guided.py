@@ -17,7 +17,10 @@ from kwatra import Exemplar, Level, Prepared, Settings, optimize
 from synth.metamorphosis.textons.moving import Mask, MovingMasks
 from synth.texture.guidance import Guide
 
-_LEVELS = (Level(1, 16, 1), Level(1, 8, 1))
+_LEVELS = (Level(1, 8, 1),)
+"""What the motion tore is mended by one step with small windows. With a step of 16 px before it more is made anew in
+each frame. Of four pairs of photographs (bricks, stones, pebbles, terrazzo) the scores were .42 .30 .34 .43 with that
+step and are .39 .28 .32 .36 without."""
 _WEIGHT = 1.0
 
 
