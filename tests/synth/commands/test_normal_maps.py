@@ -26,7 +26,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.mark.parametrize(
     "command",
-    ["synth arrows.png --preset fast --rotate=90,180,270", "quilt arrows.png --refine 4 --rotate 90,180,270"],
+    ["synth arrows.png --preset fast --rotate=90", "quilt arrows.png --refine 4 --rotate=90"],
 )
 def test_what_pointed_right_points_where_its_piece_was_turned_to(folder: Path, command: str) -> None:
     words = [*command.split(), "--size", "96x96", "--also", "normal=normals.png", "--also", "other=normals.png"]
@@ -34,8 +34,7 @@ def test_what_pointed_right_points_where_its_piece_was_turned_to(folder: Path, c
     turned, other = read_array(Path("out_normal.png"))[0], read_array(Path("out_other.png"))[0]
     assert {tuple(pixel) for pixel in other.reshape(-1, 3)} == {(255, 127, 90)}
     directions = {tuple(pixel) for pixel in turned.reshape(-1, 3)}
-    ways = {(255, 127, 90), (127, 255, 90), (128, 255, 90), (0, 128, 90), (127, 0, 90), (128, 0, 90)}
-    assert len(directions) >= 3
-    assert directions <= ways
+    assert len(directions) == 2
+    assert directions <= {(255, 127, 90), (127, 255, 90), (128, 255, 90)}  # turned counterclockwise they point up
     assert main(["synth", "normals.png", "--apply", "where.npy", "-o", "later.png"]) == 0
     assert Path("later.png").read_bytes() == Path("out_normal.png").read_bytes()

@@ -97,6 +97,20 @@ def test_the_best_of_several_runs_is_chosen_among_the_smallest_pictures_too(side
     assert set(made.image.ravel()) <= set(range(int(brick(side).min()), int(brick(side).max()) + 1))
 
 
+def test_the_best_of_several_runs_is_the_one_of_least_rank(monkeypatch):
+    ranked = []
+
+    def rank(image, pictures):
+        ranked.append((0.5 - 0.1 * (len(ranked) == 3) + 0.1 * (len(ranked) == 1), image))
+        return ranked[-1][0]
+
+    monkeypatch.setattr("synth.texture.work.rank", rank)
+    made = synthesize(brick(40), (40, 40), preset="best", levels=((1, 8),))
+    assert len(ranked) == 6
+    assert torch.equal(made.result.image, ranked[3][1])
+    assert not any(torch.equal(made.result.image, image) for _, image in (*ranked[:3], *ranked[4:]))
+
+
 def test_the_best_of_several_runs_reports_growing_progress():
     seen = []
     synthesize(brick(40), (40, 40), preset="best", levels=((1, 8),), callback=lambda p: seen.append(p.fraction))
