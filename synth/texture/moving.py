@@ -17,10 +17,10 @@ USAGE = 1.0
 """How strongly the start avoids what was used: blocks match where little happens. Of rain made in code .90 of the
 sharpness is left, .89 with .35 and .93 with 2, with which smoke flickers."""
 
-NOTICED = 0.15
-"""An edge is hardly seen that is so small a part of what changes from frame to frame anyway. Waterfall and rain could
-have more; smoke, which changes little, then flickers: 1.03 times its own with .15, 1.09 with .25, twice with no limit.
-"""
+NOTICED = 0.25
+"""An edge is hardly seen that is so small a part of what changes from frame to frame anyway. Smoke, which changes
+little, flickers 1.03 times as much as it should with .15, 1.09 times with .25, twice with no limit; a waterfall does
+not need one."""
 
 
 def in_time(settings: Settings, exemplar: Exemplar) -> Settings:
