@@ -43,13 +43,10 @@ class Bands:
         layers = zip(*(each.colors for each in bands), strict=True)
         return cls(tuple(barycenter(layer, weights) for layer in layers), bands[0].wrap)
 
-    def given_to(self, image: Tensor, share: Tensor | None = None) -> Tensor:
-        """An image (C, H, W) with these bands: the same picture, its details as strong.
-
-        share (H, W): how much each pixel counts in what bands the image has; all alike by default.
-        """
+    def given_to(self, image: Tensor) -> Tensor:
+        """An image (C, H, W) with these bands: the same picture, its details as strong."""
         bands = zip(_split(image, self.wrap), self.colors, strict=True)
-        return torch.stack([recolored(band, Colors.of(band, share), goal) for band, goal in bands]).sum(0)
+        return torch.stack([recolored(band, Colors.of(band), goal) for band, goal in bands]).sum(0)
 
     def between(self, image: Tensor, step: Step) -> Tensor:
         """What `kwatra.optimize` applies after each blend, at full resolution."""

@@ -28,13 +28,12 @@ class Colors:
     covariance: Tensor
 
     @classmethod
-    def of(cls, image: Tensor, share: Tensor | None = None) -> "Colors":
-        """Those of an image (C, H, W); share (H, W) >= 0: how much each pixel counts, all alike by default."""
+    def of(cls, image: Tensor) -> "Colors":
+        """Those of an image (C, H, W)."""
         values = image.flatten(1).double()
-        weight = torch.ones_like(values[0]) if share is None else share.flatten().double() / mean(share.double())
-        center = torch.stack([mean(weight * v) for v in values])[:, None]
+        center = torch.stack([mean(v) for v in values])[:, None]
         apart = values - center
-        covariance = torch.stack([torch.stack([mean(weight * p * q) for q in apart]) for p in apart])
+        covariance = torch.stack([torch.stack([mean(p * q) for q in apart]) for p in apart])
         return cls(center, covariance + _FLOOR * torch.eye(len(values), dtype=torch.float64, device=image.device))
 
     def toward(self, other: "Colors", part: float) -> "Colors":

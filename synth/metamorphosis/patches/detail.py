@@ -1,6 +1,6 @@
-"""Detail that blends take away, given back where it belongs: the bands of the textures in between (see `bands`)."""
+"""Detail that blends take away, given back where it belongs (section 4.5)."""
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import torch
@@ -8,32 +8,38 @@ from scipy.ndimage import maximum_filter
 from torch import Tensor
 
 from kwatra import Step
-from synth.metamorphosis.bands import SETTLING, Bands
+from synth.metamorphosis.patches.neighborhoods import Weights
 from synth.metamorphosis.patches.weighting import Weighting
 
+Restoring = Callable[[Tensor, Tensor | None], Tensor]
+"""Gives an image (C, H, W) the detail of a texture; the second argument: how much each pixel (H, W) counts, or None."""
+
+SETTLING = 4
+"""So often a finished image is given its detail: a step goes only a part of the way."""
+
 _APART = 0.25
-"""Weightings that are given bands of their own differ by so much."""
+"""Weightings that are given detail of their own differ by so much."""
 
 _ENOUGH = 400.0
-"""Pixels that tell what bands a region has."""
+"""Pixels that tell what detail a region has."""
 
 
 @dataclass(frozen=True)
 class Detail:
-    """Bands, and for each where it counts, (H, W), summing to 1; None: a single one that counts everywhere.
+    """What restores detail, and for each where it counts, (H, W), summing to 1; None: a single one, everywhere.
 
     kept (H, W): pixels that stay as they are, or None.
     """
 
-    bands: tuple[Bands, ...]
+    restoring: tuple[Restoring, ...]
     shares: tuple[Tensor | None, ...]
     kept: Tensor | None = None
 
     @classmethod
-    def of(cls, bands: Sequence[Bands], weighting: Weighting, kept: Tensor | None = None) -> "Detail":
-        """That of textures with these bands, under a weighting."""
+    def of(cls, among: Callable[[Weights], Restoring], weighting: Weighting, kept: Tensor | None = None) -> "Detail":
+        """That of a weighting; among: what restores the detail of textures in between, by their weights."""
         if len(weighting.palette) == 1:
-            return cls((Bands.among(bands, weighting.palette[0]),), (None,), kept)
+            return cls((among(weighting.palette[0]),), (None,), kept)
         knots: list[Tensor] = []
         for weights in weighting.palette:
             there = torch.tensor(weights)
@@ -45,15 +51,15 @@ class Detail:
         counted = [(k, s) for k, s in zip(knots, shares, strict=True) if float(s.sum()) >= _ENOUGH]
         rest = sum((s for _, s in counted), torch.zeros_like(total)).clamp(min=1e-12)
         return cls(
-            tuple(Bands.among(bands, tuple(k.tolist())) for k, _ in counted), tuple(s / rest for _, s in counted), kept
+            tuple(among(tuple(k.double().tolist())) for k, _ in counted), tuple(s / rest for _, s in counted), kept
         )
 
     def given_to(self, image: Tensor) -> Tensor:
         """An image (C, H, W) with the detail."""
         made = torch.zeros_like(image)
-        for bands, share in zip(self.bands, self.shares, strict=True):
-            made = bands.given_to(image) if share is None else made + share * bands.given_to(image, share)
-        made = made if self.bands else image
+        for restored, share in zip(self.restoring, self.shares, strict=True):
+            made = restored(image, share) if share is None else made + share * restored(image, share)
+        made = made if self.restoring else image
         return made if self.kept is None else torch.where(self.kept, image, made)
 
     def settled(self, image: Tensor) -> Tensor:
@@ -62,12 +68,13 @@ class Detail:
             image = self.given_to(image).clamp(0, 1)
         return image
 
-    def between(self, image: Tensor, step: Step) -> Tensor:
-        """What `kwatra.optimize` applies after each blend: at full resolution, to colors; further channels stay."""
-        if max(step.factors) > 1:
-            return image
-        count = len(self.bands[0].colors[0].center) if self.bands else 0
-        return torch.cat([self.given_to(image[:count]), image[count:]]) if count else image
+    def between(self, channels: int) -> Callable[[Tensor, Step], Tensor]:
+        """What `kwatra.optimize` applies after each blend: to so many channels, at full resolution; others stay."""
+
+        def given(image: Tensor, step: Step) -> Tensor:
+            return image if max(step.factors) > 1 else torch.cat([self.given_to(image[:channels]), image[channels:]])
+
+        return given
 
 
 def dilated(mask: Tensor, reach: int) -> Tensor:

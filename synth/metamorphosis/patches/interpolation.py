@@ -13,9 +13,11 @@ from kwatra.base import InputError
 from synth.metamorphosis.bands import Bands
 from synth.metamorphosis.patches.arrangement import Arrangement
 from synth.metamorphosis.patches.centers import quarters
-from synth.metamorphosis.patches.detail import Detail, dilated
+from synth.metamorphosis.patches.detail import Detail, Restoring, dilated
 from synth.metamorphosis.patches.feature_maps import GIVEN, FoundFeatures, checked_map, find_features
 from synth.metamorphosis.patches.model import Making, Matched, matched
+from synth.metamorphosis.patches.neighborhoods import Weights
+from synth.metamorphosis.patches.statistics import Statistics, mixed, step
 from synth.metamorphosis.patches.synthesis import Synthesis
 from synth.metamorphosis.patches.textures import common_units
 from synth.metamorphosis.patches.weighting import Weighting
@@ -49,7 +51,8 @@ class Interpolation:
 
     features: for each a map (H, W) or (K, H, W) above a half where features are, or None: found. shape: (height, width)
     of frames. wrap: they tile. synthesis: of a frame by itself; carrying: of one that the one before becomes.
-    weightings: how many are told apart in one frame. Raises InputError for maps or textures that will not do.
+    statistics: detail that blends take away is given back. weightings: how many are
+    told apart in one frame. Raises InputError for maps or textures that will not do.
     """
 
     images: tuple[Tensor, ...]
@@ -61,6 +64,7 @@ class Interpolation:
     carrying: Synthesis
     pyramid: Pyramid
     seed: int
+    statistics: bool
     weightings: int = 1
 
     def __post_init__(self) -> None:
@@ -144,14 +148,25 @@ class Interpolation:
         kept: Tensor | None = None,
         known: Tensor | None = None,
     ) -> Frame:
-        detail = Detail.of(self.bands, weighting, kept)
+        detail = Detail.of(self._restoring, weighting, kept)
         image, arrangement = synthesis(levels, weighting, start, self.wrap, self.seed, detail, kept, known)
         return Frame(detail.settled(image), weighting, arrangement)
 
     @cached_property
     def bands(self) -> tuple[Bands, ...]:
-        """Those of each texture."""
+        """How strong each texture's detail is."""
         return tuple(Bands.of(image, self.wrap) for image in self.images)
+
+    @cached_property
+    def _statistics(self) -> tuple[Statistics, ...]:
+        return tuple(Statistics.of(image, self.wrap) for image in self.images)
+
+    def _restoring(self, weights: Weights) -> Restoring:
+        """What gives an image the detail between the textures at some weights."""
+        if not self.statistics:
+            return lambda image, share: image
+        target = mixed(self._statistics, weights)
+        return lambda image, share: step(image, target, self.wrap, share)
 
     def _matched(self, level: tuple[int, int]) -> Matched:
         values = level[1] ** 2 * (len(self.images[0]) + 1 + len(self.images)) * len(self.images) * self.weightings

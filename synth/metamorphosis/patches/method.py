@@ -25,15 +25,17 @@ class PatchMorph(Method):
     """How to morph by patches; a `Method`.
 
     making: how neighborhoods in between are made. synthesis: how a frame is made of them by itself, on the levels of
-    `pyramid`; carrying: how, on the last of them, if it is what the one before becomes. even: a frame is as far on its
-    way, by measure, as its time says; or else the time is the share of B in its neighborhoods. independent: every frame
-    is made by itself, as published. size: (height, width) of frames, by default that of A.
+    `pyramid`; carrying: how, on the last of them, if it is what the one before becomes. statistics: detail that
+    blends take away is given back (section 4.5). even: a frame is as far on its way, by measure, as
+    its time says; or else the time is the share of B in its neighborhoods. independent: every frame is made by itself,
+    as published. size: (height, width) of frames, by default that of A.
     """
 
     making: Making = field(default_factory=Making)
     synthesis: Synthesis = field(default_factory=Synthesis)
     carrying: Synthesis = CARRYING
     pyramid: Pyramid = PUBLISHED
+    statistics: bool = True
     even: bool = True
     independent: bool = False
     size: tuple[int, int] | None = None
@@ -68,7 +70,17 @@ class PatchMorph(Method):
     ) -> Interpolation:
         """Textures made ready, with these settings; see `Interpolation`."""
         return Interpolation(
-            images, features, shape, tile, self.making, self.synthesis, self.carrying, self.pyramid, seed, weightings
+            images,
+            features,
+            shape,
+            tile,
+            self.making,
+            self.synthesis,
+            self.carrying,
+            self.pyramid,
+            seed,
+            self.statistics,
+            weightings,
         )
 
     def of_size(self, size: tuple[int, int]) -> "PatchMorph":

@@ -80,7 +80,7 @@ class Synthesis:
             start=start,
             terms=terms,
             seed=seed,
-            between=detail.between,
+            between=detail.between(channels),
         )
         layout, matches = last.ballot.layout, last.ballot.matches
         assert isinstance(layout, FreeWindows)
