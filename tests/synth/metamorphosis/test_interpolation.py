@@ -31,7 +31,7 @@ def test_a_film_begins_with_a_and_ends_as_a_texture_of_b(pair: tuple[torch.Tenso
     assert float((colors(made.frames[-1]) - colors(b)).abs().max()) < 0.03
     figures = judge(made.frames, made.times, a, b)
     assert figures["near"] < 1.35
-    assert figures["ghost"] < 0.1
+    assert figures["ghost"] < 0.2
     assert 0.85 < figures["sharpness"] < 1.2
     assert figures["steps"] < 1.8
     assert any("features" in remark for remark in made.remarks)
