@@ -22,7 +22,7 @@ from synth.metamorphosis.method import Film, Frames, Pair, Report
 from synth.metamorphosis.recolor import Colors, recolored
 
 WEIGHT = 2.5
-"""What a target counts beside the texture where the morph is sure of it: tried 0.3 to 6 on six pairs of photographs.
+"""What a target counts beside the texture where the morph is sure of it: tried 0.3 to 6 on the six pairs of `Search`.
 
 Less lets the film flicker, more leaves what is doubled or torn in the target as it is.
 """
