@@ -68,9 +68,22 @@ def test_the_gravel_flows_goes_on_and_loops():
     assert len(names["again"]) == 8
 
 
-def test_gravel_turns_into_grass():
+def test_what_lies_between_bricks_gravel_and_grass():
     names: dict = {}
     exec(BLOCKS[6], names)
+    film, brick = names["film"].frames, names["brick"]
+    assert len(film) == 5
+    assert np.array_equal(film[0], brick)
+    assert names["strip"].shape == (48, 96)
+    assert names["strip"].dtype == np.uint8
+    assert names["third"].shape == (72, 72)
+    expected = (brick.mean() + names["gravel"].mean() + 2 * names["grass"].mean()) / 4
+    assert abs(names["third"].mean() - expected) < 8
+
+
+def test_gravel_turns_into_grass():
+    names: dict = {}
+    exec(BLOCKS[7], names)
     made, gravel, grass = (names[name] for name in ("made", "gravel", "grass"))
     assert np.array_equal(made.frames[0], gravel)
     assert np.array_equal(made.frames[4], grass)
