@@ -5,18 +5,22 @@ have a sign and a magnitude at every place (Portilla and Simoncelli, A parametri
 statistics of complex wavelet coefficients, 2000). Of what that paper measures these are kept, with color as Ruiters et
 al. (Patch-based Texture Interpolation, 2010, section 4.5) add it:
 
-- the values: their quantiles, which fix mean, variance, skewness, kurtosis and range;
+- the values: the mean and covariance of all colors;
 - the bands: how strong each is and how the channels go together in it, as a covariance;
 - the magnitudes: how those of all orientations and channels go together, and with those of the next coarser octave.
 
-Left to the patches that an image is made of: how bands repeat in space, the phase between octaves, and what is coarser
-than the bands. Channels are first turned by the cosine transform into brightness and colors (for three channels the
-axes of Ohta, Kanade and Sakai, Color information for region segmentation, 1980): nearly uncorrelated, and the same for
-all textures, so that statistics of several can be mixed linearly, as in the paper.
+Left to the patches that an image is made of: how bands repeat in space, the phase between octaves, and the skewness,
+kurtosis and range of values. These, given as quantiles, made frames between dark lines on light and light lines on dark
+stranger, and others no better.
+
+Channels are first turned by the cosine transform into brightness and colors (for three channels the axes of Ohta,
+Kanade and Sakai, Color information for region segmentation, 1980): nearly uncorrelated, and the same for all textures,
+so that statistics of several can be mixed linearly, as in the paper; by optimal transport they are no better. Only the
+values' are mixed by optimal transport.
 
 `step` projects an image onto them once, in closed form, coarse to fine: what magnitudes are, given the coarser ones',
-as one Gaussian is moved to another; then bands, as their covariances are (see `recolor`); then values, by quantiles.
-Each changes no more than it must: an image that is right stays as it is.
+as one Gaussian is moved to another; then bands, as their covariances are (see `recolor`); and all values,
+likewise. Each changes no more than it must: an image that is right stays as it is.
 """
 
 from collections.abc import Sequence
@@ -31,7 +35,7 @@ from scipy.fft import dct
 from torch import Tensor
 
 from kwatra.base import InputError, total
-from synth.metamorphosis.recolor import Colors, transport
+from synth.metamorphosis.recolor import Colors, barycenter, recolored, transport
 
 LEAST = 16
 """Pixels that an image needs along each axis."""
@@ -41,7 +45,6 @@ _COARSEST = 8
 """Coefficients that the coarsest octave has at least along each axis."""
 _MARGIN = 16
 """Pixels by which an image is continued at every border, at least: filters see no border."""
-_QUANTILES = 129
 _GAIN = 2.0
 """The most by which a step strengthens anything, and weakens it: what is hardly there is noise."""
 _UNSEEN = 1e-6
@@ -71,11 +74,11 @@ class Octave:
 class Statistics:
     """A texture's statistics; `Statistics.of` an exemplar.
 
-    quantiles (C, Q): of brightness and colors, from least to most. finest (C, C): the covariance of what is finer than
-    the bands. octaves: fine to coarse. In double precision.
+    values: those of all pixels. finest (C, C): the covariance of what is finer than the bands. octaves: fine to coarse.
+    All of brightness and colors as channels, in double precision.
     """
 
-    quantiles: Tensor
+    values: Colors
     finest: Tensor
     octaves: tuple[Octave, ...]
 
@@ -87,22 +90,23 @@ class Statistics:
         there is not counted. Raises InputError if it is smaller.
         """
         _check(image)
-        pyramid = _Pyramid.of(_turned(image), wrap, _octaves(image.shape[1:]), None)
+        turned = _turned(image)
+        pyramid = _Pyramid.of(turned, wrap, _octaves(image.shape[1:]), None)
         magnitudes = [band.abs() for band in pyramid.bands]
         octaves = []
         for number, band in enumerate(pyramid.bands):
             own = _together(magnitudes[number], magnitudes[number + 1 :][:1])
             octaves.append(Octave(_channels(pyramid.inside(band)), *_moments(pyramid.inside(own))))
-        return cls(_quantiles(_turned(image), None), _covariance(pyramid.inside(pyramid.finest)), tuple(octaves))
+        return cls(_values(turned), _covariance(pyramid.inside(pyramid.finest)), tuple(octaves))
 
     @property
     def channels(self) -> int:
         """C."""
-        return len(self.quantiles)
+        return len(self.finest)
 
 
 def mixed(parts: Sequence[Statistics], weights: Sequence[float]) -> Statistics:
-    """The linear mixture of textures' statistics; with as many octaves as all have.
+    """The mixture of textures' statistics, linear but for `values`; with as many octaves as all have.
 
     Raises InputError if there is no weight for each, they do not sum to 1, or the numbers of channels differ.
     """
@@ -119,16 +123,17 @@ def mixed(parts: Sequence[Statistics], weights: Sequence[float]) -> Statistics:
         Octave(*(mean(_as_few([getattr(o, name) for o in one])) for name in ("bands", "means", "magnitudes")))
         for one in zip(*(part.octaves for part in parts), strict=False)
     )
-    return Statistics(mean([p.quantiles for p in parts]), mean([p.finest for p in parts]), octaves)
+    values = barycenter([part.values for part in parts], weights)
+    return Statistics(values, mean([part.finest for part in parts]), octaves)
 
 
 def step(image: Tensor, target: Statistics, wrap: bool = False, share: Tensor | None = None) -> Tensor:
     """An image (C, H, W) one step nearer to the statistics of textures; it may be of any size from 16x16 on.
 
-    Nothing is strengthened or weakened by more than a factor of 2 at once. Values come to lie in the target's range.
-    wrap: as for `Statistics.of`. share (H, W): how much each pixel counts in what statistics the image has, 0 to 1, for
-    images that are different textures in different places; all alike by default. On the CPU the same bits for any
-    number of threads. Memory: 80 floats per value; cost: 0.15 cpu seconds for 3x256x256, and once 2 to load plenoptic.
+    No band is strengthened or weakened by more than a factor of 2 at once. Values may leave [0, 1] a little. wrap: as
+    for `Statistics.of`. share (H, W): how much each pixel counts in what statistics the image has, 0 to 1, for images
+    that are different textures in different places; all alike by default. On the CPU the same bits for any number of
+    threads. Memory: 80 floats per value; cost: 0.15 cpu seconds for 3x256x256, and once 2 to load plenoptic.
 
     Raises InputError if the image is smaller, or has another number of channels than the textures.
     """
@@ -148,7 +153,7 @@ def step(image: Tensor, target: Statistics, wrap: bool = False, share: Tensor | 
     move = _move(_covariance(*pyramid.counted(pyramid.finest)), target.finest)
     pyramid.finest = torch.einsum("cd,dhw->chw", move.to(image), pyramid.finest)
     made = pyramid.image()
-    return _turned(_requantiled(made, _quantiles(made, share), target.quantiles), back=True)
+    return _turned(recolored(made, _values(made, share), target.values), back=True)
 
 
 class _Pyramid:
@@ -261,6 +266,12 @@ def _moments(values: Tensor, share: Tensor | None = None) -> tuple[Tensor, Tenso
     return means, _covariance(values - means.to(values)[:, None], share)
 
 
+def _values(image: Tensor, share: Tensor | None = None) -> Colors:
+    """The colors of an image (C, H, W)."""
+    means, covariance = _moments(image.flatten(1), None if share is None else share.flatten().to(image))
+    return Colors(means[:, None], covariance + _LEAST_VARIANCE * torch.eye(len(means)).to(covariance))
+
+
 def _covariance(values: Tensor, share: Tensor | None = None) -> Tensor:
     """The covariance (K, K) of values (K, n) of mean 0."""
     return _mean_product(values, values, share)
@@ -274,34 +285,6 @@ def _mean_product(first: Tensor, second: Tensor, share: Tensor | None) -> Tensor
         for values in (first, weighted)
     )
     return (one @ other.mT).double().sum(0) / max(whole, _UNSEEN)
-
-
-def _quantiles(image: Tensor, share: Tensor | None) -> Tensor:
-    """The quantiles (C, Q) of an image (C, H, W), at equal steps from the least value to the largest that counts."""
-    values, order = image.flatten(1).sort(stable=True, dim=1)
-    if share is None:
-        place = torch.arange(values.shape[1], dtype=torch.float64, device=image.device).repeat(len(values), 1)
-        least, most = place[:, :1], place[:, -1:]
-    else:
-        weights = share.flatten().double()[order]
-        place = weights.cumsum(1) - weights / 2
-        least = place.masked_fill(weights == 0, torch.inf).amin(1, keepdim=True)
-        most = place.masked_fill(weights == 0, -torch.inf).amax(1, keepdim=True)
-    at = torch.linspace(0, 1, _QUANTILES, dtype=torch.float64, device=image.device) * (most - least) + least
-    return _between(at, place, values.double())
-
-
-def _between(at: Tensor, knots: Tensor, values: Tensor) -> Tensor:
-    """Values (C, K) at knots (C, K), which do not fall, read at (C, n), straight between them."""
-    low = torch.searchsorted(knots, at.contiguous(), right=True).sub_(1).clamp_(0, knots.shape[1] - 2)
-    start, end = knots.gather(1, low), knots.gather(1, low + 1)
-    part = torch.where(end > start, (at - start) / (end - start), 0.0).clamp_(0, 1)
-    return torch.lerp(values.gather(1, low), values.gather(1, low + 1), part)
-
-
-def _requantiled(image: Tensor, own: Tensor, goal: Tensor) -> Tensor:
-    """An image (C, H, W) with quantiles (C, Q) of its own, with those of a goal; straight between them."""
-    return _between(image.flatten(1), own.to(image), goal.to(image)).view_as(image)
 
 
 def _turned(image: Tensor, back: bool = False) -> Tensor:

@@ -84,8 +84,8 @@ def test_every_step_leads_nearer():
         distances.append([far(one, other) for one, other in zip(parts(image), parts(exemplar), strict=True)])
         image = step(image, target)
     finest, *bands = zip(*distances, strict=True)
-    assert list(finest) == sorted(finest, reverse=True)  # what is hardly there at first doubles in every step
-    assert finest[5] < 0.4
+    assert list(finest) == sorted(finest, reverse=True)  # what is hardly there at first grows by so much in every step
+    assert finest[5] < 0.6
     for values in bands:
         assert values[1] < 0.5 * values[0]
         assert values[5] < 0.2 * values[0]
@@ -143,7 +143,8 @@ def test_statistics_are_mixed_linearly():
     parts = [Statistics.of(stones(size, 0)) for size in (64, 48, 32)]
     half = mixed(parts[:2], (0.25, 0.75))
     assert len(half.octaves) == 2
-    torch.testing.assert_close(half.quantiles, 0.25 * parts[0].quantiles + 0.75 * parts[1].quantiles)
+    torch.testing.assert_close(half.values.center, torch.lerp(*(p.values.center for p in parts[:2]), 0.75))
+    torch.testing.assert_close(half.finest, torch.lerp(*(p.finest for p in parts[:2]), 0.75))
     torch.testing.assert_close(
         half.octaves[0].magnitudes, torch.lerp(*(p.octaves[0].magnitudes for p in parts[:2]), 0.75)
     )
@@ -157,9 +158,10 @@ def test_what_does_not_count_says_nothing_of_a_texture():
     """The left half is to have an exemplar's detail, whatever the right half is."""
     exemplar, soft = stones(64, 0), blurred(stones(128, 1))
     share = (torch.arange(128) < 64).float().expand(128, 128)
-    image = torch.where(share > 0, soft, 0.5)
+    image = torch.where(share > 0, soft, soft.mean())
+    share = share * (torch.arange(128) < 48)  # not the edge between them
     made, blind = (repeated_in(image, Statistics.of(exemplar), share, seen) for seen in (True, False))
-    inner = (slice(None), slice(None), slice(0, 56))
+    inner = (slice(None), slice(None), slice(0, 48))
     assert detail(made[inner]) == pytest.approx(detail(exemplar), rel=0.15)
     assert detail(blind[inner]) > 1.2 * detail(exemplar)
     whole = step(soft, Statistics.of(exemplar), share=torch.full((128, 128), 0.3))
