@@ -97,11 +97,16 @@ def parsed(words: list[str] | None) -> argparse.Namespace:
     everything = [name + plus for name in METHODS for plus in ("", "+retexture")]
     parser.add_argument("--methods", nargs="+", type=method_of, default=everything, metavar="METHOD")
     parser.add_argument("--frames", type=int, default=11, help="how many, A and B included (11)")
+    add_common(parser)
+    return parser.parse_args(words)
+
+
+def add_common(parser: argparse.ArgumentParser) -> None:
+    """What all benchmarks of metamorphoses are told."""
     parser.add_argument("--preset", choices=("fast", "default", "best"), default="default")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--write", type=Path, metavar="DIR", help="write the frames, and a picture of all of them")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures there too")
-    return parser.parse_args(words)
 
 
 def run(arguments: argparse.Namespace) -> None:

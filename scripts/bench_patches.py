@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import tables
-from bench_morph import made_pairs, pairs_in, written
+from bench_morph import add_common, made_pairs, pairs_in, written
 from torch import Tensor
 
 import synth
@@ -62,10 +62,7 @@ def parsed(words: list[str] | None) -> argparse.Namespace:
     parser.add_argument("pairs", nargs="*", type=Path, help="folders of pairs, or pairs")
     parts = [*WITHOUT, "plain"]
     parser.add_argument("--without", nargs="+", choices=parts, default=parts, metavar="PART", help=", ".join(parts))
-    parser.add_argument("--preset", choices=("fast", "default", "best"), default="default")
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--write", type=Path, metavar="DIR", help="write the frames, and a picture of all of them")
-    parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures there too")
+    add_common(parser)
     return parser.parse_args(words)
 
 

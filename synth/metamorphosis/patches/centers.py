@@ -16,7 +16,7 @@ CELLS = 4
 """Cells along a window: so every pixel lies under some sixteen windows."""
 
 TRIED = 2
-"""Of a cell every second pixel is tried, along both axes: a fourth of the cost, and of the same score on two pairs."""
+"""Of a cell every second pixel is tried, along both axes: a fourth of the cost."""
 
 
 def quarters(shape: tuple[int, ...], width: tuple[int, ...], wraps: tuple[bool, ...]) -> FreeWindows:

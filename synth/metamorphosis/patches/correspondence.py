@@ -11,7 +11,7 @@ from torch import Tensor
 from kwatra.source import Bag
 
 SOFTNESS = 0.02
-"""Entropy of the plan, in mean squared distances of windows; less leads to one partner only. Tuned on two pairs."""
+"""Entropy of the plan, in mean squared distances of windows; less leads to one partner only. Not tuned."""
 
 _ROUNDS = 60
 

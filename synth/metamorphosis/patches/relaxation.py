@@ -30,7 +30,8 @@ class Relaxed:
     """A vote of windows that were shifted first.
 
     vote: which follows. reach: pixels a window may be shifted along each axis. stiffness: of the springs, in squared
-    colors; tuned on two pairs. sweeps: so often all windows are gone through, or less when none moves.
+    colors: with ten times as much no window of a photograph moved. sweeps: so often all windows are gone through, or
+    less when none moves.
     """
 
     vote: Vote
