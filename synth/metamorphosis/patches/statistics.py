@@ -25,8 +25,6 @@ likewise. Each changes no more than it must: an image that is right stays as it 
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
-from typing import Any
 
 import numpy as np
 import torch
@@ -35,16 +33,14 @@ from scipy.fft import dct
 from torch import Tensor
 
 from kwatra.base import InputError, total
+from synth.metamorphosis.patches.pyramid import Pyramid
 from synth.metamorphosis.recolor import Colors, barycenter, recolored, transport
 
 LEAST = 16
 """Pixels that an image needs along each axis."""
 _OCTAVES = 4
-_ORIENTATIONS = 4
 _COARSEST = 8
 """Coefficients that the coarsest octave has at least along each axis."""
-_MARGIN = 16
-"""Pixels by which an image is continued at every border, at least: filters see no border."""
 _GAIN = 2.0
 """The most by which a step strengthens anything, and weakens it: what is hardly there is noise."""
 _UNSEEN = 1e-6
@@ -91,7 +87,7 @@ class Statistics:
         """
         _check(image)
         turned = _turned(image)
-        pyramid = _Pyramid.of(turned, wrap, _octaves(image.shape[1:]), None)
+        pyramid = Pyramid.of(turned, wrap, _octaves(image.shape[1:]), None)
         magnitudes = [band.abs() for band in pyramid.bands]
         octaves = []
         for number, band in enumerate(pyramid.bands):
@@ -141,7 +137,7 @@ def step(image: Tensor, target: Statistics, wrap: bool = False, share: Tensor | 
     if len(image) != target.channels:
         raise InputError(f"an image has {len(image)} channels and the statistics {target.channels}; give as many")
     count = min(_octaves(image.shape[1:]), len(target.octaves))
-    pyramid = _Pyramid.of(_turned(image), wrap, count, share)
+    pyramid = Pyramid.of(_turned(image), wrap, count, share)
     coarser: list[Tensor] = []
     for number in reversed(range(count)):
         goal, band = target.octaves[number], pyramid.bands[number]
@@ -156,61 +152,7 @@ def step(image: Tensor, target: Statistics, wrap: bool = False, share: Tensor | 
     return _turned(recolored(made, _values(made, share), target.values), back=True)
 
 
-class _Pyramid:
-    """An image's bands: `finest` (C, h, w), `bands` (C, O, h, w), one per octave, fine to coarse, and what is left.
-
-    The image was continued; `inside` leaves that out.
-    """
-
-    def __init__(self, filters: Any, made: dict[Any, Tensor], frame: tuple[int, ...], share: Tensor | None) -> None:
-        self._filters, self._frame, self._share = filters, frame, share
-        self.finest, self._rest = made.pop("residual_highpass")[0], made.pop("residual_lowpass")[0]
-        self.bands = [made[number][0] for number in range(len(made))]
-
-    @classmethod
-    def of(cls, image: Tensor, wrap: bool, octaves: int, share: Tensor | None) -> "_Pyramid":
-        unit = 2**octaves
-        continued = image
-        for axis in (1, 2):
-            size = image.shape[axis]
-            wide = (_MARGIN, _MARGIN + -size % unit)
-            index = torch.from_numpy(np.pad(np.arange(size), wide, mode="wrap" if wrap else "symmetric"))
-            continued = continued.index_select(axis, index.to(image.device))
-        filters = _filters((continued.shape[1], continued.shape[2]), octaves, str(image.device))
-        return cls(filters, dict(filters(continued[None])), tuple(image.shape[1:]), share)
-
-    def inside(self, band: Tensor) -> Tensor:
-        """What of a band (..., h, w) the image itself holds, not its continuation, flat: (..., n)."""
-        coarse = self.finest.shape[-1] // band.shape[-1]
-        margin, (height, width) = _MARGIN // coarse, (size // coarse for size in self._frame)
-        return band[..., margin : margin + height, margin : margin + width].flatten(-2)
-
-    def counted(self, band: Tensor) -> tuple[Tensor, Tensor | None]:
-        """What is inside, and how much each place of it counts, (n,); None: all alike."""
-        if self._share is None:
-            return self.inside(band), None
-        coarse = self.finest.shape[-1] // band.shape[-1]
-        return self.inside(band), F.avg_pool2d(self._share[None].to(self.finest), coarse).flatten()
-
-    def image(self) -> Tensor:
-        """The image (C, H, W) that has these bands."""
-        whole: dict[str | int, Tensor] = {number: band[None] for number, band in enumerate(self.bands)}
-        whole |= {"residual_highpass": self.finest[None], "residual_lowpass": self._rest[None]}
-        height, width = self._frame
-        made: Tensor = self._filters.recon_pyr(whole)[0]
-        return made[:, _MARGIN : _MARGIN + height, _MARGIN : _MARGIN + width]
-
-
-@lru_cache(maxsize=8)
-def _filters(shape: tuple[int, int], octaves: int, device: str) -> Any:
-    """The steerable pyramid for images of a shape; its bands are as strong as the image, whatever their octave."""
-    from plenoptic.process import SteerablePyramidFreq  # heavy: only where statistics are wanted
-
-    order = _ORIENTATIONS - 1
-    return SteerablePyramidFreq(shape, height=octaves, order=order, is_complex=True, tight_frame=True).to(device)
-
-
-def _strengthened(pyramid: _Pyramid, magnitudes: Tensor, coarser: Sequence[Tensor], goal: Octave) -> Tensor:
+def _strengthened(pyramid: Pyramid, magnitudes: Tensor, coarser: Sequence[Tensor], goal: Octave) -> Tensor:
     """By how much to multiply a band's magnitudes (C, O, h, w), given those of the next coarser octave, if any.
 
     Magnitudes m are B p + e with the coarser ones' p and a rest e that goes with none of them: B becomes the goal's,
