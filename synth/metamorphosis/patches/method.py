@@ -101,7 +101,7 @@ def filmed(
 
 
 PRESETS = {
-    "fast": PatchMorph(Making(anchors=600), Synthesis(iterations=2), pyramid=((2, 17), (1, 17))),
+    "fast": PatchMorph(Making(anchors=600), Synthesis(iterations=2, mean_shift=False), pyramid=((2, 17), (1, 17))),
     "default": PatchMorph(),
     "best": PatchMorph(synthesis=Synthesis(iterations=5)),
 }
