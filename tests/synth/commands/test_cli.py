@@ -112,10 +112,10 @@ def test_everything_at_once(folder: Path) -> None:
     assert read_image("levels/level_2_scale1_width8.png").pixels.shape == (3, 48, 64)
     source = np.load("m.npy")
     assert source.dtype == np.int32
-    assert source.shape == (3, 48, 64)
+    assert source.shape == (4, 48, 64)  # the fourth row: how mirrored copies lie
     assert set(np.unique(source[0])) <= {0, 1}
     assert source.min() >= 0
-    assert source[1:].max() < 64
+    assert source[1:3].max() < 64
 
 
 def test_maps_are_carried_exactly(folder: Path) -> None:
