@@ -12,10 +12,8 @@ from synth import io, texture
 from synth.commands.checks import check_distinct, finish, refuse_unused
 from synth.commands.naming import output_of
 from synth.commands.progress import progress_line
+from synth.commands.wishes import in_frames, read_white
 from synth.words import counted, listed
-
-_WHITE = 0.5
-"""From this value on a mask is white."""
 
 
 def fill_video(arguments: argparse.Namespace) -> str:
@@ -68,10 +66,7 @@ def _numbered(source: "io.Array", elsewhere: bool) -> "io.Array":
 
 def _hole(mask: Path, video: Path, frames: Tensor) -> Tensor:
     """Where the video (C, T, H, W) is to be filled, boolean (T, H, W): an image's mask is that of every frame."""
-    if io.is_video(mask):
-        hole = io.read_video(mask).frames.mean(0) >= _WHITE
-    else:
-        hole = io.read_mask(mask).expand(frames.shape[1], -1, -1)
+    hole = in_frames(read_white(mask, True)[None], frames.shape[1])[0]
     if hole.shape != frames.shape[1:]:
         raise synth.InputError(
             f"{mask} is {_length(hole)} but {video} {_length(frames[0])}; a hole's mask has its video's size, and its "

@@ -180,8 +180,8 @@ class Framewise:
         return f"wrote {written}: {counted(self.total, 'frame')} of {width}x{height}{now} in {took:.1f} s{each}"
 
 
-def digest(pixels: "Tensor", kind: "Kind") -> str:
-    """What tells pixels of a kind from others."""
+def digest(pixels: "Tensor", kind: "Kind | str") -> str:
+    """What tells pixels of a kind, or of what the word says, from others."""
     import numpy as np
 
     values = np.ascontiguousarray(pixels.numpy())

@@ -160,7 +160,7 @@ class Inputs:
         start = None if arguments.start is None else _read_start(arguments.start, kind, arguments.size)
         guides = _guides(arguments, len(exemplars))
         wishes = Wishes.read(arguments, kind, exemplars)
-        given = wishes.sizes
+        given = {name: (size[0], size[1]) for name, size in wishes.sizes.items()}
         for guide in guides:
             given = {"the guide's output map": guide[1].shape[:2], **given}
         if start is not None:

@@ -16,6 +16,7 @@ from synth.commands.checks import check_distinct, check_size, finish, refuse_unu
 from synth.commands.framewise import Framewise, Track, digest, versions
 from synth.commands.progress import place_of, work_line
 from synth.commands.report import ENERGY_SUFFIXES, energy_writer
+from synth.commands.video_asked import Asked
 from synth.words import counted, listed
 
 if TYPE_CHECKING:
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from synth.io import Kind, Writer
     from synth.texture import Synthesis
 
-_STILL = ("guide", "start", "mask", "keep", "soft", "soft_weight", "exemplar_mask", "apply", "each", "progress_images")
+_STILL = ("apply", "each", "progress_images", "verbose")
 _WHOLE = ("also", "map", "energy")
 _FPS = 25.0
 
@@ -63,17 +64,20 @@ class _Clips:
 def run_video(arguments: argparse.Namespace) -> str:
     """Check everything, work, write everything; returns the summary."""
     source = arguments.exemplars[0]
-    refuse_unused(arguments, (*_STILL, "guide_weight", "verbose"), f"is for images but {source} is a video")
+    refuse_unused(arguments, _STILL, f"is for images but {source} is a video")
     if arguments.resume:
         refuse_unused(arguments, _WHOLE, "tells of a whole run but --resume makes only the rest of one")
     if arguments.tile == "nearest":
         raise synth.InputError("--tile nearest is for images; for videos use --tile, and --size for whole periods")
     clips = _Clips.read(arguments)
-    size = _size(arguments, clips)
+    asked = Asked.read(arguments, clips.frames, clips.kind)
+    size = _size(arguments, clips, asked)
+    asked.check(size)
+    asked = asked.through(size[0])
     output = arguments.output or Path(f"{source.stem}_synth{'' if source.is_dir() else source.suffix}")
     track = Track(output, clips.kind, clips.extremes)
     job = Framewise(
-        arguments, [track], size[0], size[1:], _settings(arguments, clips, size), clips.rate, "a video"
+        arguments, [track], size[0], size[1:], _settings(arguments, clips, asked, size), clips.rate, "a video"
     )  # fmt: skip
     extras = _Extras(arguments, clips, output)
     extras.check()
@@ -83,7 +87,7 @@ def run_video(arguments: argparse.Namespace) -> str:
         return f"{output} has its {counted(done, 'frame')} already; there is nothing to do"
     began = time.perf_counter()
     with work_line(f"{source.name} to {size[2]}x{size[1]}") as report:
-        job.run(_frames(arguments, clips, size, job, done, extras.add, report), done, _writing(report))
+        job.run(_frames(arguments, clips, asked, size, job, done, extras.add, report), done, _writing(report))
         more = extras.writers()
         finish(more)
     also = f"; also {listed(list(more))}" if more else ""
@@ -95,27 +99,29 @@ def _writing(report: Callable[[str, float], None]) -> Callable[[str, float], Non
     return lambda what, part: report(what, part) if what.startswith("writing") else None
 
 
-def _size(arguments: argparse.Namespace, clips: _Clips) -> tuple[int, int, int]:
-    """(frames, height, width): as asked, or twice the clip's length at its size."""
-    length, height, width = clips.frames[0].shape[1:]
-    frames = arguments.frames or 2 * length
+def _size(arguments: argparse.Namespace, clips: _Clips, asked: Asked) -> tuple[int, int, int]:
+    """(frames, height, width): as asked, else as what is given of the output has it, else twice the clip's length."""
+    length, *own = clips.frames[0].shape[1:]
+    frames = arguments.frames
     if arguments.seconds is not None:
         frames = round(arguments.seconds * (arguments.fps or clips.rate))
-    if frames < 1:
-        raise synth.InputError(f"{arguments.seconds:g} seconds are less than a frame; ask for more")
-    height, width = arguments.size or (height, width)
+        if frames < 1:
+            raise synth.InputError(f"{arguments.seconds:g} seconds are less than a frame; ask for more")
+    frames, *size = asked.agreed((frames, *(arguments.size or (None, None))))
+    height, width = [given or there for given, there in zip(size, own, strict=True)]
     check_size((height, width))
-    return frames, height, width
+    return frames or 2 * length, height, width
 
 
-def _settings(arguments: argparse.Namespace, clips: _Clips, size: tuple[int, int, int]) -> dict[str, str]:
+def _settings(arguments: argparse.Namespace, clips: _Clips, asked: Asked, size: tuple[int, int, int]) -> dict[str, str]:
     """All that decides what the frames look like, by names that a user knows."""
-    asked = ("seed", "preset", "tile", "loop", "stay", "levels", "mirror", "rotate", "scale", "device")
+    names = ("seed", "preset", "tile", "loop", "stay", "levels", "mirror", "rotate", "scale", "device")
     return {
         "exemplar": " ".join(digest(frames, clips.kind) for frames in clips.frames),
         "--size": f"{size[2]}x{size[1]}",
         "--frames": str(size[0]),
-        **{f"--{name}": str(getattr(arguments, name)) for name in asked},
+        **{f"--{name}": str(getattr(arguments, name)) for name in names},
+        **asked.settings,
         **versions(),
     }
 
@@ -123,6 +129,7 @@ def _settings(arguments: argparse.Namespace, clips: _Clips, size: tuple[int, int
 def _frames(
     arguments: argparse.Namespace,
     clips: _Clips,
+    asked: Asked,
     size: tuple[int, int, int],
     job: Framewise,
     done: int,
@@ -153,11 +160,13 @@ def _frames(
         rotate=arguments.rotate,
         scale=arguments.scale or (),
         device=arguments.device,
+        **asked.options(clips.frames, arguments.device),
     )
     for synthesis in made:
         told(synthesis)
         for frame in synthesis.image.unbind(1):
-            yield (io.straight(frame, clips.kind),), State(number, nothing, nothing, nothing)
+            kept = asked.wishes.kept(frame, number)
+            yield (io.straight(kept, clips.kind),), State(number, nothing, nothing, nothing)
             number += 1
 
 

@@ -2,7 +2,7 @@
 
 import argparse
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +15,7 @@ from synth.words import counted
 if TYPE_CHECKING:
     from torch import Tensor
 
-    from synth.io import Kind
+    from synth.io import Kind, Picture
 
 _TONE = 0.05
 """What soft pixels count beside the texture: it suits pictures that the texture could have made, if not quite so."""
@@ -25,7 +25,8 @@ def add_wishes(parser: argparse.ArgumentParser) -> None:
     """Add the arguments."""
     add = parser.add_argument
     add("--mask", type=mask, metavar="FILE", help="white where texture belongs, of the output's size; elsewhere the "
-        "output is empty, or as --start")  # fmt: skip
+        "output is empty, or as --start; of a video, as with the next ones, a video or a still for all "
+        "frames")  # fmt: skip
     add("--keep", metavar="IMAGE[=MASK]", help="pixels that the output has exactly: of an image of its size the opaque "
         "ones, or those white in a mask")  # fmt: skip
     add("--soft", metavar="IMAGE[=WEIGHTS]", help="pixels that the output is to be like, as far as the texture allows: "
@@ -38,26 +39,28 @@ def add_wishes(parser: argparse.ArgumentParser) -> None:
 
 @dataclass(frozen=True)
 class Wishes:
-    """What is asked, for an output (H, W) of an exemplar of C channels; None where nothing is.
+    """What is asked, for an output of C channels; None where nothing is.
 
-    mask: boolean (H, W). keep: pixels (C, H, W) and where (H, W) they are kept. soft: pixels (C, H, W) and weights
-    (1, H, W). allowed: boolean (H, W) for each exemplar. sizes: what these are, by option.
+    S is (H, W), or (T, H, W) of a video, of which a still may be given for all frames. mask: boolean (*S). keep: pixels
+    (C, *S) and where (*S) they are kept. soft: pixels (C, *S) and weights (1, *S). allowed: boolean for each exemplar,
+    of its size. sizes: what these are, by option.
     """
 
     mask: "Tensor | None"
     keep: "tuple[Tensor, Tensor] | None"
     soft: "tuple[Tensor, Tensor] | None"
     allowed: "list[Tensor] | None"
-    sizes: dict[str, tuple[int, int]]
+    sizes: dict[str, tuple[int, ...]]
 
     @classmethod
     def read(cls, arguments: argparse.Namespace, kind: "Kind", exemplars: "Sequence[Tensor]") -> "Wishes":
-        """As the arguments ask; InputError for files that do not fit."""
+        """As the arguments ask, for exemplars (C, *S); InputError for files that do not fit."""
+        video = exemplars[0].ndim == 4
         if arguments.soft is None:
             refuse_unused(arguments, ["soft_weight"], "says what --soft pixels count but there are none")
-        belongs = None if arguments.mask is None else io.read_mask(arguments.mask)
-        keep = None if arguments.keep is None else _pixels(arguments.keep, "--keep", kind)
-        soft = None if arguments.soft is None else _pixels(arguments.soft, "--soft", kind)
+        belongs = None if arguments.mask is None else read_white(arguments.mask, video)
+        keep = None if arguments.keep is None else _pixels(arguments.keep, "--keep", kind, video)
+        soft = None if arguments.soft is None else _pixels(arguments.soft, "--soft", kind, video)
         if keep is not None:
             keep = keep[0], keep[1] > 0.5
             if not bool(keep[1].any()):
@@ -68,6 +71,16 @@ class Wishes:
                  if given is not None}  # fmt: skip
         allowed = None if arguments.exemplar_mask is None else _allowed(arguments, exemplars)
         return cls(belongs, keep, soft, allowed, sizes)
+
+    def through(self, frames: int) -> "Wishes":
+        """The same for a video of so many frames, stills for all of them."""
+        mask, keep, soft = self.mask, self.keep, self.soft
+        return replace(
+            self,
+            mask=None if mask is None else in_frames(mask[None], frames)[0],
+            keep=None if keep is None else (in_frames(keep[0], frames), in_frames(keep[1][None], frames)[0]),
+            soft=None if soft is None else (in_frames(soft[0], frames), in_frames(soft[1], frames)),
+        )
 
     def terms(self, exemplars: "Sequence[Tensor]", device: str) -> list[Any]:
         """The terms, in the values that the exemplars' least and largest make 0 and 1."""
@@ -84,33 +97,59 @@ class Wishes:
             terms.append(kwatra.SoftPixels(((target - low) / range_of_values).to(device), weight.to(device)))
         return terms
 
-    def kept(self, image: "Tensor") -> "Tensor":
-        """The output (C, H, W) with the very pixels it was to keep."""
+    def kept(self, image: "Tensor", frame: int | None = None) -> "Tensor":
+        """The output (C, H, W), or a frame of it, with the very pixels it was to keep."""
         if self.keep is None:
             return image
-        return image.where(~self.keep[1], self.keep[0])
+        pixels, where = self.keep
+        return image.where(~where, pixels) if frame is None else image.where(~where[frame], pixels[:, frame])
 
 
-def _pixels(request: str, option: str, kind: "Kind") -> "tuple[Tensor, Tensor]":
-    """Pixels (C, H, W) to be mixed, and weights (H, W) in [0, 1]: a mask's, or the image's own alpha."""
+def in_frames(pixels: "Tensor", frames: int) -> "Tensor":
+    """A still (C, H, W) as a video (C, T, H, W) of so many frames; a video as it is."""
+    return pixels if pixels.ndim == 4 else pixels[:, None].expand(-1, frames, -1, -1)
+
+
+def read_pixels(path: str | Path, video: bool) -> "Picture":
+    """An image (C, H, W), or where a `video` will do the frames (C, T, H, W) of one."""
+    if video and io.is_video(path):
+        clip = io.read_video(path)
+        return io.Picture(clip.frames, clip.kind)
+    return io.read_image(path)
+
+
+def read_white(path: Path, video: bool) -> "Tensor":
+    """A mask (H, W), or (T, H, W) of a video where one will do: see `io.read_mask`."""
+    name = str(path).removeprefix("not:")
+    if not (video and io.is_video(name)):
+        return io.read_mask(path)
+    clip = io.read_video(name)
+    seen = clip.frames[-1] if clip.kind.channels[-1] == "A" and bool((clip.frames[-1] < 1).any()) else None
+    white = (clip.frames[: len(clip.frames) - (clip.kind.channels[-1] == "A")].mean(0) if seen is None else seen) > 0.5
+    return ~white if str(path) != name else white
+
+
+def _pixels(request: str, option: str, kind: "Kind", video: bool) -> "tuple[Tensor, Tensor]":
+    """Pixels (C, *S) to be mixed, and weights (*S) in [0, 1]: a mask's, or the image's own alpha."""
     name, equals, other = request.partition("=")
-    picture = io.read_image(name)
+    picture = read_pixels(name, video)
     wanted = [channel for channel in kind.channels if channel != "A"]
     colors = [channel for channel in picture.kind.channels if channel != "A"]
     if len(colors) != len(wanted) or ("A" in kind.channels and "A" not in picture.kind.channels):
         raise synth.InputError(f"{name} holds {picture.kind} but the exemplar {kind}; save it with the same channels")
     if equals:
-        values = io.read_image(other.removeprefix("not:")).pixels.mean(0).clamp(0, 1)
+        values = read_pixels(other.removeprefix("not:"), video).pixels.mean(0).clamp(0, 1)
         weight = 1 - values if other.startswith("not:") else values
-        if weight.shape != picture.pixels.shape[1:]:
-            raise synth.InputError(f"{other} is {_shown(weight.shape)} but {name} {_shown(picture.pixels.shape[1:])}; "
-                                   "give both one size")  # fmt: skip
+        there = picture.pixels.shape[1:]
+        weight = weight.expand(there) if weight.shape == there[-2:] else weight
+        if weight.shape[-2:] != there[-2:] or (len(there) == weight.ndim and weight.shape != there):
+            raise synth.InputError(f"{other} is {shown(weight.shape)} but {name} {shown(there)}; give both one size")
     elif "A" in picture.kind.channels:
         weight = picture.pixels[picture.kind.channels.index("A")]
     else:
         raise synth.InputError(f"{option} {name} does not say which pixels; write {option} {name}=MASK")
     pixels = io.premultiplied(picture.pixels, picture.kind) if "A" in kind.channels else picture.pixels[: len(wanted)]
-    return pixels, weight
+    return (in_frames(pixels, len(weight)) if weight.ndim == 3 else pixels), weight
 
 
 def _allowed(arguments: argparse.Namespace, exemplars: "Sequence[Tensor]") -> "list[Tensor]":
@@ -118,20 +157,24 @@ def _allowed(arguments: argparse.Namespace, exemplars: "Sequence[Tensor]") -> "l
     if len(names) != len(exemplars):
         raise synth.InputError(f"--exemplar-mask names {counted(len(names), 'file')} for "
                                f"{counted(len(exemplars), 'exemplar')}; give one each, with commas")  # fmt: skip
-    masks = [io.read_mask(Path(name)) for name in names]
-    for name, allowed, exemplar in zip(names, masks, exemplars, strict=True):
+    masks = [read_white(Path(name), exemplars[0].ndim == 4) for name in names]
+    for number, (name, exemplar) in enumerate(zip(names, exemplars, strict=True)):
+        if exemplar.ndim == 4:
+            masks[number] = in_frames(masks[number][None], exemplar.shape[1])[0]
+        allowed = masks[number]
         if allowed.shape != exemplar.shape[1:]:
-            raise synth.InputError(f"{name} is {_shown(allowed.shape)} but its exemplar {_shown(exemplar.shape[1:])}; "
+            raise synth.InputError(f"{name} is {shown(allowed.shape)} but its exemplar {shown(exemplar.shape[1:])}; "
                                    "a mask has its exemplar's size")  # fmt: skip
         if not bool(allowed.any()):
             raise synth.InputError(f"{name} is black everywhere and leaves nothing to copy; white is copied")
     return masks
 
 
-def _size(given: Any) -> tuple[int, int]:
-    shape = (given[0] if isinstance(given, tuple) else given).shape
-    return int(shape[-2]), int(shape[-1])
+def _size(given: Any) -> tuple[int, ...]:
+    return tuple(given[1].shape[-given[0].ndim + 1 :] if isinstance(given, tuple) else given.shape)
 
 
-def _shown(shape: "Sequence[int]") -> str:
-    return f"{shape[1]}x{shape[0]}"
+def shown(shape: "Sequence[int]") -> str:
+    """A size (H, W), or (T, H, W), in words."""
+    of = f"{counted(shape[0], 'frame')} of " if len(shape) == 3 else ""
+    return f"{of}{shape[-1]}x{shape[-2]}"

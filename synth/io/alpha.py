@@ -22,7 +22,7 @@ def unmixed(array: Array, kind: Kind) -> Array:
 
 
 def premultiplied(pixels: Tensor, kind: Kind) -> Tensor:
-    """Pixels (C, H, W) of this kind with their colors multiplied by alpha, unless they are so already."""
+    """Pixels (C, *S) of this kind with their colors multiplied by alpha, unless they are so already."""
     if not _straight(kind):
         return pixels
     return _colors_times(pixels, pixels[kind.channels.index("A")], kind)
@@ -42,4 +42,4 @@ def _straight(kind: Kind) -> bool:
 
 def _colors_times(pixels: Tensor, factor: Tensor, kind: Kind) -> Tensor:
     colors = torch.tensor([name in ("Y", "R", "G", "B") for name in kind.channels])
-    return torch.where(colors[:, None, None], pixels * factor, pixels)
+    return torch.where(colors.view(-1, *[1] * (pixels.ndim - 1)), pixels * factor, pixels)

@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from synth.texture.maps import (
         Map,
         check_source_output,
+        guide_files,
         map_writer,
         read_guide,
         read_map,
@@ -28,6 +29,7 @@ __all__ = [
     "Synthesis",
     "check_source_output",
     "fill",
+    "guide_files",
     "map_writer",
     "read_guide",
     "read_map",
@@ -49,6 +51,7 @@ __getattr__, __dir__ = lazy(
         "Synthesis": "synth.texture.synthesis",
         "check_source_output": "synth.texture.maps",
         "fill": "synth.texture.filling",
+        "guide_files": "synth.texture.maps",
         "map_writer": "synth.texture.maps",
         "read_guide": "synth.texture.maps",
         "read_map": "synth.texture.maps",

@@ -78,9 +78,9 @@ def stretches(
     """A video of `size` (frames, height, width), made and given stretch by stretch in order: any length, one's memory.
 
     A stretch overlaps the one before it by `HELD` frames, which it holds as they are; a loop's last one leads to the
-    first frames likewise. options: those of `synthesize` that ask for nothing but texture: preset, tile, loop, stay,
-    levels, mirror, rotate, scale, device. done: so many frames were made by a former run; those that follow are given,
-    the same bits as without the break. shown: gives the frames from a to b - 1, all of them given before, as
+    first frames likewise. options: those of `synthesize`; where more than texture is asked for (terms, mask, start,
+    guide) there is one stretch, the whole video. done: so many frames were made by a former run; those that follow are
+    given, the same bits as without the break. shown: gives the frames from a to b - 1, all of them given before, as
     `shown(a, b)`: where they are kept. Raises InputError as `synthesize`.
     """
     work: Work[Image] = Work.of(exemplar, size, **options)

@@ -55,8 +55,8 @@ def read_map(request: str, sizes: list[tuple[int, int]], output: Path) -> Map:
     return Map(name, list(arrays), kinds[0], output.with_name(f"{output.stem}_{name}{files[0].suffix}"))
 
 
-def read_guide(request: str, count: int) -> tuple[list[Array], Array]:
-    """Read what `--guide MAP[,MAP]=OUTPUT_MAP` asks for: maps (H, W, C), one per exemplar, and the output's."""
+def guide_files(request: str, count: int) -> list[Path]:
+    """What `--guide MAP[,MAP]=OUTPUT_MAP` names: maps, one per exemplar, and last the output's."""
     first, equals, last = request.rpartition("=")
     if not (equals and first and last):
         raise InputError(f"--guide is {request!r}; write EXEMPLAR_MAP=OUTPUT_MAP, as labels.png=wanted.png")
@@ -65,7 +65,12 @@ def read_guide(request: str, count: int) -> tuple[list[Array], Array]:
         raise InputError(
             f"--guide names {counted(len(files), 'map')} for {counted(count, 'exemplar')}; give one each, with commas"
         )
-    files.append(Path(last))
+    return [*files, Path(last)]
+
+
+def read_guide(request: str, count: int) -> tuple[list[Array], Array]:
+    """Read what `--guide MAP[,MAP]=OUTPUT_MAP` asks for: maps (H, W, C), one per exemplar, and the output's."""
+    files = guide_files(request, count)
     arrays, kinds = zip(*(read_array(file) for file in files), strict=True)
     for file, kind in zip(files, kinds, strict=True):
         if (kind.dtype, kind.channels) != (kinds[-1].dtype, kinds[-1].channels):

@@ -83,8 +83,17 @@ def test_maps_sources_and_energies_of_the_whole_run(clip, monkeypatch):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["drops", "--guide", "a=b"], "--guide is for images but drops is a video"),
-        (["drops", "--start", "a.png"], "--start is for images"),
+        (["drops", "--guide", "still.png"], "write EXEMPLAR_MAP=OUTPUT_MAP"),
+        (["drops", "--guide-weight", "2"], "there is none"),
+        (["drops", "--guide", "short=drops"], "short is 3 frames of 24x20 but its exemplar 8 frames of 24x20"),
+        (["drops", "--start", "drops", "--frames", "9"], "--start is 8 frames of 24x20 but the output has 9"),
+        (["drops", "--start", "still.png", "--size", "30x20"], "--start is 24x20 but the output 30x20"),
+        (["drops", "--start", "drops", "--keep", "short=mask.png"], "--keep is 3 frames of 24x20"),
+        (["drops", "--keep", "still.png"], "does not say which pixels"),
+        (["drops", "--mask", "gone"], "gone"),
+        (["drops", "--exemplar-mask", "short"], "short is 3 frames of 24x20 but its exemplar"),
+        (["drops", "--mask", "mask.png", "--frames", "9000000"], "made as a whole"),
+        (["drops", "--each"], "--each is for images but drops is a video"),
         (["drops", "--map", "a.npy", "--resume"], "--map tells of a whole run"),
         (["drops", "--stay", "1", "--tile"], "leave out stay, or tile"),
         (["drops", "--tile", "nearest"], "--tile nearest is for images"),
@@ -102,6 +111,7 @@ def test_maps_sources_and_energies_of_the_whole_run(clip, monkeypatch):
 )
 def test_what_cannot_be_is_said_in_one_sentence(clip, arguments, said, capsys):
     synth.write_image("still.png", torch.zeros(3, 20, 24), synth.Kind("uint8", ("R", "G", "B")))
+    synth.write_image("mask.png", torch.ones(3, 20, 24), synth.Kind("uint8", ("R", "G", "B")))
     write_video("short", torch.zeros(3, 3, 20, 24), 25.0)
     Path("empty").mkdir()
     before = sorted(clip.rglob("*"))
@@ -110,6 +120,81 @@ def test_what_cannot_be_is_said_in_one_sentence(clip, arguments, said, capsys):
     assert said in told
     assert told.count("\n") == 1
     assert sorted(clip.rglob("*")) == before
+
+
+def still(name: str, pixels: torch.Tensor) -> None:
+    synth.write_image(name, pixels, synth.Kind("uint8", ("R", "G", "B")), overwrite=True)
+
+
+def test_pixels_to_keep_are_kept_and_masked_ones_empty_in_all_frames(clip):
+    picture = (torch.arange(3 * 20 * 24).view(3, 20, 24) % 253) / 255
+    where, belongs = torch.zeros(3, 20, 24), torch.ones(3, 20, 24)
+    where[:, 4:9, 5:11], belongs[:, :, 20:] = 1, 0
+    still("logo.png", picture)
+    still("where.png", where)
+    still("belongs.png", belongs)
+    run = ["synth", "drops", "--preset", "fast", "--frames", "5", "--keep", "logo.png=where.png"]
+    assert main([*run, "--mask", "belongs.png", "--seed", "2"]) == 0
+    made, there = frames("drops_synth"), where[0] > 0
+    assert torch.equal(made[:, :, there], picture[:, None].expand(-1, 5, -1, -1)[:, :, there])
+    assert float(made[:, :, :, 20:].amax() - made[:, :, :, 20:].amin()) == 0
+    assert made[:, :, 10:, :20].std() > 0.05
+
+
+def test_a_start_and_soft_pixels_of_videos_say_the_length_and_are_followed(clip):
+    wanted = torch.stack([frames("drops")[:, t].roll(5, 1) for t in range(6)], 1)
+    write_video("wanted", wanted, 25.0)
+    white = torch.ones(3, 20, 24)
+    still("white.png", white)
+
+    def apart(*options: str) -> float:
+        assert main(["synth", "drops", "--preset", "fast", "--overwrite", "--stay", "0", *options]) == 0
+        made = frames("drops_synth")
+        assert made.shape[1] == 6
+        return float((made - wanted).abs().mean())
+
+    free = apart("--frames", "6")
+    assert apart("--soft", "wanted=white.png", "--soft-weight", "10") < 0.3 * free
+    assert apart("--start", "wanted") < 0.5 * free
+
+
+def test_guides_of_stills_and_videos_and_where_may_be_copied(clip):
+    labels = torch.zeros(3, 20, 24)
+    labels[:, :, 12:] = 1
+    still("labels.png", labels)
+    black = torch.zeros(3, 20, 24)
+    write_video("turning", torch.stack([black] * 4 + [1 - black] * 4, 1), 25.0)
+    run = ["synth", "drops", "--preset", "fast", "--overwrite", "--stay", "0", "--map", "where.npy"]
+    assert main([*run, "--guide", "labels.png=turning", "--guide-weight", "3"]) == 0
+    columns = np.load("where.npy")[3]
+    assert columns.shape == (8, 20, 24)
+    assert (columns[:3] < 12).mean() > 0.9
+    assert (columns[5:] >= 12).mean() > 0.9
+    assert main([*run, "--frames", "4", "--exemplar-mask", "labels.png"]) == 0
+    assert np.load("where.npy")[3].min() >= 12
+
+
+def test_what_is_asked_of_pixels_decides_the_frames_too(clip, monkeypatch, capsys):
+    from synth.io.frames import FramesFolder
+
+    add = FramesFolder.add
+
+    def interrupted(self, pixels, state):
+        if state.number == 3:
+            raise KeyboardInterrupt
+        add(self, pixels, state)
+
+    still("one.png", torch.rand(3, 20, 24, generator=torch.Generator().manual_seed(1)))
+    still("two.png", torch.rand(3, 20, 24, generator=torch.Generator().manual_seed(2)))
+    run = ["synth", "drops", "--preset", "fast", "--frames", "6"]
+    assert main([*run, "--start", "one.png", "-o", "whole"]) == 0
+    monkeypatch.setattr(FramesFolder, "add", interrupted)
+    assert main([*run, "--start", "one.png", "-o", "parts"]) == 130
+    monkeypatch.setattr(FramesFolder, "add", add)
+    assert main([*run, "--start", "two.png", "-o", "parts", "--resume"]) == 2
+    assert "--start" in capsys.readouterr().err
+    assert main([*run, "--start", "one.png", "-o", "parts", "--resume"]) == 0
+    assert torch.equal(frames("whole"), frames("parts"))
 
 
 def test_an_existing_folder_is_replaced_only_when_asked(clip, capsys):
