@@ -15,7 +15,6 @@ from synth.metamorphosis.patches.model import Matched
 from synth.metamorphosis.patches.relaxation import Relaxed
 from synth.metamorphosis.patches.weighting import Weighting
 
-
 _ROUNDS = 3
 """Of the mean shift; more look the same, and it is half of the cost."""
 
