@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import synth
 from synth import io
 from synth.commands.checks import check_distinct, check_size, finish, set_up
-from synth.commands.morph_between import check_features, features_writers, is_between, run_between
+from synth.commands.morph_between import MASK, check_features, features_writers, is_between, is_image, run_between
 from synth.commands.morph_options import add_method_options, method_options
 from synth.commands.parsing import Subparsers, add_common, file, numbers, rate, size, whole
 from synth.words import counted
@@ -26,7 +26,6 @@ LOADS = ("synth.metamorphosis.door", "synth.io.images")
 _FRAMES = 11
 _FLOWS = (".npz", ".npy")
 _VIDEOS = (".mp4", ".gif")
-_MASK = ("uint8", ("Y",))
 _EPILOG = """examples:
   kwatra morph brick.png stone.png                     11 frames in one picture, as brick_stone.png
   kwatra morph brick.png stone.png -o film.mp4 --frames 48 --there-and-back
@@ -154,11 +153,11 @@ def _check(arguments: argparse.Namespace, output: Path, kind: "Kind") -> None:
         check_size(arguments.size)
     if arguments.features is not None and len(arguments.features) != 2:
         raise synth.InputError(f"--features names {counted(len(arguments.features), 'file')}; name A's and B's")
-    if arguments.at is not None and (arguments.there_and_back or not _is_image(output)):
+    if arguments.at is not None and (arguments.there_and_back or not is_image(output)):
         raise synth.InputError("--at makes one frame; name an image for it with -o, and leave --there-and-back out")
     if arguments.at is not None and arguments.median is not None:
         raise synth.InputError("--median is over several frames and --at makes one; leave one of them out")
-    if _is_image(output):
+    if is_image(output):
         io.check_output(output, kind, arguments.overwrite)
     else:
         io.check_video_output(output, arguments.overwrite)
@@ -167,7 +166,7 @@ def _check(arguments: argparse.Namespace, output: Path, kind: "Kind") -> None:
     refuse_unused(method, "moves", arguments.flow is not None)
     refuse_unused(method, "masks", arguments.show_masks is not None)
     for path in arguments.show_masks or ():
-        io.check_output(path, synth.Kind(*_MASK), arguments.overwrite)
+        io.check_output(path, synth.Kind(*MASK), arguments.overwrite)
     if arguments.energy is not None:
         io.check_output(arguments.energy, None, arguments.overwrite, ENERGY_SUFFIXES)
     if arguments.flow is not None:
@@ -193,7 +192,7 @@ def _writers(
 
     writers: dict[Path, Writer] = {}
     output = folder.path
-    if _is_image(output):
+    if is_image(output):
         writers[output] = io.image_writer(output, contact_sheet(list(frames)), kind)
     else:
         measured = kind.dtype.startswith("f") and _is_video(output)
@@ -207,7 +206,7 @@ def _writers(
         writers[arguments.flow] = io.flow_writer(arguments.flow, made.film.velocity)
     if arguments.show_masks is not None and made.film.masks is not None:
         for path, mask in zip(arguments.show_masks, made.film.masks, strict=True):
-            writers[path] = io.image_writer(path, mask[None].float(), synth.Kind(*_MASK))
+            writers[path] = io.image_writer(path, mask[None].float(), synth.Kind(*MASK))
     return writers | features_writers(arguments.show_features, made.film.features or ())
 
 
@@ -239,7 +238,3 @@ class _Folder:
 
 def _is_video(output: Path) -> bool:
     return output.suffix.lower() in _VIDEOS
-
-
-def _is_image(output: Path) -> bool:
-    return bool(output.suffix) and not _is_video(output)

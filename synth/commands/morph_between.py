@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from synth.io import Kind, Picture, Writer
 
 _FILM = ("frames", "energy", "flow", "show_masks")
-_MASK = ("uint8", ("Y",))
+MASK = ("uint8", ("Y",))
+"""How maps of what lies where are written."""
 
 
 def is_between(arguments: argparse.Namespace) -> bool:
@@ -79,7 +80,7 @@ def features_writers(paths: "Sequence[Path] | None", features: "Sequence[Tensor]
     if paths is None:
         return {}
     return {
-        path: io.image_writer(path, each[None].float(), synth.Kind(*_MASK))
+        path: io.image_writer(path, each[None].float(), synth.Kind(*MASK))
         for path, each in zip(paths, features, strict=True)
     }
 
@@ -91,7 +92,7 @@ def check_features(paths: "Sequence[Path] | None", count: int, overwrite: bool) 
             f"--show-features names {counted(len(paths), 'file')} for {count} textures; name {count}"
         )
     for path in paths or ():
-        io.check_output(path, synth.Kind(*_MASK), overwrite)
+        io.check_output(path, synth.Kind(*MASK), overwrite)
 
 
 def _weights(arguments: argparse.Namespace, count: int) -> "tuple[float, ...] | list[Tensor]":
@@ -142,7 +143,7 @@ def _check(arguments: argparse.Namespace, output: Path, kind: "Kind", film: bool
         refuse_unused(arguments, ("there_and_back",), "is for films, and this is one image")
         if not output.suffix:
             raise synth.InputError(f"{output} cannot hold one image; end it with .png, .tif or another kind of image")
-    if _is_image(output):
+    if is_image(output):
         io.check_output(output, kind, arguments.overwrite)
     else:
         io.check_video_output(output, arguments.overwrite)
@@ -158,10 +159,11 @@ def _check(arguments: argparse.Namespace, output: Path, kind: "Kind", film: bool
 def _writer(output: Path, frames: "list[Tensor]", rate: float, kind: "Kind") -> "Writer":
     from synth.sheets import contact_sheet
 
-    if _is_image(output):
+    if is_image(output):
         return io.image_writer(output, frames[0] if len(frames) == 1 else contact_sheet(frames), kind)
     return io.video_writer(output, iter(frames), rate, kind)
 
 
-def _is_image(output: Path) -> bool:
+def is_image(output: Path) -> bool:
+    """Whether all is written into one picture, not a video or a folder."""
     return bool(output.suffix) and output.suffix.lower() not in (".mp4", ".gif")
