@@ -13,7 +13,7 @@ demo: $(READY) ## synthesize three textures into out/demo
 	$(BIN)/python scripts/demo.py
 
 test: lint ## check style and types, run the tests
-	$(BIN)/python -m pytest -q
+	$(BIN)/python -m pytest -q -n auto --maxprocesses 8 --dist worksteal
 
 lint: $(READY) ## check style and types only
 	$(BIN)/ruff check .

@@ -42,13 +42,13 @@ def discs(side: int, count: int, radius: float, shift: float = 0.0) -> Tensor:
     return 0.15 + 0.7 * torch.sigmoid((radius - distance) * step)[None]
 
 
-def film(a: Tensor, b: Tensor, **how: object) -> Tensor:
+def film(a: Tensor, b: Tensor, method: str = "control", **how: object) -> Tensor:
     """Five frames of a metamorphosis beside each other."""
-    return beside(*map(colored, synth.morph(a, b, TIMES, **how).frames))
+    return beside(*map(colored, synth.morph(a, b, TIMES, method=method, **how).frames))
 
 
-def half(a: Tensor, b: Tensor, **how: object) -> Tensor:
-    return colored(synth.morph(a, b, [0.5], **how).frames[0])
+def half(a: Tensor, b: Tensor, method: str = "control", **how: object) -> Tensor:
+    return colored(synth.morph(a, b, [0.5], method=method, **how).frames[0])
 
 
 def figure_4(side: int) -> Tensor:
@@ -66,7 +66,7 @@ def figure_4(side: int) -> Tensor:
 def figure_5(side: int) -> Tensor:
     """Few large discs become many small ones: above a dissolve, below control, which splits them."""
     a, b = discs(side, 2, 0.36), discs(side, 4, 0.32)
-    return under(film(a, b, method="blend"), film(a, b, method="control"))
+    return under(film(a, b, method="blend"), film(a, b))
 
 
 def figure_7(side: int) -> Tensor:
@@ -84,8 +84,8 @@ def figure_8(side: int) -> Tensor:
         (stones, coins(side), (edges(stones), edges(coins(side)))),
         (light, dark, (light, 1 - dark)),
     ):
-        marked = half(a, b, method="control", features=features, sigma=0.2)
-        rows.append(beside(colored(a), half(a, b, method="blend"), half(a, b), marked, colored(b)))
+        plain, marked = half(a, b), half(a, b, features=features, sigma=0.2)
+        rows.append(beside(colored(a), half(a, b, method="blend"), plain, marked, colored(b)))
     return under(*rows)
 
 
@@ -104,7 +104,7 @@ def figure_12(side: int) -> Tensor:
 def figure_13(side: int) -> Tensor:
     """Above a large alpha, which nearly dissolves, below a small one, which moves."""
     a, b = pebbles(side), pebbles(side, 1)
-    return under(*(film(a, b, method="control", alpha=alpha) for alpha in (1000.0, 15.0)))
+    return under(*(film(a, b, alpha=alpha) for alpha in (1000.0, 15.0)))
 
 
 def figure_14(side: int) -> Tensor:

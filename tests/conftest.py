@@ -1,5 +1,6 @@
 """What holds for all tests."""
 
+import os
 from collections.abc import Callable
 from typing import Any
 
@@ -7,6 +8,11 @@ import numpy as np
 import pytest
 
 import synth  # noqa: F401  # before torch: waiting threads sleep, which a busy machine thanks with twice the speed
+
+# workers beside each other (pytest-xdist) share the cores, and so do the processes that tests start
+WORKERS = int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1"))
+if WORKERS > 1:  # read by torch and faiss when they are loaded, which is later
+    os.environ.setdefault("OMP_NUM_THREADS", str(max(1, (os.cpu_count() or 1) // WORKERS)))
 
 
 @pytest.fixture
