@@ -7,6 +7,7 @@ from pathlib import Path
 import gallery_morph
 import pytest
 
+import synth
 from synth import read_image
 
 SIDE = 32
@@ -17,6 +18,8 @@ def cells(path: Path) -> tuple[int, ...]:
 
 
 def test_the_gallery_makes_every_figure(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    morph = synth.morph
+    monkeypatch.setattr(synth, "morph", lambda *given, **named: morph(*given, **{"preset": "fast"} | named))
     monkeypatch.setattr(sys, "argv", ["gallery_morph.py", "--side", str(SIDE), "--out", str(tmp_path)])
     gallery_morph.main()
     shapes = {path.stem.split("_")[1]: cells(path) for path in tmp_path.iterdir()}

@@ -96,7 +96,7 @@ def test_any_number_of_threads_gives_the_same_bits_and_global_randomness_is_left
 
 def test_rotation_does_not_wear_out() -> None:
     """Sixty frames on, the picture is as sharp and as much the exemplar as the first."""
-    shape, exemplar = (96, 96), brick(80)
+    shape, exemplar = (72, 72), brick(64)
     first = last = warped = None
     look = flow.lookup(flow.rotation(2.0)(0, shape))
     for last in flow.animate(exemplar, flow.rotation(2.0), shape, frames=61, renewing=LONG):

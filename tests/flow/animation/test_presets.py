@@ -26,7 +26,7 @@ def test_the_presets_spend_rising_work_on_a_frame() -> None:
     work = []
     for preset in flow.PRESETS.values():
         start = Settings(blocks=Blocks(seams=1), iterations=1)
-        frames = flow.animate(exemplar, flow.rotation(12.0), (192, 192), frames=2, renewing=preset, synthesis=start)
+        frames = flow.animate(exemplar, flow.rotation(12.0), (128, 128), frames=2, renewing=preset, synthesis=start)
         next(frames)
         with Work() as counted:
             list(frames)

@@ -1,5 +1,6 @@
 """The command line as a process: Ctrl-C at any time, streams that cannot show a name, other people's folders."""
 
+import io
 import os
 import signal
 import struct
@@ -16,6 +17,7 @@ from synth.cli import main
 
 ROOT = str(Path(__file__).parents[3])
 FAST = ["synth", "brick.png", "--preset", "fast", "--size", "24x24"]
+QUICK = ["quilt", "brick.png", "--refine", "0", "--size", "24x24"]
 
 PROGRAM = """
 import os, signal, sys
@@ -87,19 +89,22 @@ def test_ctrl_c_when_the_files_are_in_place_comes_too_late(folder: Path, monkeyp
     assert signal.getsignal(signal.SIGINT) is before
 
 
-def test_names_that_an_ascii_stream_cannot_show(folder: Path) -> None:
-    done = python("-m", "synth", *FAST, "-o", "wände\udcff.png", PYTHONIOENCODING="ascii:strict")
+def test_names_that_an_ascii_stream_cannot_show(folder: Path, monkeypatch) -> None:
+    done = python("-m", "synth", *QUICK, "-o", "wände\udcff.png", PYTHONIOENCODING="ascii:strict")
     assert done.stdout.startswith("wrote w\\xe4nde\\udcff.png: 24x24, seed 0, in ")
     assert (done.returncode, done.stderr) == (0, "")
-    again = python("-m", "synth", *FAST, "-o", "wände\udcff.png", PYTHONIOENCODING="ascii:strict")
-    assert again.stderr.startswith("kwatra: error: w\\xe4nde\\udcff.png exists")
+    error = io.TextIOWrapper(io.BytesIO(), "ascii", "strict")
+    monkeypatch.setattr(sys, "stderr", error)
+    assert main([*QUICK, "-o", "wände\udcff.png"]) == 2
+    error.seek(0)
+    assert error.read().startswith("kwatra: error: w\\xe4nde\\udcff.png exists")
 
 
 def test_a_closed_stdout_is_no_error(folder: Path) -> None:
-    command = f"exec {sys.executable} -m synth {' '.join(FAST)} >&-"
+    command = f"exec {sys.executable} -m synth {' '.join(QUICK)} >&-"
     done = subprocess.run(command, shell=True, stderr=subprocess.PIPE, text=True, env=os.environ | {"PYTHONPATH": ROOT})
     assert (done.returncode, done.stderr) == (0, "")
-    assert Path("brick_synth.png").exists()
+    assert Path("brick_quilt.png").exists()
 
 
 @pytest.mark.parametrize("name", ["flow", "kwatra"])
@@ -128,5 +133,5 @@ def test_warnings_of_libpng_reach_nobody(folder: Path) -> None:
     chunk = b"sBIT\x09"  # nine of eight bits
     odd = struct.pack(">I", 1) + chunk + struct.pack(">I", zlib.crc32(chunk))
     Path("odd.png").write_bytes(data[:33] + odd + data[33:])
-    done = python("-m", "synth", "quilt", "odd.png", "--size", "24x24", "--refine", "0")
+    done = python("-m", "synth", "quilt", "odd.png", *QUICK[2:])
     assert (done.returncode, done.stderr) == (0, "")
