@@ -16,7 +16,7 @@ SIZE = 36
 @pytest.fixture(autouse=True)
 def _few_frames(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(gallery_flow, "KEY_FRAMES", (1, 2, 3))
-    monkeypatch.setattr(gallery_flow, "FILLING_FRAMES", (2, 10, 22))
+    monkeypatch.setattr(gallery_flow, "FILLING_FRAMES", (2, 12, 30))
     monkeypatch.setattr(gallery_flow, "VIDEO_FRAMES", 3)
     monkeypatch.setattr(gallery_flow, "VIDEO_FIELDS", gallery_flow.VIDEO_FIELDS[:1])
 
