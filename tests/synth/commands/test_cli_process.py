@@ -1,0 +1,90 @@
+"""The command line as a process: Ctrl-C, help, modules that are run, pipes."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from brick import RGB, texture
+
+from synth import write_image
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty current folder with one exemplar in it, brick.png."""
+    monkeypatch.chdir(tmp_path)
+    write_image("brick.png", texture(), RGB)
+    return tmp_path
+
+
+def python(*arguments: str, **options: object) -> "subprocess.Popen[str]":
+    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[3]), "PYTHONUNBUFFERED": ""}
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True, "env": environment}
+    return subprocess.Popen([sys.executable, *arguments], **pipes | options)
+
+
+def test_interrupt_in_the_middle(folder: Path) -> None:
+    before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    program = """
+import signal, sys
+from synth import cli
+from synth.commands import synth as commands
+signal.signal(signal.SIGINT, signal.default_int_handler)
+from contextlib import contextmanager
+@contextmanager
+def announce(title):
+    yield lambda progress: print("working", flush=True)
+commands.progress_line = announce
+sys.exit(cli.main(["synth", "brick.png", "--preset", "best", "--progress-images", "levels"]))
+"""
+    with python("-c", program) as process:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        assert process.stdout.readline() == "working\n"
+        process.send_signal(signal.SIGINT)
+        assert process.wait(60) == 130
+        assert process.stderr.read() == "kwatra: interrupted, nothing was written\n"
+    assert {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()} == before
+
+
+def test_help_is_quick_because_nothing_heavy_is_imported() -> None:
+    program = "import sys; from synth.cli import main\ntry: main(['synth', '--help'])\nexcept SystemExit: pass\n"
+    heavy = "print([m for m in ('torch', 'numpy', 'rich', 'PIL', 'faiss') if m in sys.modules])"
+    began = time.perf_counter()
+    with python("-c", program + heavy) as process:
+        out, _ = process.communicate()
+    assert out.endswith("[]\n")
+    assert "WIDTHxHEIGHT" in out
+    assert time.perf_counter() - began < 2  # alone it takes a tenth of a second
+
+
+@pytest.mark.parametrize("name", ["synth", "kwatra"])
+def test_a_module_that_is_run_can_speak_before_anything_heavy_is_imported(name: str) -> None:
+    with python(
+        "-c", f"import sys, {name}\nprint([m for m in ('torch', 'numpy', 'scipy') if m in sys.modules])"
+    ) as process:
+        out, _ = process.communicate()
+    assert out == "[]\n"
+
+
+@pytest.mark.parametrize("name", ["synth", "kwatra"])
+def test_runs_as_a_module(name: str) -> None:
+    with python("-m", name, "--help") as process:
+        out, err = process.communicate()
+    assert process.returncode == 0
+    assert out.startswith("usage: kwatra ")
+    assert err == ""
+
+
+def test_closed_pipe_is_no_traceback(folder: Path) -> None:
+    reading, writing = os.pipe()
+    os.close(reading)
+    with python("-m", "synth", "score", "brick.png", "brick.png", stdout=writing) as process:
+        os.close(writing)
+        _, err = process.communicate()
+    assert process.returncode == 1
+    assert err == ""
