@@ -6,10 +6,9 @@
 
 Without clips, waves made in code are used. The methods: kwatra (flow.animate); still, one frame of the clip animated;
 published, equation 29 over the whole volume (flow.published; it is slow, so --short frames at most); exact, a frame of
-the clip that is moved by the field and nothing else: what the measures make of the motion alone; and truth, the clip
-itself, moved by the field while it plays, its own mean motion undone: what they make of motion and life together, in
-the middle of the frame, for as long as what is seen there is seen in the clip: a few frames of one that moves by
-several px. The figures of others are to be read beside it. The columns:
+the clip that is moved by the field and nothing else: what the measures make of the motion alone; and truth, each
+frame of the clip and the next one, its own mean motion undone and moved by the field: what they make of motion and life
+together, in the middle of the frame. The figures of others are to be read beside it. The columns:
 
     epe        mean end-point error, px: how far the motion that optical flow sees is from the field
     epe mean   the same of the motions' mean over time, in which what the texture does about it cancels
@@ -22,11 +21,11 @@ several px. The figures of others are to be read beside it. The columns:
 """
 
 import argparse
+import math
 import sys
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
 
 import tables
@@ -42,6 +41,10 @@ from synth import field_of
 
 FIELDS = ("uniform", "rotation", "vortices")
 NAMES = ["epe", "epe mean", "life", "agitation", "sharp", "overall", "s/frame"]
+
+
+Steps = tuple[Tensor, Tensor]
+"""Frames (C, N, H, W), and what each becomes."""
 
 
 @dataclass(frozen=True)
@@ -79,23 +82,17 @@ def exactly(task: Task) -> Tensor:
     return torch.stack(frames, 1)
 
 
-def truly(task: Task) -> Tensor:
-    """The clip played while it moves by the field instead of as on the mean; the middle half of the frames."""
-    own = motions(task.clip).mean(0)
+def truly(task: Task) -> Steps:
+    """Each frame of the clip, and the next one as it would be, moved by the field instead of as on the mean."""
+    own = motions(steps(task.clip)).mean(0)
     if own.shape[1:] != task.shape:
         raise InputError("the truth is known at the clip's own size alone; leave out --size, or truth")
-    carried = lived = pixel_coordinates(task.shape)
-    frames: list[Tensor] = []
-    for number, shown in enumerate(task.clip.unbind(1)[: task.frames]):
-        places = flow.warp(lived, carried, "bilinear")
-        last = torch.tensor(shown.shape[:0:-1]).view(2, 1, 1) - 1
-        seen = (middle(carried) >= 0) & (middle(carried) <= last) & (middle(places) > 0) & (middle(places) < last)
-        if len(frames) > 1 and not bool(seen.all()):
-            break
-        frames.append(middle(flow.warp(shown, places, "lanczos")))
-        carried = flow.warp(carried, flow.lookup(task.field(number, task.shape)).coordinates, "bilinear")
-        lived = lived + flow.warp(own, lived, "bilinear")
-    return torch.stack(frames, 1)
+    before, after = steps(task.clip[:, : task.frames])
+    moved = []
+    for number, shown in enumerate(after.unbind(1)):
+        back = flow.lookup(task.field(number, task.shape)).coordinates
+        moved.append(flow.warp(shown, back + flow.warp(own, back, "bilinear"), "lanczos"))
+    return middle(before), middle(in_8_bits(torch.stack(moved, 1)))
 
 
 def middle(values: Tensor) -> Tensor:
@@ -104,7 +101,7 @@ def middle(values: Tensor) -> Tensor:
     return values[..., height // 4 : height - height // 4, width // 4 : width - width // 4]
 
 
-METHODS: dict[str, Callable[[Task], Tensor]] = {
+METHODS: dict[str, Callable[[Task], Tensor | Steps]] = {
     "kwatra": by_kwatra,
     "still": by_still,
     "published": by_volume,
@@ -117,9 +114,18 @@ def stacked(frames: Iterator[flow.Frame]) -> Tensor:
     return torch.stack([frame.image for frame in frames], 1)
 
 
-def motions(video: Tensor) -> Tensor:
-    """The motion that is seen from each frame to the next, (T - 1, 2, H, W)."""
-    return torch.stack([flow.seen(one, other) for one, other in pairwise(video.unbind(1))])
+def steps(video: Tensor) -> Steps:
+    """The frames of a video but the last, and those after them."""
+    return video[:, :-1], video[:, 1:]
+
+
+def pairs(made: Steps) -> Iterator[tuple[Tensor, Tensor]]:
+    return zip(made[0].unbind(1), made[1].unbind(1), strict=True)
+
+
+def motions(made: Steps) -> Tensor:
+    """The motion that is seen from each frame to the next, (N, 2, H, W)."""
+    return torch.stack([flow.seen(one, other) for one, other in pairs(made)])
 
 
 def inner(values: Tensor) -> Tensor:
@@ -128,10 +134,10 @@ def inner(values: Tensor) -> Tensor:
     return values[..., border:-border, border:-border]
 
 
-def change(video: Tensor, along: Tensor) -> float:
-    """Mean change of each frame (C, T, H, W) about the one before it, moved along flows (T - 1, 2, H, W)."""
-    pairs = zip(pairwise(video.unbind(1)), along, strict=True)
-    left = [inner(after - flow.warp(before, flow.lookup(f).coordinates)).abs().mean() for (before, after), f in pairs]
+def change(made: Steps, along: Tensor) -> float:
+    """Mean change of what frames become about them, moved along flows (N, 2, H, W)."""
+    both = zip(pairs(made), along, strict=True)
+    left = [inner(after - flow.warp(before, flow.lookup(f).coordinates)).abs().mean() for (before, after), f in both]
     return float(torch.stack(left).mean())
 
 
@@ -139,22 +145,24 @@ def gradient(video: Tensor) -> float:
     return float(video.diff(dim=2).abs().mean() + video.diff(dim=3).abs().mean())
 
 
-def figures_of(video: Tensor, task: Task) -> dict[str, float]:
-    """All columns but the time, of a video (C, T, H, W)."""
-    wanted = torch.stack([task.field(number, task.shape) for number in range(video.shape[1] - 1)])
-    clip, own = task.clip, motions(task.clip)
-    if wanted.shape[2:] != video.shape[2:]:
+def figures_of(made: Tensor | Steps, task: Task) -> dict[str, float]:
+    """All columns but the time, of a video (C, T, H, W); of steps that are no video all but overall."""
+    overall = measure(made, task.clip)["overall"] if isinstance(made, Tensor) else math.nan
+    made = steps(made) if isinstance(made, Tensor) else made
+    wanted = torch.stack([task.field(number, task.shape) for number in range(made[0].shape[1])])
+    clip, own = task.clip, motions(steps(task.clip))
+    if wanted.shape[2:] != made[0].shape[2:]:
         wanted, clip, own = middle(wanted), middle(clip), middle(own)
-    off = inner(motions(video) - wanted)
+    off = inner(motions(made) - wanted)
     drift = own.mean(0, keepdim=True)
     agitated = inner(own - drift).norm(dim=1).mean()
     return {
         "epe": float(off.norm(dim=1).mean()),
         "epe mean": float(off.mean(0).norm(dim=0).mean()),
-        "life": change(video, wanted) / max(change(clip, drift.expand_as(own)), 1e-9),
+        "life": change(made, wanted) / max(change(steps(clip), drift.expand_as(own)), 1e-9),
         "agitation": float((off - off.mean(0)).norm(dim=1).mean() / agitated.clamp(min=1e-9)),
-        "sharp": gradient(video) / max(gradient(clip), 1e-9),
-        "overall": measure(video, clip)["overall"],
+        "sharp": gradient(made[1]) / max(gradient(clip), 1e-9),
+        "overall": overall,
     }
 
 
@@ -168,14 +176,16 @@ def bench(clips: dict[str, Tensor], arguments: argparse.Namespace) -> Iterator[t
                 tables.progress(f"{title}: {method}")
                 cpu = time.process_time()
                 try:
-                    video = in_8_bits(METHODS[method](task))
+                    made = METHODS[method](task)
+                    made = in_8_bits(made) if isinstance(made, Tensor) else made
                 except InputError as error:
                     print(f"{title}  {method} is left out: {error}", flush=True)
                     continue
-                cpu = (time.process_time() - cpu) / video.shape[1]
+                shown = made if isinstance(made, Tensor) else made[1]
+                cpu = (time.process_time() - cpu) / shown.shape[1]
                 file = f"{title.replace(' ', '_').replace(':', '-')}_{method}.png"
-                write_sheet(arguments.out / file, video)
-                yield tables.Row(title, method, file, {**figures_of(video, task), "s/frame": cpu})
+                write_sheet(arguments.out / file, shown)
+                yield tables.Row(title, method, file, {**figures_of(made, task), "s/frame": cpu})
 
 
 def parsed(words: list[str] | None) -> argparse.Namespace:

@@ -2,6 +2,7 @@
 
 import bench_flow_video
 import pytest
+import torch
 from bench_flow_video import Task, figures_of
 from gallery_quilting import waves
 
@@ -20,7 +21,7 @@ def test_an_exact_motion_has_no_error_and_no_life() -> None:
 
 def test_the_clip_itself_lives_as_it_does() -> None:
     clip = waves(4, 48)
-    own = bench_flow_video.motions(clip).mean(0)
+    own = bench_flow_video.motions(bench_flow_video.steps(clip)).mean(0)
     figures = figures_of(clip, Task(clip, flow.sampled(own), (48, 48), 4, 4))
     assert figures["life"] == pytest.approx(1.0, rel=0.01)
     assert figures["agitation"] == pytest.approx(1.0, rel=0.01)
@@ -30,15 +31,23 @@ def test_the_clip_itself_lives_as_it_does() -> None:
 def test_the_truth_moves_by_the_field_alone_and_lives() -> None:
     clip = waves(6, 64)
     task = Task(clip, flow.uniform(2.0), (64, 64), 6, 6)
-    video = bench_flow_video.truly(task)
-    assert video.shape[1] >= 2
-    assert video.shape[2:] == (32, 32)
-    figures = figures_of(video, task)
-    own = figures_of(bench_flow_video.middle(clip)[:, : video.shape[1]], task)
+    made = bench_flow_video.truly(task)
+    assert [part.shape for part in made] == [(3, 5, 32, 32)] * 2
+    figures = figures_of(made, task)
+    own = figures_of(bench_flow_video.middle(clip), task)
     assert figures["epe mean"] < 0.5 * own["epe mean"]
     assert figures["life"] > 0.5
     exact = figures_of(bench_flow_video.middle(bench_flow_video.exactly(task)), task)
     assert exact["life"] < 0.5 * figures["life"]
+
+
+def test_of_a_clip_that_only_moves_the_truth_is_the_exact_motion() -> None:
+    sheet = waves(1, 96)[:, 0]
+    clip = torch.stack([sheet[:, 16:80, 30 - 3 * t : 94 - 3 * t] for t in range(6)], 1)
+    task = Task(clip, flow.uniform(2.0, 90), (64, 64), 6, 6)
+    figures = figures_of(bench_flow_video.truly(task), task)
+    assert figures["epe"] < 0.15
+    assert figures["sharp"] == pytest.approx(1.0, abs=0.1)
 
 
 def test_the_table_has_a_row_for_every_method(tmp_path, capsys, monkeypatch) -> None:
