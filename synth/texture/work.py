@@ -16,6 +16,7 @@ from kwatra.terms import parts_of
 from kwatra.windows import per_axis
 from synth.texture.form import Form, Image
 from synth.texture.guidance import Guide
+from synth.texture.light import evened
 from synth.texture.moving import in_time
 from synth.texture.staying import staying
 from synth.texture.stretch import Memory, Stretch, planned_stretches
@@ -134,7 +135,15 @@ class Work(Generic[Image]):
             kwatra.optimize, source, size, settings=settings, terms=terms, mask=self.mask,
             start=self.start,
         )  # fmt: skip
-        return _Runs(self.tries, part.seed(seed), callback, self.channels).best(run, self.source)
+        even = None if len(size) == 2 or self.steered else partial(self._evened, part, settings)
+        return _Runs(self.tries, part.seed(seed), callback, self.channels, even).best(run, self.source)
+
+    def _evened(self, part: Stretch, settings: Settings, result: Result) -> Result:
+        """The result with even light; the frames that a stretch holds are left alone."""
+        held = torch.zeros(part.length, dtype=torch.bool)
+        held[: part.before], held[part.length - part.after :] = True, True
+        image = evened(result.image, result.where, self.source, per_axis(settings.wrap, 3), held)
+        return replace(result, image=image)
 
     def made(self, result: Result, part: Stretch) -> Synthesis[Image]:
         """A stretch's result as the exemplar's kind, without the frames it held."""
@@ -202,10 +211,18 @@ def _share(callback: Callable[[Progress], None], number: int, count: int) -> Cal
 
 
 class _Runs:
-    """Several runs of which the best is kept; of images, only the first `channels` are."""
+    """Several runs of which the best is kept; of images, only the first `channels` are. finish: done to each result."""
 
-    def __init__(self, count: int, seed: int, callback: Callable[[Progress], None] | None, channels: int) -> None:
+    def __init__(
+        self,
+        count: int,
+        seed: int,
+        callback: Callable[[Progress], None] | None,
+        channels: int,
+        finish: Callable[[Result], Result] | None = None,
+    ) -> None:
         self.count, self.seed, self.callback, self.channels = count, seed, callback, channels
+        self.finish = finish
 
     def best(self, run: Callable[..., Result], source: Exemplar) -> Result:
         """The run, told its seed and callback, whose result measures best against the exemplar."""
@@ -222,7 +239,8 @@ class _Runs:
         return best
 
     def _image_of(self, result: Result) -> Result:
-        """The result without guide channels."""
+        """The result, finished, without guide channels."""
+        result = result if self.finish is None else self.finish(result)
         stages = [replace(stage, image=stage.image[: self.channels]) for stage in result.stages]
         return replace(result, image=result.image[: self.channels], stages=stages)
 

@@ -1,0 +1,95 @@
+"""Light that goes on evenly in time."""
+
+import pytest
+import torch
+
+import synth
+from kwatra import Exemplar
+from synth.texture.light import AROUND, SHORT, evened
+
+
+def clip(frames: int = 8, side: int = 32) -> torch.Tensor:
+    """Blotches that stay, and grow brighter by .02 a frame."""
+    coarse = torch.rand(1, 3, 1, 8, 8, generator=torch.Generator().manual_seed(0))
+    still = torch.nn.functional.interpolate(coarse, (1, side, side), mode="trilinear")[0] / 2
+    return still + 0.02 * torch.arange(float(frames)).view(-1, 1, 1)
+
+
+def places(frames: list[int], side: int = 32) -> torch.Tensor:
+    """The map of frames of the clip, one after the other."""
+    y, x = torch.meshgrid(torch.arange(side), torch.arange(side), indexing="ij")
+    return torch.stack([torch.stack([torch.full_like(y, t), y, x]) for t in frames], 1)
+
+
+def steps(video: torch.Tensor) -> torch.Tensor:
+    """The mean step of light from each frame to the next."""
+    return video.mean((0, 2, 3)).diff()
+
+
+def test_a_step_of_light_where_pieces_meet_is_spread_and_details_are_not_touched():
+    z = clip()
+    order = [0, 1, 2, 3, 4, 5, 0, 1, 2, 3, 4, 5]  # a step of -.1 where there should be one of .02
+    x = z[:, order]
+    even = evened(x, places(order), Exemplar.of(z), (False,) * 3)
+    assert float(steps(x).min()) == pytest.approx(-0.1, abs=1e-4)
+    assert float(steps(even).min()) > -0.06
+    light = even - x
+    assert torch.allclose(light, light.mean((2, 3), keepdim=True).expand_as(light), atol=1e-5)
+    assert float(light.mean()) == pytest.approx(0.0, abs=1e-5)  # no brighter or darker on the whole
+
+
+def test_what_goes_on_as_in_the_exemplar_is_left_as_it_is():
+    z = clip()
+    order = [2, 3, 4, 5, 6]
+    assert torch.allclose(evened(z[:, order], places(order), Exemplar.of(z), (False,) * 3), z[:, order], atol=1e-6)
+
+
+def test_it_is_the_least_of_its_sum():
+    """Against the normal equations written out for a video whose light is the same all over a frame."""
+    z = clip()
+    order = [4, 5, 1, 2, 7]
+    even = evened(z[:, order], places(order), Exemplar.of(z), (False,) * 3)
+    found = (even - z[:, order]).mean((0, 2, 3)).double()
+    wanted = torch.full((4,), 0.02, dtype=torch.double) - steps(z[:, order]).double()
+    step = torch.eye(5, dtype=torch.double).diff(dim=0)
+    solved = torch.linalg.solve(step.T @ step + SHORT * torch.eye(5, dtype=torch.double), step.T @ wanted)
+    assert torch.allclose(found, solved, atol=1e-5)
+
+
+def test_in_a_loop_the_last_frame_leads_to_the_first():
+    z = clip()
+    order = list(range(8))
+    loop = evened(z, places(order), Exemplar.of(z), (True, False, False))
+    assert float((loop[:, -1] - loop[:, 0]).mean()) < 0.5 * float((z[:, -1] - z[:, 0]).mean())
+
+
+def test_held_frames_keep_every_bit_and_others_lead_up_to_them():
+    z = clip()
+    order = [6, 7, 0, 1, 2, 3]
+    held = torch.tensor([True, True, False, False, False, False])
+    even = evened(z[:, order], places(order), Exemplar.of(z), (False,) * 3, held)
+    assert torch.equal(even[:, :2], z[:, order][:, :2])
+    assert float(steps(even)[1]) > 0.5 * float(steps(z[:, order])[1])
+
+
+def test_only_light_counts_and_clips_do_not_continue_each_other():
+    z = clip()
+    fine = z + 0.05 * torch.randn(z.shape, generator=torch.Generator().manual_seed(1))
+    both = Exemplar.of([fine, 1 - fine])
+    there = int((both.owner == 1).nonzero()[0, 0]), int((both.owner == 1).nonzero()[0, 1])
+    order = [0, 1, 2, 3]
+    where = places(order)
+    where[0, 2:] = where[0, 2:] + there[0]
+    where[1, 2:] = where[1, 2:] + there[1]
+    where[2, 2:] = where[2, 2:] + int((both.owner == 1).nonzero()[0, 2])
+    x = torch.stack([fine[:, 0], fine[:, 1], 1 - fine[:, 2], 1 - fine[:, 3]], 1)
+    light = evened(x, where, both, (False,) * 3) - x
+    rough = light - torch.nn.functional.avg_pool2d(light, 2 * int(AROUND) + 1, 1, int(AROUND), count_include_pad=False)
+    assert float(rough.square().mean()) < 0.1 * float(light.square().mean())
+
+
+def test_what_is_asked_of_pixels_is_not_made_brighter():
+    z = clip(6, 24)
+    start = z.flip(1)
+    steered = synth.synthesize(z, (6, 24, 24), start=start, preset="fast")
+    assert torch.equal(steered.image, steered.form.restored(steered.result.image))
