@@ -56,6 +56,14 @@ def test_archives_of_text_and_archives_that_unpack_to_gigabytes(folder: Path, re
         assert f"{name} holds arrays of 3200000000 bytes; at most 2147483648" in refused("flow", name, "-o", "a.flo")
 
 
+def test_many_arrays_that_are_too_much_together(
+    folder: Path, refused: Callable[..., str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    np.savez("many.npz", flow=np.zeros((2, 5, 5), np.float32), other=np.zeros((2, 5, 5), np.float32))
+    monkeypatch.setattr("synth.io.numpy_files.MOST_BYTES", 500)  # each has 328 with its head
+    assert "many.npz holds arrays of 656 bytes; at most 500" in refused("flow", "many.npz", "-o", "a.flo")
+
+
 def test_a_flow_that_stands_still_when_it_is_stretched(folder: Path, refused: Callable[..., str]) -> None:
     flow = torch.zeros(2, 30, 40)
     flow[0, 15, 20] = 1e-42
@@ -96,7 +104,7 @@ def test_a_tiff_without_height(folder: Path, refused: Callable[..., str]) -> Non
         data = data.replace(struct.pack("<HHII", 257, kind, 1, 777), struct.pack("<HHII", 257, 4, 1, 0))
     Path("flat.tif").write_bytes(data)
     for command in ("quilt flat.tif", "merge flat.tif a.png --keep m.png", "synth flat.tif"):
-        assert "flat.tif " in refused(*command.split())
+        assert "flat.tif says that it is 24x0 with 1 channel; get it anew" in refused(*command.split())
 
 
 @pytest.mark.parametrize(
