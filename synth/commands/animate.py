@@ -2,14 +2,20 @@
 
 import argparse
 import time
+from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import synth
 from synth.commands.checks import refuse_unused, set_up
 from synth.commands.framewise import Framewise
 from synth.commands.parsing import Subparsers, add_common, add_scale, file, numbers, rate, size, whole
 from synth.commands.progress import work_line
+from synth.commands.telling import Contributions
 from synth.words import counted
+
+if TYPE_CHECKING:
+    import flow
 
 LOADS = ("synth.commands.animate_inputs", "synth.io.frames", "synth.io.videos")
 
@@ -121,7 +127,14 @@ def run(arguments: argparse.Namespace) -> str:
     done = 0 if after is None else after.number + 1
     if done == job.total and not job.video:
         return f"{job.output} has its {counted(done, 'frame')} already; there is nothing to do"
-    began = time.perf_counter()
+    began, told = time.perf_counter(), Contributions(arguments.exemplars)
     with work_line(f"{source.name}, {arguments.flow}") as report:
-        job.run(((inputs.drawn(frame), frame.state) for frame in frames), done, report)
-    return job.summary(done, time.perf_counter() - began)
+        job.run(((inputs.drawn(frame), frame.state) for frame in _counted(frames, told)), done, report)
+    return job.summary(done, time.perf_counter() - began) + told.said()
+
+
+def _counted(frames: "Iterable[flow.Frame]", told: Contributions) -> "Iterator[flow.Frame]":
+    """The frames, of which is told what comes from where: of what was made now, not of frames that were there."""
+    for frame in frames:
+        told.add(frame.source[0].where(frame.state.inside, -1).cpu().numpy())
+        yield frame

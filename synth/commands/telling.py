@@ -13,13 +13,35 @@ if TYPE_CHECKING:
 
 def contributions(paths: Sequence[Path], source: "Array") -> str:
     """What part of an output comes from each of several exemplars: source (H, W) is their number, -1 for none."""
-    import numpy as np
+    told = Contributions(paths)
+    told.add(source)
+    return told.said()
 
-    if len(paths) < 2:
-        return ""
-    pixels = np.bincount(source[source >= 0].ravel(), minlength=len(paths))
-    parts = [f"{path.name} {_percent(count / max(source.size, 1))}" for path, count in zip(paths, pixels, strict=True)]
-    return f"; of it {', '.join(parts)}"
+
+class Contributions:
+    """What part of an output that is made frame by frame comes from each of several exemplars."""
+
+    def __init__(self, paths: Sequence[Path]) -> None:
+        self._paths, self._counts, self._all = paths, [0] * len(paths), 0
+
+    def add(self, source: "Array") -> None:
+        """Count a frame: source (H, W) is the number of each pixel's exemplar, -1 for none."""
+        import numpy as np
+
+        if len(self._paths) < 2:
+            return  # of one there is nothing to tell
+        pixels = np.bincount(source[source >= 0].ravel(), minlength=len(self._paths))
+        self._counts = [before + int(count) for before, count in zip(self._counts, pixels, strict=True)]
+        self._all += source.size
+
+    def said(self) -> str:
+        """The parts, to follow a summary; nothing where there is one exemplar, or no frame."""
+        if not self._all:
+            return ""
+        parts = [
+            f"{path.name} {_percent(count / self._all)}" for path, count in zip(self._paths, self._counts, strict=True)
+        ]
+        return f"; of it {', '.join(parts)}"
 
 
 def details(rows: Mapping[str, object]) -> str:

@@ -2,6 +2,7 @@
 
 import itertools
 import math
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -89,13 +90,18 @@ def test_normals_turn_as_the_flow_turns_what_they_belong_to(folder: Path) -> Non
     assert torch.equal(along.drawn(values, source, ~shown), torch.zeros(3, 40, 48))
 
 
-def test_several_exemplars_flow_together_with_their_maps(folder: Path) -> None:
+def test_several_exemplars_flow_together_with_their_maps(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     write_image("none.png", torch.zeros(1, 64, 64), DEEP)
     command = ["animate", "sand.png", "red.png", "--flow", "rotation", "--size", "96x96", *QUICK[2:]]
     command += ["--also", "id=deep.png,none.png"]
     assert main([*command, "-o", "out"]) == 0
     assert read_image("out/000000.png").kind == RGB  # the richer one
+    told = re.search(r"; of it sand.png (\d+)%, red.png (\d+)%\n", capsys.readouterr().out)
+    assert told is not None
     picture, number = frames("out")[0], frames("out_id")[0][0]
+    of_sand = sum(float((frame[0] > 0).float().mean()) for frame in frames("out_id")) / len(frames("out_id"))
+    assert abs(int(told[1]) - 100 * of_sand) < 10
+    assert int(told[1]) + int(told[2]) in (99, 100, 101)
     gray = (picture.amax(0) - picture.amin(0)) < 0.004
     assert 0 < float(gray.float().mean()) < 1
     assert float(number[gray].mean()) > 10 * float(number[~gray].mean())
