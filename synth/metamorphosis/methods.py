@@ -38,7 +38,7 @@ METHODS = {
     "textons": Entry("textons.method", masks=True),
 }
 DEFAULT = "patches"
-"""The best by itself on each of six pairs of photographs; `control` with its frames made texture again is as good."""
+"""The best on each of six pairs of photographs but one (terrazzo)."""
 
 
 def entry(name: str) -> Entry:

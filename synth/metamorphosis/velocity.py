@@ -15,8 +15,8 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from flow.warps import Smoothness
-from kwatra.base import InputError, coarse_shape, resized
+from flow.warps import Smoothness, displaced, interpolated, jacobian, pixel_coordinates
+from kwatra.base import InputError, coarse_shape, mean, resized
 from kwatra.result import Row
 from synth.metamorphosis.descent import Oracle, descent, inner
 from synth.metamorphosis.method import Report
@@ -147,6 +147,22 @@ class SearchLevel:
         """How far, in px, the velocity of a control moves pixels, at most; the same whichever end of time is first."""
         speed = self.smoothness.inverted(control).norm(dim=1)
         return float((speed + speed.flip(0)).sum(0).max()) / 2
+
+
+@dataclass(frozen=True)
+class Mismatch:
+    """What images (2, C, H, W) differ by after a velocity has moved the first: a `Lack`."""
+
+    images: Tensor
+    sigma: float
+    wrap: bool
+
+    def __call__(self, velocity: Tensor) -> tuple[dict[str, Tensor], Tensor]:
+        """The energy of the mismatch for a velocity (N, 2, H, W), a mean over pixels, and the least Jacobian."""
+        moved = displaced(-velocity.flip(0), self.wrap)
+        place = moved[-1] + pixel_coordinates(velocity.shape[-2:], velocity.device).to(velocity.dtype)
+        apart = self.images[1] - interpolated(self.images[0], place, "bicubic", self.wrap)
+        return {"mismatch": mean(apart.square().sum(0)) / self.sigma**2}, jacobian(moved, self.wrap).min()
 
 
 def _factors(shape: tuple[int, int], wrap: bool) -> list[int]:

@@ -13,12 +13,12 @@ from dataclasses import dataclass, field
 import torch
 from torch import Tensor
 
-from flow.warps import displaced, displacement, interpolated, jacobian, pixel_coordinates, warp
-from kwatra.base import InputError, mean
+from flow.warps import displacement, pixel_coordinates, warp
+from kwatra.base import InputError
 from kwatra.result import Row
 from synth.metamorphosis.method import Film, Frames, Method, Pair, Report
 from synth.metamorphosis.velocity import PRESETS as SEARCHES
-from synth.metamorphosis.velocity import Found, Search
+from synth.metamorphosis.velocity import Found, Mismatch, Search
 
 
 @dataclass(frozen=True)
@@ -55,22 +55,6 @@ class Registration(Method):
     def _registered(self, source: Tensor, target: Tensor, wrap: bool, report: Report) -> Found:
         images = torch.stack([source, target])
         return self.search.velocity(images, lambda images: Mismatch(images, self.sigma, wrap), wrap, report)
-
-
-@dataclass(frozen=True)
-class Mismatch:
-    """What images (2, C, H, W) differ by after a velocity has moved the first: a `Lack`, see `velocity`."""
-
-    images: Tensor
-    sigma: float
-    wrap: bool
-
-    def __call__(self, velocity: Tensor) -> tuple[dict[str, Tensor], Tensor]:
-        """The energy of the mismatch for a velocity (N, 2, H, W), a mean over pixels, and the least Jacobian."""
-        moved = displaced(-velocity.flip(0), self.wrap)
-        place = moved[-1] + pixel_coordinates(velocity.shape[-2:], velocity.device).to(velocity.dtype)
-        apart = self.images[1] - interpolated(self.images[0], place, "bicubic", self.wrap)
-        return {"mismatch": mean(apart.square().sum(0)) / self.sigma**2}, jacobian(moved, self.wrap).min()
 
 
 def _moved(image: Tensor, velocity: Tensor, time: float, wrap: bool) -> Tensor:

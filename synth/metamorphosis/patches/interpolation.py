@@ -17,6 +17,7 @@ from synth.metamorphosis.patches.detail import Detail, Restoring, dilated
 from synth.metamorphosis.patches.feature_maps import GIVEN, FoundFeatures, checked_map, find_features
 from synth.metamorphosis.patches.model import Making, Matched, matched
 from synth.metamorphosis.patches.neighborhoods import Weights
+from synth.metamorphosis.patches.passage import Passage
 from synth.metamorphosis.patches.statistics import Statistics, mixed, step
 from synth.metamorphosis.patches.synthesis import Synthesis
 from synth.metamorphosis.patches.textures import common_units
@@ -139,6 +140,11 @@ class Interpolation:
         start[:-1] = torch.where(kept, frame.image, start[:-1])
         return self._settled(self.carrying, (self.finest,), weighting, start, kept, known)
 
+    def along(self, passage: Passage, time: float) -> Tensor:
+        """The image (C, H, W) of a film from A to B at a time between both: a texture like what the passage shows."""
+        weighting, shown = Weighting.even((1 - time, time), self.shape), passage.at(time)
+        return self._settled(self.carrying, (self.finest,), weighting, shown, wished=shown).image
+
     def _settled(
         self,
         synthesis: Synthesis,
@@ -147,9 +153,10 @@ class Interpolation:
         start: Tensor,
         kept: Tensor | None = None,
         known: Tensor | None = None,
+        wished: Tensor | None = None,
     ) -> Frame:
         detail = Detail.of(self._restoring, weighting, kept)
-        image, arrangement = synthesis(levels, weighting, start, self.wrap, self.seed, detail, kept, known)
+        image, arrangement = synthesis(levels, weighting, start, self.wrap, self.seed, detail, kept, known, wished)
         return Frame(detail.settled(image), weighting, arrangement)
 
     @cached_property

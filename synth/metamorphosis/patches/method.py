@@ -1,7 +1,8 @@
 """Metamorphosis by patches (Ruiters, Schnabel and Klein, Patch-based Texture Interpolation, 2010) as a film.
 
-The paper makes each image from noise. Here each frame is what the frame before it becomes when its patches are shown at
-the next time, where they lie, and then a texture again: so elements grow, turn and change their shape, and stay.
+The paper makes each image from noise. Here each frame from A to B is a texture like what `Passage` shows at its time,
+so a film begins in A, ends in B, and what moves does so smoothly. Where weights differ from place to place, each frame
+of a film is what the one before becomes when its patches are shown at their next weights, where they lie.
 """
 
 from collections.abc import Iterator, Sequence
@@ -9,15 +10,20 @@ from dataclasses import dataclass, field, replace
 
 from torch import Tensor
 
+from kwatra.base import InputError
 from synth.metamorphosis.method import Film, Frames, Method, Pair, Report
+from synth.metamorphosis.pairing import Growth
 from synth.metamorphosis.patches.interpolation import PUBLISHED, Frame, Interpolation, Pyramid
 from synth.metamorphosis.patches.model import Making
 from synth.metamorphosis.patches.pace import Pace
+from synth.metamorphosis.patches.passage import Passage
 from synth.metamorphosis.patches.synthesis import Synthesis
 from synth.metamorphosis.patches.weighting import Weighting
+from synth.metamorphosis.velocity import PRESETS as SEARCHES
 
-CARRYING = Synthesis(rejected=0.0, iterations=2, relaxed=False, mean_shift=False)
-"""On three pairs mean shift made films restless and rejection lost what B has; relaxing changed little."""
+CARRYING = Synthesis(rejected=0.0, iterations=2, free_centers=False, relaxed=False, mean_shift=False)
+"""On three pairs mean shift made films restless and rejection lost what B has; relaxing and free centers changed
+little."""
 
 
 @dataclass(frozen=True)
@@ -25,10 +31,11 @@ class PatchMorph(Method):
     """How to morph by patches; a `Method`.
 
     making: how neighborhoods in between are made. synthesis: how a frame is made of them by itself, on the levels of
-    `pyramid`; carrying: how, on the last of them, if it is what the one before becomes. statistics: detail that
-    blends take away is given back (section 4.5). even: a frame is as far on its way, by measure, as
-    its time says; or else the time is the share of B in its neighborhoods. independent: every frame is made by itself,
-    as published. size: (height, width) of frames, by default that of A.
+    `pyramid`; carrying: how, on the last of them, if it is a frame of a film. statistics: detail that blends take away
+    is given back (section 4.5). even: a frame made by itself is as far on its way, by measure, as its time says; or
+    else the time is the share of B in its neighborhoods. independent: every frame is made by itself, as published, and
+    so is a frame at a single time. search: how thoroughly A is brought onto B in
+    a film: "fast", "default" or "best". size: (height, width) of frames, by default that of A.
     """
 
     making: Making = field(default_factory=Making)
@@ -38,26 +45,42 @@ class PatchMorph(Method):
     statistics: bool = True
     even: bool = True
     independent: bool = False
+    search: str = "default"
     size: tuple[int, int] | None = None
+
+    def __post_init__(self) -> None:
+        if self.search not in SEARCHES:
+            raise InputError(f"the search is {self.search!r}; allowed are {', '.join(SEARCHES)}")
 
     def __call__(self, pair: Pair, times: Sequence[float], seed: int, report: Report) -> Film:
         """The film of a pair; InputError for textures smaller than the windows, and maps that are empty or full."""
-        features = None if pair.features_a is None or pair.features_b is None else (pair.features_a, pair.features_b)
         shape = self.size or (pair.a.shape[1], pair.a.shape[2])
-        between = self.between((pair.a, pair.b), features, shape, pair.tile, seed)
+        between = self.between((pair.a, pair.b), _features(pair), shape, pair.tile, seed)
         report("matching patches", 0.0)
-        weightings = [Weighting.even((1 - time, time), shape) for time in times]
+        if len(times) == 1 or self.independent:
+            frames = self._stills(between, times, report)
+        else:
+            frames = self._led(between, pair, times, seed, report)
+        remarks = (between.found.remark,)
+        return Film(Frames(frames, len(times)), tuple(times), remarks=remarks, features=between.found.maps)
+
+    def _stills(self, between: Interpolation, times: Sequence[float], report: Report) -> Iterator[Tensor]:
+        weightings = [Weighting.even((1 - time, time), between.shape) for time in times]
         if self.even:
             pace = Pace.of(between.finest, between.bands)
             weightings = [weighting.paced(pace) for weighting in weightings]
-        frames = filmed(between, weightings, report, self.independent)
-        remarks = (between.found.remark,)
-        return Film(
-            Frames((frame.image for frame in frames), len(times)),
-            tuple(times),
-            remarks=remarks,
-            features=between.found.maps,
-        )
+        return (frame.image for frame in filmed(between, weightings, report, True))
+
+    def _led(
+        self, between: Interpolation, pair: Pair, times: Sequence[float], seed: int, report: Report
+    ) -> Iterator[Tensor]:
+        """Frames that begin in A and end in B, both synthesized first if frames have another size."""
+        if between.shape != tuple(pair.a.shape[1:]):
+            pair = Growth("default", seed, str(pair.a.device))(pair, between.shape, report)
+        images = (pair.a, pair.b)
+        maps = replace(between, images=images, features=_features(pair)).found.maps
+        passage = Passage.of(images, maps, self.pyramid[-1][1], self.making, SEARCHES[self.search], pair.tile, report)
+        return _passing(between, passage, images, times, report)
 
     def between(
         self,
@@ -88,6 +111,19 @@ class PatchMorph(Method):
         return replace(self, size=size)
 
 
+def _passing(
+    between: Interpolation, passage: Passage, ends: tuple[Tensor, Tensor], times: Sequence[float], report: Report
+) -> Iterator[Tensor]:
+    for number, time in enumerate(times):
+        report(f"frame {number + 1} of {len(times)}", number / len(times))
+        yield ends[int(time)] if time in (0, 1) else between.along(passage, time)
+    report("done", 1.0)
+
+
+def _features(pair: Pair) -> tuple[Tensor, Tensor] | None:
+    return None if pair.features_a is None or pair.features_b is None else (pair.features_a, pair.features_b)
+
+
 def filmed(
     between: Interpolation, weightings: Sequence[Weighting], report: Report, independent: bool = False
 ) -> Iterator[Frame]:
@@ -101,7 +137,9 @@ def filmed(
 
 
 PRESETS = {
-    "fast": PatchMorph(Making(anchors=600), Synthesis(iterations=2, mean_shift=False), pyramid=((2, 17), (1, 17))),
+    "fast": PatchMorph(
+        Making(anchors=600), Synthesis(iterations=2, mean_shift=False), pyramid=((2, 17), (1, 17)), search="fast"
+    ),
     "default": PatchMorph(),
-    "best": PatchMorph(synthesis=Synthesis(iterations=5)),
+    "best": PatchMorph(synthesis=Synthesis(iterations=5), search="best"),
 }

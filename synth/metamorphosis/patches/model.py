@@ -1,5 +1,6 @@
 """What is known of several textures before any frame is made: their neighborhoods, matched and warped, by level."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -103,17 +104,17 @@ def matched(
 
 
 def _anchors(shape: tuple[int, ...], width: int, most: int) -> Tensor:
-    """First pixels (N, 2) of at most `most` windows, evenly spread."""
+    """First pixels (N, 2) of at most `most` windows, evenly spread, and the outermost."""
     if min(shape) < width:
         raise InputError(
             f"windows are {width} px wide but a texture at the common scale is {shape[1]}x{shape[0]}; give larger ones"
         )
     rows, columns = (size - width + 1 for size in shape)
     step = 1
-    while (-(-rows // step)) * (-(-columns // step)) > most:
+    while math.prod(-(-(count - 1) // step) + 1 for count in (rows, columns)) > most:
         step += 1
-    y, x = torch.meshgrid(torch.arange(0, rows, step), torch.arange(0, columns, step), indexing="ij")
-    return torch.stack([y, x], -1).reshape(-1, 2)
+    lines = (torch.cat([torch.arange(0, count - 1, step), torch.tensor([count - 1])]) for count in (rows, columns))
+    return torch.cartesian_prod(*lines)
 
 
 def _bag(image: Tensor, corners: Tensor, width: int, feature_weight: float) -> Bag:

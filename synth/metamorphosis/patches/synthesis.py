@@ -6,7 +6,20 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from kwatra import Bags, Ballot, FreeWindows, HardPixels, Level, Mode, Pull, Settings, mean, optimize
+from kwatra import (
+    Bags,
+    Ballot,
+    FreeWindows,
+    HardPixels,
+    Level,
+    Mode,
+    Pull,
+    Settings,
+    SoftPixels,
+    TermLike,
+    mean,
+    optimize,
+)
 from kwatra.steps.votes import Vote
 from synth.metamorphosis.patches.arrangement import Arrangement
 from synth.metamorphosis.patches.centers import BestCenters, regular
@@ -27,7 +40,8 @@ class Synthesis:
     level. free_centers: windows lie where they fit best in their cell, or else on a grid. relaxed:
     they are shifted until they agree. mean_shift: pixels take the most frequent value, or else the mean, of their
     windows. feature_weight: what distances count beside all colors together; map_weight: what each texture's weight
-    does where weights differ: more keeps a map exactly, less lets the textures decide.
+    does where weights differ: more keeps a map exactly, less lets the textures decide. wish_weight: what a picture that
+    is wished for counts beside the texture.
     """
 
     rejected: float = 0.5
@@ -37,6 +51,7 @@ class Synthesis:
     mean_shift: bool = True
     feature_weight: float = 1.0
     map_weight: float = 2.0
+    wish_weight: float = 5.0
 
     def __call__(
         self,
@@ -48,17 +63,21 @@ class Synthesis:
         detail: Detail,
         kept: Tensor | None = None,
         known: Tensor | None = None,
+        wished: Tensor | None = None,
     ) -> tuple[Tensor, Arrangement]:
         """The image (C, H, W) of a weighting, and what lies where in it on the last level.
 
         levels: coarse to fine. start (C + 1, H, W): colors and distance, to be improved. detail: given back after each
         iteration at full resolution. kept (H, W): pixels whose colors stay those of the start, or None.
-        known (N, 2): first pixels where windows of the last level are known to fit, or None.
+        known (N, 2): first pixels where windows of the last level are known to fit, or None. wished (C + 1, H, W): what
+        the image is to be like, or None; for weightings that are the same everywhere.
         """
         channels, varied = len(start) - 1, len(weighting.palette) > 1
         bags, numbers = zip(*(_bag(matched, weighting, self.rejected) for matched in levels), strict=True)
         weights = [1 / channels] * channels + [self.feature_weight]
-        terms = []
+        terms: list[TermLike] = []
+        if wished is not None:
+            terms = [SoftPixels(wished, torch.full_like(wished[:1], self.wish_weight), "passage")]
         if varied:
             weights += [self.map_weight] * len(weighting.values)
             start = torch.cat([start, weighting.values.to(start)])
@@ -67,7 +86,7 @@ class Synthesis:
         if kept is not None:
             fixed[:channels] |= kept
         if bool(fixed.any()):
-            terms = [HardPixels(start, fixed)]
+            terms.append(HardPixels(start, fixed))
         last = _Last(Mode(rounds=_ROUNDS) if self.mean_shift else mean)
         settings = Settings(
             levels=tuple(Level(*m.level, self.iterations) for m in levels),

@@ -8,10 +8,9 @@ from flow.warps import pixel_coordinates, warp
 from flow.warps.integration import displacement, interpolated, jacobian
 from flow.warps.smoothing import Smoothness
 from kwatra.base import mean
-from synth.metamorphosis.blend.registration import Mismatch
 from synth.metamorphosis.optimal_control.energy import Change
 from synth.metamorphosis.optimal_control.film import frames
-from synth.metamorphosis.velocity import Search, SearchLevel
+from synth.metamorphosis.velocity import Mismatch, Search, SearchLevel
 
 
 def smooth(*shape: int, blur: float, seed: int = 0) -> torch.Tensor:

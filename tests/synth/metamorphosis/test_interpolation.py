@@ -12,7 +12,7 @@ from kwatra import InputError
 from synth.metamorphosis.judging import judge
 
 SIZE = 48
-QUICK: dict[str, Any] = {"preset": "fast", "anchors": 150}
+QUICK: dict[str, Any] = {"preset": "fast", "anchors": 100}
 
 
 @pytest.fixture(scope="module")
@@ -24,11 +24,11 @@ def colors(image: torch.Tensor) -> torch.Tensor:
     return image.flatten(1).mean(1)
 
 
-def test_a_film_begins_with_a_and_ends_as_a_texture_of_b(pair: tuple[torch.Tensor, torch.Tensor]) -> None:
+def test_a_film_begins_in_a_and_ends_in_b(pair: tuple[torch.Tensor, torch.Tensor]) -> None:
     a, b = pair
     made = synth.morph(a, b, 5, method="patches", **QUICK)
     assert torch.allclose(made.frames[0], a, atol=1e-6)
-    assert float((colors(made.frames[-1]) - colors(b)).abs().max()) < 0.03
+    assert torch.allclose(made.frames[-1], b, atol=1e-6)
     figures = judge(made.frames, made.times, a, b)
     assert figures["near"] < 1.35
     assert figures["ghost"] < 0.2
@@ -50,12 +50,13 @@ def test_same_seed_same_bits_for_any_number_of_threads(pair: tuple[torch.Tensor,
 def test_identical_textures_stay_that_texture(pair: tuple[torch.Tensor, torch.Tensor]) -> None:
     a, _ = pair
     made = synth.morph(a, a, 4, method="patches", **QUICK)
-    assert all(float((frame - a).abs().mean()) < 0.01 for frame in made.frames)
+    assert all(float((frame - a).abs().max()) < 0.001 for frame in made.frames)
 
 
-def test_any_size_and_tiles(pair: tuple[torch.Tensor, torch.Tensor]) -> None:
-    made = synth.morph(*pair, [0.5], method="patches", size=(40, 72), tile=True, **QUICK)
-    frame = made.frames[0]
+@pytest.mark.parametrize("times", [[0.5], [0.0, 0.5, 1.0]])
+def test_any_size_and_tiles(times: list[float], pair: tuple[torch.Tensor, torch.Tensor]) -> None:
+    made = synth.morph(*pair, times, method="patches", size=(40, 72), tile=True, **QUICK)
+    frame = made.frames[len(times) // 2]
     assert frame.shape == (3, 40, 72)
     inside = (frame[:, :, 1:] - frame[:, :, :-1]).abs().mean()
     assert float((frame[:, :, 0] - frame[:, :, -1]).abs().mean()) < 2 * float(inside)
@@ -122,6 +123,7 @@ def test_given_features_are_used(pair: tuple[torch.Tensor, torch.Tensor]) -> Non
         ({"textures": [spots(SIZE, 0, 0.9), spots(SIZE, 0, 0.9)[:1]]}, "channels"),
         ({"textures": [spots(12, 0, 0.9)] * 2}, "12 px"),
         ({"size": (8, 8)}, "8 px"),
+        ({"search": "long"}, "allowed are fast"),
     ],
 )
 def test_what_will_not_do_is_said(change: dict[str, Any], said: str, pair: tuple[torch.Tensor, torch.Tensor]) -> None:

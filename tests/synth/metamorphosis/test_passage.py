@@ -1,0 +1,52 @@
+"""The passage from A to B: its ends, a known motion, pictures that tile."""
+
+from collections.abc import Callable
+
+import pytest
+import torch
+from pictures import cloud
+
+from synth.metamorphosis.patches.feature_maps import find_features
+from synth.metamorphosis.patches.model import Making
+from synth.metamorphosis.patches.passage import Passage
+from synth.metamorphosis.velocity import Search
+
+
+def passage(a: torch.Tensor, b: torch.Tensor, wrap: bool = False) -> Passage:
+    return Passage.of((a, b), find_features((a, b)).maps, 17, Making(), Search(), wrap, lambda what, part: None)
+
+
+@pytest.fixture(scope="module")
+def clouds() -> Callable[[float], torch.Tensor]:
+    return lambda part: cloud(48, 4 * part, part)
+
+
+def test_the_ends_are_the_pictures(clouds: Callable[[float], torch.Tensor]) -> None:
+    way = passage(clouds(0), clouds(1))
+    for time in (0, 1):
+        assert float((way.at(time)[:-1] - clouds(time)).abs().max()) < 1e-4
+
+
+def test_halfway_a_picture_that_moves_and_changes_color_has_done_half_of_both(
+    clouds: Callable[[float], torch.Tensor],
+) -> None:
+    shown = passage(clouds(0), clouds(1)).at(0.5)[:-1]
+    inside = (slice(None), slice(8, -8), slice(8, -8))
+    apart = float((shown - clouds(0.5))[inside].abs().mean())
+    still = float((torch.lerp(clouds(0), clouds(1), 0.5) - clouds(0.5))[inside].abs().mean())
+    assert apart < 0.2 * still
+
+
+def test_pictures_that_tile_pass_through_their_borders(clouds: Callable[[float], torch.Tensor]) -> None:
+    y, x = torch.meshgrid(torch.arange(48.0), torch.arange(48.0), indexing="ij")
+    turn = 2 * torch.pi / 48
+    a, half, b = (
+        (0.5 + 0.2 * torch.sin(turn * 4 * (x - shift)) + 0.2 * torch.cos(turn * (3 * y + x - shift)))[None]
+        for shift in (0.0, 1.5, 3.0)
+    )
+    shown = passage(a, b, wrap=True).at(0.5)[:-1]
+    assert float((shown - half).abs().max()) < 0.3 * float((torch.lerp(a, b, 0.5) - half).abs().max())
+
+
+def test_a_picture_and_itself_are_that_picture_at_any_time(clouds: Callable[[float], torch.Tensor]) -> None:
+    assert float((passage(clouds(0), clouds(0)).at(0.4)[:-1] - clouds(0)).abs().max()) < 1e-4
