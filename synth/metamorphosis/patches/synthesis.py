@@ -75,18 +75,9 @@ class Synthesis:
         channels, varied = len(start) - 1, len(weighting.palette) > 1
         bags, numbers = zip(*(_bag(matched, weighting, self.rejected) for matched in levels), strict=True)
         weights = [1 / channels] * channels + [self.feature_weight]
-        terms: list[TermLike] = []
-        if wished is not None:
-            terms = [SoftPixels(wished, torch.full_like(wished[:1], self.wish_weight), "passage")]
         if varied:
             weights += [self.map_weight] * len(weighting.values)
             start = torch.cat([start, weighting.values.to(start)])
-        fixed = torch.zeros(len(weights), *weighting.shape, dtype=torch.bool)
-        fixed[channels + 1 :] = True
-        if kept is not None:
-            fixed[:channels] |= kept
-        if bool(fixed.any()):
-            terms.append(HardPixels(start, fixed))
         last = _Last(Mode(rounds=_ROUNDS) if self.mean_shift else mean)
         settings = Settings(
             levels=tuple(Level(*m.level, self.iterations) for m in levels),
@@ -100,7 +91,7 @@ class Synthesis:
             weighting.shape,
             settings=settings,
             start=start,
-            terms=terms,
+            terms=_held(start, channels, kept) + _wish(wished, self.wish_weight),
             seed=seed,
             between=detail.between(channels),
         )
@@ -123,6 +114,20 @@ def _bag(matched: Matched, weighting: Weighting, rejected: float) -> tuple[Tenso
         windows.append(made)
         numbers.append(kept)
     return torch.cat(windows), torch.cat(numbers)
+
+
+def _held(start: Tensor, channels: int, kept: Tensor | None) -> list[TermLike]:
+    """What keeps the weights of a start, after its colors and distance, and the colors of pixels that are kept."""
+    fixed = torch.zeros_like(start, dtype=torch.bool)
+    fixed[channels + 1 :] = True
+    if kept is not None:
+        fixed[:channels] |= kept
+    return [HardPixels(start, fixed)] if bool(fixed.any()) else []
+
+
+def _wish(wished: Tensor | None, weight: float) -> list[TermLike]:
+    """What draws an image to what is wished."""
+    return [] if wished is None else [SoftPixels(wished, torch.full_like(wished[:1], weight), "wish")]
 
 
 class _Last:
