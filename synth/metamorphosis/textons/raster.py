@@ -9,6 +9,7 @@ and frames are periodic.
 """
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,20 +22,22 @@ Index = NDArray[np.int64]
 
 _BLOCK = 8
 _AXES = 48
+_AT_ONCE = 256
 _ROUNDING = 1e-6
 
 
 class _Source(NamedTuple):
     """A source as it is searched: the first `ground` of its places have the mask's value 0, the others 1.
 
-    padded (h + 2 reach, w + 2 reach, C); mask (h, w); taps (K, 2) and roots (K,) of their weights; axes (K * C, D), the
-    principal ones of its windows; places (N, 2), their windows along the axes, (N, D), and half their squares, (N,).
+    padded (h + 2 reach, (w + 2 reach) C), rows of pixels; mask (h, w); roots (width, width C) of its weights, row
+    by row; rows (width,), the middle one first; axes (width width C, D), the principal ones of its windows; places
+    (N, 2), their windows along the axes, (N, D), and half their squares, (N,).
     """
 
     padded: Array
     mask: Array
-    taps: Index
     roots: Array
+    rows: Index
     axes: Array
     places: Index
     along: Array
@@ -69,29 +72,29 @@ def grown(
 
 def _mask_source(mask: Array, width: int) -> _Source:
     """A source's mask (h, w), to be searched as an image; windows have their middle, and every place is allowed."""
-    taps, weights = _taps(width)
-    middle = np.zeros((1, 2), np.int64)
-    taps, weights = np.concatenate([middle, taps]), np.append(weights[:1], weights)  # it counts as its neighbors do
-    return _searched(mask[..., None], np.zeros_like(mask), taps, weights)
+    weights = _weights(width)
+    weights[width // 2, width // 2] = weights.max()  # it counts as its neighbors do
+    return _searched(mask[..., None], np.zeros_like(mask), weights)
 
 
 def _source(image: Array, mask: Array, width: int) -> _Source:
     """A source's image (h, w, C), of which places with one value of the mask (h, w) are searched at a time."""
-    return _searched(image, mask, *_taps(width))
+    return _searched(image, mask, _weights(width))
 
 
-def _searched(image: Array, mask: Array, taps: Index, weights: Array) -> _Source:
-    width = 1 - 2 * int(taps[-1, 0])
-    reach, roots = width // 2, np.sqrt(weights)
-    padded = np.ascontiguousarray(np.pad(image, ((reach, reach), (reach, reach), (0, 0)), mode="wrap"))
-    windows = np.concatenate([_windows(image[..., c], taps) * roots for c in range(image.shape[2])], 1)
+def _searched(image: Array, mask: Array, weights: Array) -> _Source:
+    width, channels = len(weights), image.shape[2]
+    roots = np.ascontiguousarray(np.sqrt(weights).repeat(channels, 1))
+    padded = _padded(image, width // 2)
+    windows = _windows(padded, roots, channels)
     centered = windows - windows.mean(0)
     axes = np.ascontiguousarray(np.linalg.eigh(centered.T @ centered)[1][:, ::-1][:, :_AXES], np.float32)
-    along = (windows @ axes).astype(np.float32)
+    along = windows @ axes
     order = np.argsort(mask.reshape(-1), kind="stable")
     places, along = np.stack(np.unravel_index(order, mask.shape), 1), np.ascontiguousarray(along[order])
     half = np.square(along).sum(1) / 2
-    return _Source(padded, mask, taps, roots, axes, places, along, half, int((mask == 0).sum()))
+    rows = np.argsort(abs(np.arange(width) - width // 2), kind="stable")
+    return _Source(padded, mask, roots, rows, axes, places, along, half, int((mask == 0).sum()))
 
 
 def _blocks(image: Array, mask: Array, shape: tuple[int, int], random: np.random.Generator) -> tuple[Array, Array]:
@@ -103,28 +106,43 @@ def _blocks(image: Array, mask: Array, shape: tuple[int, int], random: np.random
     return image[y, x], mask[y, x]
 
 
-def _taps(width: int) -> tuple[Index, Array]:
-    """The offsets (K, 2) of a window's pixels but its middle, nearest first, and their Gaussian weights (K,)."""
-    reach = width // 2
-    y, x = np.mgrid[-reach : reach + 1, -reach : reach + 1].reshape(2, -1)[:, ::-1]
-    away = y**2 + x**2
-    order = np.argsort(away, kind="stable")[1:]  # the top left corner last
-    weights = np.exp(-away[order] / (2 * (width / 4) ** 2)).astype(np.float32)
-    return np.stack([y, x], 1)[order], weights / weights.sum()
+def _weights(width: int) -> Array:
+    """The Gaussian weights (width, width) of a window's pixels but its middle, sum 1."""
+    away = np.square(np.arange(width) - width // 2)
+    weights = np.exp(-(away[:, None] + away) / (2 * (width / 4) ** 2)).astype(np.float32)
+    weights[width // 2, width // 2] = 0
+    return weights / weights.sum()
 
 
-def _windows(mask: Array, offsets: Index) -> Array:
-    """The periodic windows of a mask (H, W), as (H * W, K)."""
-    rolled = [np.roll(mask, (-int(y), -int(x)), (0, 1)).reshape(-1) for y, x in offsets]
-    return np.stack(rolled, 1)
+def _padded(image: Array, reach: int) -> Array:
+    """A periodic image (h, w, C) with so many pixels more on each side, as rows (h + 2 reach, (w + 2 reach) C)."""
+    padded = np.pad(image, ((reach, reach), (reach, reach), (0, 0)), mode="wrap")
+    return np.ascontiguousarray(padded.reshape(len(padded), -1), np.float32)
+
+
+def _windows(padded: Array, roots: Array, channels: int) -> Array:
+    """The weighted windows of a padded image, as (h * w, width * width * C)."""
+    windows = np.lib.stride_tricks.sliding_window_view(padded, roots.shape)[:, ::channels]
+    return (windows * roots).reshape(-1, roots.size)
+
+
+def _match(mask: Array, source: _Source, found: Index) -> None:
+    """Steps 1 and 2: the places (H, W, 2) that windows of a mask (H, W, 1) match best, over those of the last frame."""
+    windows = _windows(_padded(mask, len(source.rows) // 2), source.roots, 1)
+    for first in range(0, len(windows), _AT_ONCE):
+        part = windows[first : first + _AT_ONCE]
+        along: Any = part @ source.axes
+        _match_part(part, np.square(along).sum(1) / 2, source.half - along @ source.along.T, source, found, first)
 
 
 @jitted
-def _match(mask: Array, source: _Source, found: Index) -> None:
-    """Steps 1 and 2: the places (H, W, 2) that windows of a mask (H, W, 1) match best, over those of the last frame."""
-    for y in range(mask.shape[0]):
-        for x in range(mask.shape[1]):
-            found[y, x] = _nearest(_window(mask, y, x, source), source, 0.0, found, y, x)
+def _match_part(windows: Array, own: Array, half: Array, source: _Source, found: Index, first: int) -> None:
+    """Matches of some windows (n, K), the first of which is that of a pixel's number; half (n, N), see `_nearest`."""
+    for number in range(len(windows)):
+        y, x = divmod(first + number, found.shape[1])
+        window = windows[number].reshape(source.roots.shape)
+        best, least = _continued(window, source, 0.0, found, y, x)
+        found[y, x] = _among(window, source, 0, half[number], own[number], best, least)
 
 
 @jitted
@@ -133,38 +151,53 @@ def _scan(
 ) -> None:
     """Steps 5 to 7 over a frame (H, W, C), in place, and over the matches (H, W, 2) that the last frame found."""
     height, width, channels = frame.shape
+    reach_a, reach_b = len(a.rows) // 2, len(b.rows) // 2
     for y in range(height):
         for x in range(width):
             found_a[y, x] = _nearest(_window(frame, y, x, a), a, value_a[y, x], found_a, y, x)
             found_b[y, x] = _nearest(_window(frame, y, x, b), b, value_b[y, x], found_b, y, x)
             (row_a, column_a), (row_b, column_b) = found_a[y, x], found_b[y, x]
             for c in range(channels):
-                one = a.padded[row_a - a.taps[-1, 0], column_a - a.taps[-1, 1], c]
-                two = b.padded[row_b - b.taps[-1, 0], column_b - b.taps[-1, 1], c]
+                one = a.padded[row_a + reach_a, (column_a + reach_a) * channels + c]
+                two = b.padded[row_b + reach_b, (column_b + reach_b) * channels + c]
                 frame[y, x, c] = share * one + (1 - share) * two
 
 
 @jitted
 def _window(frame: Array, y: int, x: int, source: _Source) -> Array:
-    """The weighted window (K * C,) of a frame at (y, x), channel by channel."""
+    """The weighted window (width, width * C) of a frame at (y, x)."""
     height, width, channels = frame.shape
-    count = len(source.roots)
-    window = np.empty(count * channels, np.float32)
-    for k in range(count):
-        row, column = (y + source.taps[k, 0]) % height, (x + source.taps[k, 1]) % width
-        for c in range(channels):
-            window[c * count + k] = frame[row, column, c] * source.roots[k]
+    size = len(source.rows)
+    window = np.empty(source.roots.shape, np.float32)
+    for i in range(size):
+        row = (y + i - size // 2) % height
+        for j in range(size):
+            column = (x + j - size // 2) % width
+            for c in range(channels):
+                window[i, j * channels + c] = frame[row, column, c] * source.roots[i, j * channels + c]
     return window
 
 
 @jitted
 def _nearest(window: Array, source: _Source, wanted: float, found: Index, y: int, x: int) -> Index:
-    """The place (2,) of a source, of the wanted mask value, whose window is nearest to a window (K * C,).
+    """The place (2,) of a source, of the wanted mask value, whose window is nearest to a window (width, width * C).
 
     It is exact. The distance along the principal axes is never more than the whole one, so only places are compared
     whole that are near along these; the match of the last frame, those above and to the left continued, and the
     nearest along the axes are a small distance to begin with.
     """
+    best, least = _continued(window, source, wanted, found, y, x)
+    begin, end = (0, source.ground) if wanted == 0 else (source.ground, len(source.places))
+    if begin == end:
+        return best
+    along = np.dot(window.reshape(window.size), source.axes)
+    half = source.half[begin:end] - np.dot(source.along[begin:end], along)
+    return _among(window, source, begin, half, np.dot(along, along) / 2, best, least)
+
+
+@jitted
+def _continued(window: Array, source: _Source, wanted: float, found: Index, y: int, x: int) -> tuple[Index, Any]:
+    """The best of the match of the last frame and those above and to the left continued, and its squared distance."""
     rows, columns = source.mask.shape
     best = np.zeros(2, np.int64)
     least: Any = np.float32(np.inf)
@@ -175,17 +208,17 @@ def _nearest(window: Array, source: _Source, wanted: float, found: Index, y: int
             away = _away(window, source, row, column, least)
             if away < least:
                 best[0], best[1], least = row, column, away
-    along = np.dot(window, source.axes)
-    begin, end = (0, source.ground) if wanted == 0 else (source.ground, len(source.places))
-    if begin == end:
-        return best
-    half = source.half[begin:end] - np.dot(source.along[begin:end], along)
-    own = np.dot(along, along) / 2
+    return best, least
+
+
+@jitted
+def _among(window: Array, source: _Source, begin: int, half: Array, own: Any, best: Index, least: Any) -> Index:
+    """The nearest of the places from `begin` on, or the best so far; own + half: half their distances on the axes."""
     row, column = source.places[begin + half.argmin()]
     away = _away(window, source, row, column, least)
     if away < least:
         best[0], best[1], least = row, column, away
-    for number in range(end - begin):
+    for number in range(len(half)):
         if 2 * (half[number] + own) < least + _ROUNDING:
             row, column = source.places[begin + number]
             away = _away(window, source, row, column, least)
@@ -194,16 +227,22 @@ def _nearest(window: Array, source: _Source, wanted: float, found: Index, y: int
     return best
 
 
-@jitted
+@partial(jitted, fastmath={"reassoc", "contract"})
 def _away(window: Array, source: _Source, row: int, column: int, least: Any) -> Any:
-    """The squared distance of a window (K * C,) from a source's, or what exceeds the least."""
-    reach, count, channels = -source.taps[-1, 0], len(source.roots), source.padded.shape[2]
+    """The squared distance of a window (width, width * C) from a source's, or what exceeds the least.
+
+    A row at a time, in as many sums as the machine adds at once: its middle rows, which count most, come first.
+    """
+    width, values = source.roots.shape
+    first = column * (values // width)
     total = np.float32(0)
-    for k in range(count):
-        for c in range(channels):
-            there = source.padded[row + source.taps[k, 0] + reach, column + source.taps[k, 1] + reach, c]
-            apart = window[c * count + k] - there * source.roots[k]
-            total += apart * apart
+    for i in source.rows:
+        there, wanted, roots = source.padded[row + i, first : first + values], window[i], source.roots[i]
+        apart = np.float32(0)
+        for j in range(values):
+            step = wanted[j] - there[j] * roots[j]
+            apart += step * step
+        total += apart
         if total >= least:
             return total
     return total

@@ -110,9 +110,10 @@ def test_the_published_search_is_exhaustive() -> None:
     frame = random.random((9, 11, 3), np.float32)
     source, none = _source(image, mask, 5), np.zeros((9, 11, 2), np.int64)
     away = np.zeros(mask.shape)
-    for (dy, dx), root in zip(source.taps, source.roots, strict=True):
-        there = np.roll(image, (-dy, -dx), (0, 1))
-        away += np.square(root * (there - frame[(4 + dy) % 9, (6 + dx) % 11])).sum(2)
+    for dy, dx in np.ndindex(5, 5):
+        there = np.roll(image, (2 - dy, 2 - dx), (0, 1))
+        weight = np.exp(-((dy - 2) ** 2 + (dx - 2) ** 2) / (2 * 1.25**2)) * ((dy, dx) != (2, 2))
+        away += weight * np.square(there - frame[(2 + dy) % 9, (4 + dx) % 11]).sum(2)
     for wanted in (0, 1):
         best = _nearest(_window(frame, 4, 6, source), source, wanted, none, 4, 6)
         allowed = np.where(mask == wanted, away, np.inf)
