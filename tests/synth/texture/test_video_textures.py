@@ -33,14 +33,13 @@ def test_a_video_is_of_its_exemplars_kind_and_says_where_in_time_it_comes_from(c
     assert tensor.image.dtype == torch.float32
 
 
-def test_a_clip_that_only_moves_goes_on_moving(clip):
-    whole = np.stack([np.roll(clip[0], (-2 * t, t), (0, 1)) for t in range(24)])  # all that it ever shows
-    made = synth.synthesize(whole, (48, 24, 24), stay=0.0).image.astype(float)
+def test_a_clip_that_only_translates_goes_on_exactly(clip):
+    made = synth.synthesize(clip, (24, 24, 24), stay=0.0).image.astype(float)
     change = np.abs(np.diff(made, axis=0)).mean()
-    there = np.abs(np.diff(whole.astype(float), axis=0)).mean()
+    there = np.abs(np.diff(clip.astype(float), axis=0)).mean()
     assert change == pytest.approx(there, rel=0.02)
     apart = np.abs(made[1:, :-2, 1:] - made[:-1, 2:, :-1])
-    assert (apart < 3).mean() > 0.93
+    assert (apart < 3).mean() > 0.99
 
 
 def test_a_checkerboard_in_space_and_time_goes_on():
