@@ -20,6 +20,7 @@ from torch import Tensor
 from flow.animation.carrying import carried
 from flow.animation.copies import tidied
 from flow.animation.entering import SIDES, entered, enters, known_of
+from flow.animation.evening import evened
 from flow.animation.film import Film
 from flow.animation.reading import Reading
 from flow.animation.renewal import Renewal
@@ -238,6 +239,7 @@ class Motion:
     def _picture(self, source: Tensor, inside: Tensor, colors: Tensor | None = None) -> Tensor:
         """What source coordinates show: colors (C, H, W), unless they are known, and below them the maps."""
         colors = self.read.picture(source, inside) if colors is None else colors
+        colors = evened(colors, source, inside, self.read, self.renewing.light)
         return colors if self._read_also is None else torch.cat([colors, self._read_also.picture(source, inside)])
 
     def _lived(self, read: Reading, older: Tensor, lives: Tensor) -> Tensor:
