@@ -9,6 +9,7 @@ windows robustly, and blends: solves for the x that minimizes U with the z_p fix
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import torch
 from torch import Tensor
@@ -18,7 +19,7 @@ from kwatra.exemplar import Exemplar
 from kwatra.levels import Level
 from kwatra.loop.scene import Estimate, Scene
 from kwatra.loop.task import Task
-from kwatra.pieces import block_start, repeated
+from kwatra.pieces import Gaps, block_start, repeated
 from kwatra.result import Progress, Result, Row, Stage
 from kwatra.settings import Settings
 from kwatra.source import Prepared, Texture, sourcemap
@@ -53,30 +54,63 @@ def optimize(
     task = Task.of(texture, shape, settings or Settings(), terms, mask, seed, start is not None)
     if start is not None:
         task.check_start(start)
-    task, image, where, factors = _begun(task, start)
+    begun = _begun(task, start)
+    task, image, where, factors, _ = begun
     report, stopped = _Report(task.levels, callback), ""
     for number, level in enumerate(task.levels):
         scene = Scene(task, number)
         estimate, stopped = _iterate(scene, scene.enter(image, where, factors), report, between)
         image, where, factors = estimate.image, scene.where(estimate), scene.factors
+        if where is not None and between is None and number == len(task.levels) - 1:
+            image, where = _uncut(begun, image, where, factors)
         report.stages.append(Stage(number, level.factor, level.width, image))
     assert image is not None  # there is at least one level
     return _result(task, image, where, factors, start, report, stopped)
 
 
-def _begun(task: Task, start: Tensor | None) -> tuple[Task, Tensor | None, Tensor | None, tuple[int, ...]]:
+class _Beginning(NamedTuple):
     """What the first level begins with: an image, a source map, both or neither, and their resolution.
+
+    gaps: those in which the source map's seams are hidden, where elements are known.
+    """
+
+    task: Task
+    image: Tensor | None
+    where: Tensor | None
+    factors: tuple[int, ...]
+    gaps: Gaps | None = None
+
+
+def _begun(task: Task, start: Tensor | None) -> _Beginning:
+    """The beginning of a task.
 
     A picture that is exactly periodic is continued before any level, of which only the finest are left to do.
     """
     factors, exemplar = (1,) * len(task.shape), task.texture.exemplar
     if start is not None or exemplar is None or task.settings.start not in ("aligned", "blocks"):
-        return task, start, None, factors
+        return _Beginning(task, start, None, factors)
     where = repeated(task, exemplar)
     if where is not None:
         finest = tuple(level for level in task.levels if level.factor == 1)
-        return replace(task, levels=finest), sourcemap.look_up(exemplar.canvas, where), where, factors
-    return task, None, *block_start(task, exemplar)
+        return _Beginning(replace(task, levels=finest), sourcemap.look_up(exemplar.canvas, where), where, factors)
+    return _Beginning(task, None, *block_start(task, exemplar))
+
+
+def _uncut(begun: _Beginning, image: Tensor, where: Tensor, factors: tuple[int, ...]) -> tuple[Tensor, Tensor]:
+    """An image and its source map, with the copies of the beginning back wherever their seams cut elements less.
+
+    Left as they are: other resolutions than the beginning's, and outputs that wrap or are steered by terms.
+    """
+    task, exemplar, at_full = begun.task, begun.task.texture.exemplar, max(factors) == 1
+    if begun.gaps is None or begun.where is None or exemplar is None or begun.factors != factors or not at_full:
+        return image, where
+    if task.terms or any(task.wraps):
+        return image, where
+    take = begun.gaps.cheaper(begun.where, where)
+    if task.mask is not None:
+        take = take | ~task.mask
+    copied = sourcemap.look_up(exemplar.canvas, begun.where)
+    return torch.where(take, image, copied), torch.where(take, where, begun.where)
 
 
 def _iterate(scene: Scene, estimate: Estimate, report: "_Report", between: Between | None) -> tuple[Estimate, str]:

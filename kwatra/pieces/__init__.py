@@ -4,7 +4,8 @@ from kwatra.pieces.again import Budget, lay_again
 from kwatra.pieces.blocks import BlockStart
 from kwatra.pieces.boxes import Box, box_sums
 from kwatra.pieces.fitting import Fit, totals
-from kwatra.pieces.gaps import gaps
+from kwatra.pieces.gaps import Gaps, gaps
+from kwatra.pieces.keeping import cheaper
 from kwatra.pieces.mosaic import Mosaic
 from kwatra.pieces.regions import Regions
 from kwatra.pieces.seams import SeamCost
@@ -18,6 +19,7 @@ __all__ = [
     "Budget",
     "Cut",
     "Fit",
+    "Gaps",
     "Mosaic",
     "Patch",
     "Regions",
@@ -26,6 +28,7 @@ __all__ = [
     "Stock",
     "block_start",
     "box_sums",
+    "cheaper",
     "gaps",
     "lay_again",
     "repeated",

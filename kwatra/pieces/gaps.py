@@ -3,9 +3,12 @@
 from typing import NamedTuple
 
 import numpy as np
+import torch
+from torch import Tensor
 
 from kwatra.elements import find_ground
 from kwatra.exemplar import Exemplar
+from kwatra.pieces.keeping import cheaper
 from kwatra.pieces.mosaic import Mosaic
 from kwatra.pieces.seams import Depth, SeamCost
 
@@ -21,10 +24,16 @@ colors are alike. Tuned, with AROUND, on made stones and coins."""
 
 
 class Gaps(NamedTuple):
-    """What seams cost that are hidden in gaps, and by how many pixels blocks overlap so that they reach one."""
+    """What seams of a mosaic cost that are hidden in gaps, and by how many pixels blocks overlap to reach one."""
 
+    mosaic: Mosaic
     cost: SeamCost
     overlap: int
+
+    def cheaper(self, before: Tensor, after: Tensor) -> Tensor:
+        """Where (boolean, *S) to go over from a source map (n, *S) to a later one, so that seams cost least."""
+        places = (self.mosaic.places_of(list(where.cpu().numpy())) for where in (before, after))
+        return torch.from_numpy(cheaper(self.cost, *places)).to(before.device)
 
 
 def gaps(exemplar: Exemplar, mosaic: Mosaic, deviation: float) -> Gaps | None:
@@ -37,4 +46,4 @@ def gaps(exemplar: Exemplar, mosaic: Mosaic, deviation: float) -> Gaps | None:
         return None
     depth = (1 - ground.sure * (1 - ground.depth)).astype(np.float32)
     cost = SeamCost(mosaic, depth=Depth(mosaic.spread(depth), THROUGH * ground.sure * deviation))
-    return Gaps(cost, round(AROUND * ground.sure * ground.size))
+    return Gaps(mosaic, cost, round(AROUND * ground.sure * ground.size))

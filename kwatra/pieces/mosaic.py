@@ -89,6 +89,11 @@ class Mosaic:
             total = total + line.reshape([-1 if d == axis else 1 for d in range(self.dims)])
         return total
 
+    def places_of(self, at: Sequence[np.ndarray]) -> np.ndarray:
+        """The places of coordinates in the first source, an array of any shape per axis."""
+        there = sum((line + 1) * stride for line, stride in zip(at, self.strides, strict=True))
+        return np.asarray(there, self.place_type)
+
     def coordinates(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(source number, coordinates (dims, ...)) of places in the mosaic, both int32."""
         number, rest = np.divmod(places, self.cell_size)

@@ -82,6 +82,11 @@ class SeamCost:
         match = self.sources.distance(show_s, before) + self.sources.distance(after, show_t)
         return self._priced(axis, match, (s, back, ahead, t), axes)
 
+    def within(self, places: Array) -> list[Array]:
+        """Per axis what the seam between each pixel of some places (*S) and the next costs, 0 within a copy."""
+        sides = [beside(axis, places.ndim) for axis in range(places.ndim)]
+        return [self.seam(places[p], places[q], axis, places.ndim) for axis, (p, q) in enumerate(sides)]
+
     def _priced(self, axis: int, match: Array, places: Sequence[Array], axes: int) -> Array:
         """What is asked for, from M and the places of A and B at s and t, where A(s) and B(t) are seen."""
         if self.depth is not None:

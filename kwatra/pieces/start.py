@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import torch
 from torch import Tensor
@@ -11,6 +11,7 @@ from kwatra.base import factors_of
 from kwatra.elements import Lattice, continued
 from kwatra.exemplar import Exemplar
 from kwatra.pieces.blocks import BlockStart
+from kwatra.pieces.gaps import Gaps
 from kwatra.source import Prepared
 
 if TYPE_CHECKING:
@@ -36,8 +37,16 @@ LEAST = 8
 """Blocks are at least so many pixels wide, or as wide as the exemplar: smaller ones are thousands."""
 
 
-def block_start(task: "Task", exemplar: Exemplar) -> tuple[Tensor, tuple[int, ...]]:
-    """A source map of copied blocks and its resolution: the finest at which laying them costs little.
+class Laid(NamedTuple):
+    """A source map (n, *S) of copied blocks, its resolution, and the gaps in which its seams are hidden, if any."""
+
+    where: Tensor
+    factors: tuple[int, ...]
+    gaps: Gaps | None
+
+
+def block_start(task: "Task", exemplar: Exemplar) -> Laid:
+    """Copied blocks, at the finest resolution at which laying them costs little.
 
     Blocks agree with what the terms want; a mask only hides that, blocks run on behind it.
     """
@@ -63,7 +72,7 @@ def block_start(task: "Task", exemplar: Exemplar) -> tuple[Tensor, tuple[int, ..
         places=[*controls.place_charges(here, size).values()],
         wish=controls.wish(torch.zeros(task.channels, *controls.shape, device=here.canvas.device)),
     )
-    return blocks.run(), factors
+    return Laid(blocks.run(), factors, blocks.gaps)
 
 
 def _is_large(extent: tuple[int, ...], factor: int) -> bool:

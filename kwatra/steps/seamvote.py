@@ -67,25 +67,19 @@ class _Labels:
     def of(self, ballot: Ballot, window: Tensor, inside: list[Tensor]) -> np.ndarray:
         """The places (*S) that windows (*S) show at the places `inside` them."""
         corners = self.source.corners(ballot.matches[window.flatten()]).T.view(-1, *window.shape)
-        lines = [c + i + 1 for c, i in zip(corners, inside, strict=True)]
-        return sum(line * stride for line, stride in zip(lines, self.mosaic.strides, strict=True)).cpu().numpy()
+        return self.mosaic.places_of([(c + i).cpu().numpy() for c, i in zip(corners, inside, strict=True)])
 
     def unlike(self, places: np.ndarray) -> np.ndarray:
         """What likeness to the mean costs each pixel, in the units of seams."""
         return np.rint(self.likeness * np.abs(self.mosaic.colors(places) - self.middle).sum(0)).astype(np.int64)
 
-    def seams(self, places: np.ndarray) -> list[np.ndarray]:
-        """Per axis what lies between each pixel and the next costs, 0 within a copy."""
-        sides = [beside(axis, places.ndim) for axis in range(places.ndim)]
-        return [self.cost.seam(places[p], places[q], axis, places.ndim) for axis, (p, q) in enumerate(sides)]
-
     def price(self, places: np.ndarray) -> int:
         """What is minimized."""
-        return int(self.unlike(places).sum()) + sum(int(cost.sum(dtype=np.int64)) for cost in self.seams(places))
+        return int(self.unlike(places).sum()) + sum(int(cost.sum(dtype=np.int64)) for cost in self.cost.within(places))
 
     def laid(self, old: np.ndarray, new: np.ndarray, state: np.ndarray) -> np.ndarray:
         """The cheapest of old and new places, taken together where `state` leaves it free."""
-        pairs = self.cost.pairs(old, new, self.seams(old))
+        pairs = self.cost.pairs(old, new, self.cost.within(old))
         take = best_cut(state, pairs, self.unlike(new) - self.unlike(old))
         return np.where(take, new, old)
 

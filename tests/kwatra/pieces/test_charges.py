@@ -3,7 +3,8 @@ import pytest
 import torch
 
 from kwatra.elements import Lattice
-from kwatra.pieces.charges import STEP, charged, step_cost
+from kwatra.pieces import Box, Mosaic, Patch, SeamCost, Sheet
+from kwatra.pieces.charges import STEP, charged, shown_near, step_cost
 
 GRID = Lattice(torch.tensor([[0.0, 8.0], [6.0, 0.0]], dtype=torch.float64), 0.5)
 
@@ -29,3 +30,19 @@ def test_places_charge_for_each_corner_on_the_grain():
     rows, columns = np.indices((3, 4))
     np.testing.assert_array_equal(cost, 2 * (2 * rows - 1 + 5 * columns - 2))
     assert not charged([], (1, 2), (3, 4), (2, 5), torch.device("cpu")).any()
+
+
+def test_what_is_shown_nearby_counts_by_its_distance_from_the_box():
+    mosaic = Mosaic([np.random.default_rng(0).random((1, 6, 7), dtype=np.float32)])
+    sheet = Sheet(mosaic, (9, 11), (False, False), SeamCost(mosaic))
+    for start, shift in (((0, 0), (0, 0)), ((4, 5), (3, 4))):
+        box = Box(start, (5, 6))
+        sheet.lay(Patch(0, shift, box), must=np.ones(box.extent, bool))
+    box, reach = Box((2, 3), (3, 4)), 3
+    wanted = np.zeros((6, 7))
+    for row, column in np.argwhere(sheet.filled):
+        away = np.hypot(max(2 - row, row - 4, 0), max(3 - column, column - 6, 0))
+        there = mosaic.coordinates(sheet.places[row, column])[1]
+        wanted[tuple(there)] += max(1 - away / reach, 0)
+    np.testing.assert_allclose(shown_near(sheet, box, reach, (6, 7)), wanted, atol=1e-12)
+    assert (wanted > 1).any()

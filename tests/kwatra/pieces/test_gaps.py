@@ -3,8 +3,8 @@ import torch
 from bench_elements import cut_elements
 from made import MADE
 
-from kwatra import Blocks, Exemplar
-from kwatra.pieces import BlockStart, gaps
+from kwatra import Blocks, Exemplar, optimize
+from kwatra.pieces import BlockStart, Gaps, gaps
 
 
 def cut(made, monkeypatch=None):
@@ -29,3 +29,23 @@ def test_noise_has_no_gaps():
     noise = torch.rand(3, 64, 64, generator=torch.Generator().manual_seed(0))
     start = BlockStart(Exemplar.of(noise), (64, 64), (16, 16), (1, 1), torch.Generator().manual_seed(0), how=Blocks())
     assert gaps(start.exemplar, start.sheet.sources, 1.0) is None
+
+
+def test_em_undoes_no_seam_that_goes_around_elements(monkeypatch):
+    made = MADE["stones"](128, 20, 0)
+
+    def mixed():
+        where = optimize(Exemplar.of(made.image), (160, 160)).where
+        return cut_elements(made.numbers.numpy(), (where[0] * 128 + where[1]).numpy())["mixed"]
+
+    kept = mixed()
+    monkeypatch.setattr(Gaps, "cheaper", lambda self, before, after: torch.ones_like(before[0], dtype=torch.bool))
+    assert kept < mixed()
+
+
+def test_where_em_is_not_taken_pixels_are_the_exemplars_own():
+    made = MADE["stones"](128, 20, 0)
+    result = optimize(Exemplar.of(made.image), (96, 96))
+    copied = made.image[(slice(None), *result.where)]
+    assert float((result.image == copied).all(0).float().mean()) > 0.9
+    assert torch.equal(result.stages[-1].image, result.image)

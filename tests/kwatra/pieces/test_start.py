@@ -90,6 +90,27 @@ def test_usage_spreads_the_blocks_over_the_exemplar():
     assert unevenness(1.0) < 0.9 * unevenness(0.0)
 
 
+def test_what_is_shown_again_is_shown_far_away(monkeypatch):
+    image = torch.rand(1, 96, 96, generator=torch.Generator().manual_seed(0)) / 100 + 0.5
+
+    def share_beside():
+        """Of the pixels, how many are shown again within 48 pixels by another copy."""
+        _, row, column = np.indices((1, 192, 192))
+        where = run(Exemplar.of(image), (192, 192), (32, 32), usage=0.0).where.numpy()
+        source = where[0] * 96 + where[1]
+        order = np.argsort(source.ravel(), kind="stable")
+        source, row, column = source.ravel()[order], row.ravel()[order], column.ravel()[order]
+        twice = [
+            ((source[k:] == source[:-k]) & (np.hypot(row[k:] - row[:-k], column[k:] - column[:-k]) < 48)).sum()
+            for k in range(1, 8)
+        ]
+        return sum(twice) / source.size
+
+    heeded = share_beside()
+    monkeypatch.setattr(blocks, "NEAR", 0.0)
+    assert heeded < 0.8 * share_beside()
+
+
 def test_blocks_avoid_holes():
     mask = torch.ones(40, 40, dtype=torch.bool)
     mask[18:22, 18:22] = False

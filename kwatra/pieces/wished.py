@@ -1,0 +1,63 @@
+"""What terms wish of pixels, as laying blocks sees it."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from kwatra.base import total
+from kwatra.exemplar import Exemplar
+from kwatra.pieces.sheet import each
+from kwatra.pieces.stock import Array
+from kwatra.terms import Wish
+
+MOST = 1000.0
+"""What a pixel may miss of a wish, in variances; more counts as this."""
+
+
+class Wished(NamedTuple):
+    """Values that pixels should have, in the units in which blocks are compared, and how much that counts; (C, *S).
+
+    share (C, 1, ...): how much each channel counts.
+    """
+
+    weight: Array
+    value: Array
+    share: Array
+
+    @classmethod
+    def of(cls, wish: Wish | None, middle: Tensor, root: Tensor) -> "Wished | None":
+        """A wish whose values are taken relative to `middle` and times `root`, the root of the channels' share.
+
+        None if nothing is wished for.
+        """
+        if wish is None or not bool((wish.weight > 0).any()):
+            return None
+        value = ((wish.value.cpu() - middle) * root).numpy()
+        weight = np.broadcast_to(wish.weight.cpu().double().numpy(), value.shape)
+        return cls(weight, value, root.square().numpy())
+
+    def at(self, at: Any) -> tuple[Array, Array, float]:
+        """Weights and values (C, *E) at some pixels (open mesh), and how many pixels that counts as."""
+        weight, value = self.weight[each(at)], self.value[each(at)]
+        return weight, value, float((np.where(weight > 0, np.maximum(weight, 1), 0) * self.share).sum())
+
+    def anything(self, at: Any) -> bool:
+        """Whether anything is wished for at some pixels."""
+        return bool((self.weight[each(at)] > 0).any())
+
+    def missed(self, at: Any, shown: Array, variance: float) -> Array:
+        """What each of some pixels misses that shows colors (C, *E), in variances."""
+        weight, value = self.weight[each(at)], self.value[each(at)]
+        missed: Array = ((weight * (shown - value) ** 2).sum(0) / variance).clip(max=MOST)
+        return missed
+
+
+def variance(exemplar: Exemplar, wish: Wished | None) -> float:
+    """The variance of what is copied; guidance says where a texture goes, not what it looks like."""
+    each_channel = exemplar.variances.cpu() * exemplar.share.cpu().flatten()
+    if wish is not None:
+        guided = torch.from_numpy((wish.weight > 0).reshape(len(each_channel), -1).all(1))
+        each_channel = each_channel[~guided] if not bool(guided.all()) else each_channel
+    return max(float(total(each_channel)), 1e-8)

@@ -1,0 +1,50 @@
+from itertools import product
+
+import numpy as np
+import pytest
+
+from kwatra.pieces import Mosaic, SeamCost, cheaper
+
+
+def price(cost, places):
+    return sum(int(part.sum(dtype=np.int64)) for part in cost.within(places))
+
+
+def stock(seed, side=8):
+    mosaic = Mosaic([np.random.default_rng(seed).random((2, side, side), dtype=np.float32)])
+    return mosaic, SeamCost(mosaic)
+
+
+def patch(mosaic, shape, down, right):
+    row, column = np.indices(shape)
+    return mosaic.places_of([row + down, column + right])
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_one_later_patch_is_taken_where_seams_cost_least(seed):
+    mosaic, cost = stock(seed)
+    left, right = patch(mosaic, (3, 4), 0, 0), patch(mosaic, (3, 4), 4, 3)
+    before = np.where(np.arange(4) < 2, left, right)
+    after = patch(mosaic, (3, 4), 2, 1)
+    ways = (np.array(way).reshape(3, 4) for way in product([False, True], repeat=12))
+    least = min(price(cost, np.where(way, after, before)) for way in ways)
+    assert price(cost, np.where(cheaper(cost, before, after), after, before)) == least
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_seams_never_cost_more_than_before(seed):
+    mosaic, cost = stock(seed)
+    rng = np.random.default_rng(seed)
+    before, after = (mosaic.places_of(list(rng.integers(0, 8, (2, 6, 7)))) for _ in range(2))
+    assert price(cost, np.where(cheaper(cost, before, after), after, before)) <= price(cost, before)
+
+
+def test_only_the_part_that_mends_a_seam_is_taken():
+    mosaic, cost = stock(0, 32)
+    whole, other = patch(mosaic, (8, 24), 0, 0), patch(mosaic, (8, 24), 20, 7)
+    columns = np.broadcast_to(np.arange(24), (8, 24))
+    before = np.where((columns > 2) & (columns < 6), other, whole)
+    after = np.where((columns > 16) & (columns < 20), other, whole)
+    take = cheaper(cost, before, after)
+    assert (np.where(take, after, before) == whole).all()
+    assert not cheaper(cost, whole, after).any()
