@@ -32,13 +32,14 @@ def test_several_files_are_written_all_or_none(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("error", [OSError("no"), KeyboardInterrupt()])
-@pytest.mark.parametrize("failing", [1, 2, 3])
+@pytest.mark.parametrize("failing", [1, 2, 3, 4])
 @pytest.mark.parametrize("links", [True, False])
 def test_a_move_that_fails_leaves_all_as_it_was(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: BaseException, failing: int, links: bool
 ) -> None:
     (tmp_path / "a.txt").write_text("old a")
     folder("old b")(tmp_path / "b")
+    new = {tmp_path / name: text("new") for name in ("0", "a.txt", "c")}
     moved, calls = os.replace, 0
 
     def replace(source: Path, target: Path) -> None:
@@ -56,7 +57,7 @@ def test_a_move_that_fails_leaves_all_as_it_was(
         if not links:
             patch.setattr(os, "link", link)
         with pytest.raises(KeyboardInterrupt if isinstance(error, KeyboardInterrupt) else InputError):
-            write_files({tmp_path / "a.txt": text("new"), tmp_path / "b": folder("new"), tmp_path / "c": text("new")})
+            write_files({**new, tmp_path / "b": folder("new")})
     assert (tmp_path / "a.txt").read_text() == "old a"
     assert (tmp_path / "b" / "page").read_text() == "old b"
     assert sorted(os.listdir(tmp_path)) == ["a.txt", "b"]
