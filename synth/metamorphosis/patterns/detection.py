@@ -102,13 +102,22 @@ def _aligned(looks: Array, offsets: Array, centers: Array, size: float) -> Array
 
 
 def _moved(looks: Array, shapes: Array, reach: int) -> Array:
-    """Each landmark where it looks best within `reach` px."""
+    """Each landmark where it looks best within `reach` px, between pixels where parabolas through them are least."""
     steps = np.stack(np.meshgrid(*[np.arange(-reach, reach + 1)] * 2), -1).reshape(-1, 2)
     steps = steps[(steps**2).sum(1) <= reach**2]
     places = np.rint(shapes)[:, :, None] + steps
     x, y = _pixels(places, looks)
     best = looks[np.arange(looks.shape[0])[:, None], y, x].argmin(2)
-    return np.take_along_axis(places, best[..., None, None], 2)[:, :, 0]
+    whole = np.take_along_axis(places, best[..., None, None], 2)[:, :, 0]
+    return whole + np.stack([_least(looks, whole, step) for step in np.eye(2)], -1)
+
+
+def _least(looks: Array, places: Array, step: Array) -> Array:
+    """How far (k, m) from places (k, m, 2), in [-.5, .5] steps, the parabola through three looks is least."""
+    number = np.arange(len(looks))
+    before, here, after = (looks[number, y, x] for x, y in (_pixels(places + k * step, looks) for k in (-1, 0, 1)))
+    bend = before - 2 * here + after
+    return np.asarray(((before - after) / (2 * np.maximum(bend, 1e-9))).clip(-0.5, 0.5) * (bend > 0))
 
 
 def _fitted(offsets: Array, shapes: Array) -> Array:

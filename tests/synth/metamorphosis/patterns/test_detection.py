@@ -5,7 +5,7 @@ import pytest
 from bench_patterns import made, measured
 
 from synth.metamorphosis.patterns import detect
-from synth.metamorphosis.patterns.detection import _single
+from synth.metamorphosis.patterns.detection import _moved, _single
 
 
 @pytest.mark.parametrize(("kind", "noise"), [("disc", 0.08), ("cross", 0.08), ("cross", 0.15)])
@@ -14,6 +14,16 @@ def test_patterns_in_noise_are_found_with_their_landmarks(kind: str, noise: floa
     assert figures["found"] >= 0.95 * figures["there"]
     assert figures["wrong"] <= 0.05 * figures["found"]
     assert figures["worst"] < 1
+
+
+def test_landmarks_lie_between_pixels_where_the_look_is_best_there() -> None:
+    least = np.array([[7.3, 9.0], [12.4, 5.8], [15.0, 11.0]])
+    y, x = np.mgrid[:20, :24]
+    looks = np.stack([0.01 * (x - cx) ** 2 + 0.02 * (y - cy) ** 2 for cx, cy in least])
+    moved = _moved(looks, np.rint(least)[None] + 1, 3)
+    np.testing.assert_allclose(moved[0], least, atol=1e-9)
+    flat = _moved(np.zeros_like(looks), least[None], 2)
+    assert np.isfinite(flat).all()
 
 
 def test_votes_peak_where_the_patterns_are() -> None:
