@@ -1,15 +1,16 @@
 """Detail that blends take away, given back where it belongs (section 4.5)."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import torch
-from scipy.ndimage import maximum_filter
+from scipy.ndimage import gaussian_filter, maximum_filter
 from torch import Tensor
 
 from kwatra import Step
 from synth.metamorphosis.patches.neighborhoods import Weights
 from synth.metamorphosis.patches.weighting import Weighting
+from synth.metamorphosis.recolor import Colors, barycenter
 
 Restoring = Callable[[Tensor, Tensor | None], Tensor]
 """Gives an image (C, H, W) the detail of a texture; the second argument: how much each pixel (H, W) counts, or None."""
@@ -75,6 +76,28 @@ class Detail:
             return image if max(step.factors) > 1 else torch.cat([self.given_to(image[:channels]), image[channels:]])
 
         return given
+
+
+def strength(image: Tensor, textures: Sequence[Tensor], weights: Weights) -> float:
+    """How strong the faintest octave of an image's detail is beside that between textures (C, H, W); 1: as strong.
+
+    Three octaves of a Laplacian pyramid (Burt and Adelson, The Laplacian pyramid as a compact image code, 1983); what
+    lies between the textures': see `synth.metamorphosis.recolor.barycenter`. Sizes may differ.
+    """
+    octaves = zip(*(_octaves(each) for each in (image, *textures)), strict=True)
+    return min(
+        float(own.covariance.trace() / barycenter(theirs, weights).covariance.trace()) ** 0.5
+        for own, *theirs in octaves
+    )
+
+
+def _octaves(image: Tensor) -> list[Colors]:
+    found = []
+    for _ in range(3):
+        low = torch.from_numpy(gaussian_filter(image.cpu().numpy(), (0, 1, 1)))
+        found.append(Colors.of(image.cpu() - low))
+        image = low[:, ::2, ::2]
+    return found
 
 
 def dilated(mask: Tensor, reach: int) -> Tensor:

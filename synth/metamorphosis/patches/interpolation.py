@@ -143,7 +143,8 @@ class Interpolation:
     def along(self, passage: Passage, time: float) -> Tensor:
         """The image (C, H, W) of a film from A to B at a time between both: a texture like what the passage shows."""
         weighting, shown = Weighting.even((1 - time, time), self.shape), passage.at(time)
-        return self._settled(self.carrying, (self.finest,), weighting, shown, wished=shown).image
+        placed = replace(self.carrying, free_centers=False)  # beside a wish free ones gain nothing
+        return self._settled(placed, (self.finest,), weighting, shown, wished=shown).image
 
     def _settled(
         self,
