@@ -9,6 +9,7 @@ import synth
 from synth import io
 from synth.commands.checks import check_distinct, check_size, finish, set_up
 from synth.commands.morph_between import MASK, check_features, features_writers, is_between, is_image, run_between
+from synth.commands.morph_folder import Folder
 from synth.commands.morph_options import add_method_options, method_options
 from synth.commands.parsing import Subparsers, add_common, file, numbers, rate, size, whole
 from synth.words import counted
@@ -110,7 +111,7 @@ def run(arguments: argparse.Namespace) -> str:
         )
         shown = range(len(made.frames))
         order = [*shown, *shown[-2:0:-1]] if arguments.there_and_back else list(shown)
-        folder = _Folder(output, len(order))
+        folder = Folder(output, len(order))
         finish(_writers(arguments, folder, kind, made, (made.frames[number] for number in order)))
         folder.tell()
     took = time.perf_counter() - began
@@ -181,7 +182,7 @@ def _check(arguments: argparse.Namespace, output: Path, kind: "Kind") -> None:
 
 def _writers(
     arguments: argparse.Namespace,
-    folder: "_Folder",
+    folder: Folder,
     kind: "Kind",
     made: "Metamorphosis[Tensor]",
     frames: "Iterator[Tensor]",
@@ -208,32 +209,6 @@ def _writers(
         for path, mask in zip(arguments.show_masks, made.film.masks, strict=True):
             writers[path] = io.image_writer(path, mask[None].float(), synth.Kind(*MASK))
     return writers | features_writers(arguments.show_features, made.film.features or ())
-
-
-class _Folder:
-    """A folder of frames, of which an interrupt leaves those that are whole."""
-
-    def __init__(self, path: Path, total: int) -> None:
-        self.path, self.total = path, total
-        self._left: int | None = None
-
-    def keeping(self, writer: "Writer") -> "Writer":
-        """The writer of the folder, which ends at an interrupt as if it were done."""
-
-        def write(target: Path) -> None:
-            try:
-                writer(target)
-            except KeyboardInterrupt:
-                self._left = len(list(target.iterdir())) if target.is_dir() else 0
-                if not self._left:
-                    raise
-
-        return write
-
-    def tell(self) -> None:
-        """KeyboardInterrupt, with what is left, if the folder was interrupted."""
-        if self._left is not None:
-            raise KeyboardInterrupt(f"interrupted with {self._left} of {self.total} frames whole in {self.path}")
 
 
 def _is_video(output: Path) -> bool:

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING
 import synth
 from synth import io
 from synth.commands.checks import check_distinct, check_size, finish, refuse_unused, set_up
+from synth.commands.morph_folder import Folder
 from synth.commands.morph_options import method_options
 from synth.words import counted
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from torch import Tensor
 
@@ -63,13 +64,15 @@ def run_between(arguments: argparse.Namespace) -> str:
             callback=report,
             **options,
         )
-        frames = list(made.frames)
-        order = [*frames, *frames[-2:0:-1]] if arguments.there_and_back else frames
-        writers = {output: _writer(output, order, arguments.fps, kind)}
-        writers |= features_writers(arguments.show_features, made.features)
-        finish(writers)
+        total, back = len(made.frames), arguments.there_and_back
+        order = [*range(total), *range(total)[-2:0:-1]] if back else list(range(total))
+        height, width = made.frames[0].shape[1:]
+        folder = Folder(output, len(order))
+        frames = (made.frames[number] for number in order) if back else made.frames.once()
+        writers = {output: _writer(folder, frames, arguments.fps, kind)}
+        finish(writers | features_writers(arguments.show_features, made.features))
+        folder.tell()
     took = time.perf_counter() - began
-    height, width = frames[0].shape[1:]
     count = f"{counted(len(order), 'frame')} of " if film else ""
     told = "".join(f"\n{remark}" for remark in made.remarks)
     return f"wrote {output}: {count}{width}x{height} in {took:.1f} s{told}"
@@ -156,12 +159,15 @@ def _check(arguments: argparse.Namespace, output: Path, kind: "Kind", film: bool
     check_distinct([output, *(arguments.show_features or ())])
 
 
-def _writer(output: Path, frames: "list[Tensor]", rate: float, kind: "Kind") -> "Writer":
+def _writer(folder: Folder, frames: "Iterator[Tensor]", rate: float, kind: "Kind") -> "Writer":
     from synth.sheets import contact_sheet
 
+    output = folder.path
     if is_image(output):
-        return io.image_writer(output, frames[0] if len(frames) == 1 else contact_sheet(frames), kind)
-    return io.video_writer(output, iter(frames), rate, kind)
+        shown = list(frames)
+        return io.image_writer(output, shown[0] if len(shown) == 1 else contact_sheet(shown), kind)
+    writer = io.video_writer(output, frames, rate, kind)
+    return writer if output.suffix else folder.keeping(writer)
 
 
 def is_image(output: Path) -> bool:

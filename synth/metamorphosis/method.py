@@ -4,7 +4,7 @@ A method is a callable: `method(pair, times, seed, report) -> Film`; times are i
 settings, bound before: it is a frozen dataclass with `__call__`. No method imports another.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Protocol, TypeVar, overload
@@ -71,6 +71,11 @@ class Frames(Sequence[Item]):
         while len(self._made) <= number:
             self._made.append(next(self._making))
         return self._made[number]
+
+    def once(self) -> Iterator[Item]:
+        """Each frame in turn, once: those not yet made are not kept, so that a film may be longer than memory."""
+        yield from self._made
+        yield from self._making
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,7 @@ class Interpolated(Generic[Image]):
     texture's features are, as given or found. remarks: sentences on what was done.
     """
 
-    frames: Sequence[Image]
+    frames: Frames[Image]
     features: tuple[Tensor, ...]
     remarks: tuple[str, ...]
 

@@ -9,6 +9,7 @@ from torch import Tensor
 
 from synth import Kind, read_image, write_image
 from synth.cli import main
+from synth.metamorphosis.patches.interpolation import Interpolation
 
 COLOR, GRAY = Kind("uint8", ("R", "G", "B")), Kind("uint8", ("Y",))
 SIZE = 40
@@ -70,6 +71,22 @@ def test_maps_in_time_are_a_film(folder: Path, capsys: pytest.CaptureFixture[str
     assert torch.equal(frames[1], frames[2])
     assert not torch.equal(frames[0], frames[1])
     assert "3 frames of 40x40" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("back", [False, True])
+def test_an_interrupt_leaves_the_frames_of_a_map_film_that_are_whole(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], back: bool
+) -> None:
+    def interrupted(*arguments: object) -> None:
+        raise KeyboardInterrupt
+
+    write_image("maps/000000.png", torch.ones(1, SIZE, SIZE), GRAY, overwrite=True)
+    write_image("maps/000002.png", torch.full((1, SIZE, SIZE), 0.5), GRAY, overwrite=True)
+    monkeypatch.setattr(Interpolation, "_settled", interrupted)  # what is not as before, nor one texture alone
+    way = ["--there-and-back"] if back else []
+    assert main(["morph", "a.png", "b.png", "--map", "maps", "-o", "part", "--preset", "fast", *way]) == 130
+    assert f"interrupted with 2 of {4 if back else 3} frames whole in part" in capsys.readouterr().err
+    assert sorted(path.name for path in Path("part").iterdir()) == ["000000.png", "000001.png"]
 
 
 def test_features_of_a_film_from_a_to_b(folder: Path) -> None:

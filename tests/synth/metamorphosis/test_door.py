@@ -7,6 +7,7 @@ from pictures import disc, spots
 
 import synth
 from kwatra import InputError
+from synth.metamorphosis.method import Frames
 
 
 def color(seed: int, size: int = 24) -> torch.Tensor:
@@ -117,3 +118,15 @@ def test_registration_moves_each_way_and_dissolves():
     error = float((made.frames[1] - truth).abs().mean())
     assert error < 0.3 * float(((a + b) / 2 - truth).abs().mean())
     assert float(made.film.velocity.sum(0)[0, 24, 20]) == pytest.approx(8, abs=2)
+
+
+def test_frames_looked_at_once_are_made_once_and_not_kept() -> None:
+    made: list[int] = []
+    frames = Frames((made.append(number) or number for number in range(4)), 4)
+    assert frames[0] == 0
+    passing = frames.once()
+    assert [next(passing), next(passing)] == [0, 1]
+    assert made == [0, 1]
+    assert list(passing) == [2, 3]
+    assert made == [0, 1, 2, 3]
+    assert frames._made == [0]
