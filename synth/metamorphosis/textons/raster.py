@@ -142,7 +142,9 @@ def _match_part(windows: Array, own: Array, half: Array, source: _Source, found:
         y, x = divmod(first + number, found.shape[1])
         window = windows[number].reshape(source.roots.shape)
         best, least = _continued(window, source, 0.0, found, y, x)
-        found[y, x] = _among(window, source, 0, half[number], own[number], best, least)
+        if least > 0:  # no window is nearer than the same one
+            best = _among(window, source, 0, half[number], own[number], best, least)
+        found[y, x] = best
 
 
 @jitted

@@ -4,7 +4,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -54,12 +53,12 @@ sys.exit(cli.main(["synth", "brick.png", "--preset", "best", "--progress-images"
 def test_help_is_quick_because_nothing_heavy_is_imported() -> None:
     program = "import sys; from synth.cli import main\ntry: main(['synth', '--help'])\nexcept SystemExit: pass\n"
     heavy = "print([m for m in ('torch', 'numpy', 'rich', 'PIL', 'faiss') if m in sys.modules])"
-    began = time.perf_counter()
+    before = os.times().children_user
     with python("-c", program + heavy) as process:
         out, _ = process.communicate()
     assert out.endswith("[]\n")
     assert "WIDTHxHEIGHT" in out
-    assert time.perf_counter() - began < 2  # alone it takes a tenth of a second
+    assert os.times().children_user - before < 1  # of work: the clock runs on while others work; it takes a tenth
 
 
 @pytest.mark.parametrize("name", ["synth", "kwatra"])
