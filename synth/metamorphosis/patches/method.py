@@ -148,7 +148,7 @@ def filmed(
 
 PRESETS = {
     "fast": PatchMorph(
-        Making(anchors=600), Synthesis(iterations=2, mean_shift=False), pyramid=((2, 17), (1, 17)), search="fast"
+        Making(anchors=600), Synthesis(iterations=2, relaxed=False), pyramid=((2, 17), (1, 17)), search="fast"
     ),
     "default": PatchMorph(),
     "best": PatchMorph(synthesis=Synthesis(iterations=5), search="best"),
