@@ -22,7 +22,7 @@ class Blocks:
     """
 
     size: float = 0.5
-    usage: float = 0.35
+    usage: float = 0.5
     seams: int = 6
 
     def __post_init__(self) -> None:
