@@ -87,7 +87,9 @@ class Passage:
         for some, layout in self._laid(time):
             mass = layout.scatter(weight.expand(len(layout), *weight.shape).contiguous(), mass)
             total = layout.scatter(some.windows(shown, weights) * weight, total)
-        return total / mass.clamp(min=1e-12)
+        rows, columns = (slice(self.margin, self.margin + side) for side in self.shape)
+        faded = torch.lerp(shown[0][:, rows, columns], shown[1][:, rows, columns], time)
+        return torch.where(mass > 0, total / mass.clamp(min=1e-12), faded)  # all windows may have left a corner
 
     def _laid(self, time: float) -> Iterator[tuple[Neighborhoods, FreeWindows]]:
         """Bands of neighborhoods and where they lie at a time; their centers moved so that whole pixels do not show."""
