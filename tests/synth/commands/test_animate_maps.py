@@ -128,15 +128,19 @@ def test_the_background_is_seen_behind_the_obstacle_and_before_texture_comes(fol
     assert torch.equal(frames("raised")[2][..., 31:], read_image("color.png").pixels[..., 31:])
 
 
-def test_maps_of_videos_go_along(folder: Path) -> None:
+def test_maps_of_videos_go_along(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     clip = torch.stack([texture(k, 48)[:, :40] for k in range(4)], 1)
     write_video("living", clip, 10.0, GRAY)
     write_video("depth", 1 - clip, 10.0, GRAY)
     command = ["animate", "living", "--flow", "rotation", "--preset", "fast", "--frames", "3", "--speed", "1"]
+    assert main([*command, "-o", "even", "--also", "depth=depth"]) == 0
+    monkeypatch.setattr("flow.animation.sequence.evened", lambda colors, *_: colors)
     assert main([*command, "-o", "out", "--also", "depth=depth"]) == 0
-    sharp = frames("out")[0]
+    sharp, even = frames("out")[0], frames("even")[0]
     torch.testing.assert_close(frames("out_depth")[0], 1 - sharp, rtol=0, atol=2.01 / 255)
     assert len(frames("out_depth")) == 3
+    assert not torch.equal(even, sharp)  # light is evened in what is seen, and in no map
+    assert torch.equal(frames("even_depth")[0], frames("out_depth")[0])
 
 
 @pytest.mark.parametrize(

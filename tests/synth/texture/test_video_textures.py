@@ -87,13 +87,14 @@ def test_one_stretch_after_the_other_is_the_whole_video(clip, monkeypatch):
 
 def test_stretches_join_without_a_jerk(clip, monkeypatch):
     monkeypatch.setattr(plan, "VOXELS", 1)
+    frames = 72  # the blobs are back after 24: only so can they loop without a jerk
     for loop in (False, True):
-        made = synth.synthesize(clip, (60, 24, 24), loop=loop, stay=0.0).image.astype(float)
-        cuts = {part.first for part in planned_stretches((60, 24, 24), loop)} - {0}
+        made = synth.synthesize(clip, (frames, 24, 24), loop=loop, stay=0.0).image.astype(float)
+        cuts = {part.first for part in planned_stretches((frames, 24, 24), loop)} - {0}
         steps = np.abs(np.diff(made, axis=0, append=made[:1])).mean((1, 2, 3))
-        usual = np.delete(steps, [*(cut - 1 for cut in cuts), 59])
-        joins = [steps[cut - 1] for cut in cuts] + [steps[59]] * loop
-        assert max(joins) <= 1.2 * usual.max()
+        usual = np.delete(steps, [*(cut - 1 for cut in cuts), frames - 1])
+        joins = [steps[cut - 1] for cut in cuts] + [steps[frames - 1]] * loop
+        assert max(joins) <= 1.02 * usual.max()
 
 
 def test_stretches_cover_the_video_and_hold_what_was_before():
