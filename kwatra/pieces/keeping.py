@@ -10,7 +10,7 @@ seam cost more than what parts the later way from it, and what comes of that is 
 
 import numpy as np
 
-from kwatra.cut import FREE, best_cut
+from kwatra.cut import FREE, KEEP, best_cut
 from kwatra.pieces.seams import SeamCost, beside
 from kwatra.pieces.stock import Array
 
@@ -31,7 +31,7 @@ def cheaper(cost: SeamCost, before: Array, after: Array) -> Array:
         taking[p] += ahead
         taking[q] += back
         pairs.append((a, b - back, c - ahead))
-    take = best_cut(np.full(before.shape, FREE), pairs, taking)
+    take = best_cut(np.where(before == after, KEEP, FREE), pairs, taking)
     mixed = cost.within(np.where(take, after, before))
     less = sum(int(m.sum(dtype=np.int64)) - int(s.sum(dtype=np.int64)) for m, s in zip(mixed, old, strict=True))
     return take if less < 0 else np.zeros_like(take)
