@@ -194,7 +194,8 @@ class BlockStart:
         known = self.sheet.filled_at(at)
         place = self.sheet.sources.coordinates(self.sheet.places[at])[1]
         mismatch = self._mismatch(known, place, at)
-        again, same = self._continuations(known, place)
+        same = self._continuations(known, place)
+        again = same > 0
         # in units of what agreement this texture affords: rows that can line up are not torn for the sake of even use
         others = mismatch[self.valid & ~again]
         if len(others) == 0:
@@ -207,12 +208,8 @@ class BlockStart:
         cost = cost + self.how.usage * (used - self.used.mean()) + self.continuation * again
         cost = cost + self._out_of_step(box, known, at) + self._nearby(box, same)
         flat = np.where(self.valid, cost, math.inf).ravel()
-        if (
-            self.how.seams > 1
-            and self.aligned
-            and known.any()
-            and not (self.wish is not None and self.wish.anything(at))
-        ):
+        wished = self.wish is not None and self.wish.anything(at)
+        if self.how.seams > 1 and self.aligned and known.any() and not wished:
             picks = flat.argsort(kind="stable")[: self.how.seams]
             picks = picks[flat[picks] <= flat.min() + ACCEPTABLE]
         else:
@@ -260,15 +257,14 @@ class BlockStart:
                 mismatch = mismatch + self._on_grain(self.fit.inside(value, weight)) / (count * self.variance)
         return np.round(mismatch, 9)  # what agrees equally well stays a tie, whatever the transform rounds
 
-    def _continuations(self, known: np.ndarray, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Which blocks would only continue a copy that is there already, and on how many pixels; shaped as `valid`."""
-        again, same = np.zeros_like(self.valid), np.zeros(self.valid.shape)
+    def _continuations(self, known: np.ndarray, place: np.ndarray) -> np.ndarray:
+        """On how many pixels blocks would only continue a copy that is there already, shaped as `valid`."""
+        same = np.zeros(self.valid.shape)
         first = (place - np.indices(known.shape))[:, known]
         corners = first // np.array(self.grain)[:, None]
-        inside = ((corners >= 0) & (corners < np.array(again.shape)[:, None])).all(0)
-        again[tuple(corners[:, inside])] = True
+        inside = ((corners >= 0) & (corners < np.array(same.shape)[:, None])).all(0)
         np.add.at(same, tuple(corners[:, inside]), 1.0)
-        return again, same
+        return same
 
     def _cut(self, place: tuple[int, ...], box: Box, cost: float) -> tuple[Cut, float]:
         """A block cut in along the cheapest seam, and its cost with what of seams is seen: 1 for one in plain sight.

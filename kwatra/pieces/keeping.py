@@ -11,7 +11,7 @@ seam cost more than what parts the later way from it, and what comes of that is 
 import numpy as np
 
 from kwatra.cut import FREE, KEEP, best_cut
-from kwatra.pieces.seams import SeamCost, beside
+from kwatra.pieces.seams import SeamCost, beside, summed
 from kwatra.pieces.stock import Array
 
 
@@ -33,5 +33,4 @@ def cheaper(cost: SeamCost, before: Array, after: Array) -> Array:
         pairs.append((a, b - back, c - ahead))
     take = best_cut(np.where(before == after, KEEP, FREE), pairs, taking)
     mixed = cost.within(np.where(take, after, before))
-    less = sum(int(m.sum(dtype=np.int64)) - int(s.sum(dtype=np.int64)) for m, s in zip(mixed, old, strict=True))
-    return take if less < 0 else np.zeros_like(take)
+    return take if summed(mixed) < summed(old) else np.zeros_like(take)

@@ -20,7 +20,7 @@ It then runs along the gaps of one side, and through elements of both nowhere, h
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -97,6 +97,11 @@ class SeamCost:
             return match
         scale = NORMALIZED_SCALE * (ACROSS_TIME if axis < axes - 2 else 1)
         return (match.astype(np.int64) * scale // self.steepness(axis, places)).astype(np.int32)
+
+
+def summed(costs: Iterable[Array]) -> int:
+    """What seams cost together, given per axis."""
+    return sum(int(cost.sum(dtype=np.int64)) for cost in costs)
 
 
 def beside(axis: int, axes: int) -> tuple[Any, Any]:

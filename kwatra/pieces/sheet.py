@@ -16,7 +16,7 @@ import numpy as np
 
 from kwatra.cut import FREE, KEEP, TAKE, VOID, along, best_cut, seams_after
 from kwatra.pieces.boxes import Box
-from kwatra.pieces.seams import SeamCost
+from kwatra.pieces.seams import SeamCost, summed
 from kwatra.pieces.stock import Stock
 
 S = TypeVar("S", bound=Stock)
@@ -153,9 +153,7 @@ class Sheet(Generic[S]):
             extra[inner] = taking
         take = best_cut(state, pairs, extra)
         seams = seams_after(state, take, pairs)
-        change = sum(
-            int(s.sum(dtype=np.int64)) - int(a.sum(dtype=np.int64)) for s, (a, _, _) in zip(seams, pairs, strict=True)
-        )
+        change = summed(seams) - summed(a for a, _, _ in pairs)
         more = 0 if extra is None else int(extra[take & (state == FREE)].sum())
         return Cut(patch, at, take, new, seams, change, change + more)
 

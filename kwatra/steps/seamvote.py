@@ -18,7 +18,7 @@ from torch import Tensor
 from kwatra.base import InputError
 from kwatra.cut import FREE, KEEP, best_cut
 from kwatra.pieces import Mosaic, SeamCost
-from kwatra.pieces.seams import beside
+from kwatra.pieces.seams import beside, summed
 from kwatra.source import SourceWindows, heaviest_covering
 from kwatra.steps.votes import Ballot, Pull, mean
 
@@ -75,7 +75,7 @@ class _Labels:
 
     def price(self, places: np.ndarray) -> int:
         """What is minimized."""
-        return int(self.unlike(places).sum()) + sum(int(cost.sum(dtype=np.int64)) for cost in self.cost.within(places))
+        return int(self.unlike(places).sum()) + summed(self.cost.within(places))
 
     def laid(self, old: np.ndarray, new: np.ndarray, state: np.ndarray) -> np.ndarray:
         """The cheapest of old and new places, taken together where `state` leaves it free."""

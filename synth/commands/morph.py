@@ -8,7 +8,15 @@ from typing import TYPE_CHECKING
 import synth
 from synth import io
 from synth.commands.checks import check_distinct, check_size, finish, set_up
-from synth.commands.morph_between import MASK, check_features, features_writers, is_between, is_image, run_between
+from synth.commands.morph_between import (
+    MASK,
+    check_features,
+    features_writers,
+    is_between,
+    is_image,
+    is_video,
+    run_between,
+)
 from synth.commands.morph_folder import Folder
 from synth.commands.morph_options import add_method_options, method_options
 from synth.commands.parsing import Subparsers, add_common, file, numbers, rate, size, whole
@@ -26,7 +34,6 @@ LOADS = ("synth.metamorphosis.door", "synth.io.images")
 
 _FRAMES = 11
 _FLOWS = (".npz", ".npy")
-_VIDEOS = (".mp4", ".gif")
 _EPILOG = """examples:
   kwatra morph brick.png stone.png                     11 frames in one picture, as brick_stone.png
   kwatra morph brick.png stone.png -o film.mp4 --frames 48 --there-and-back
@@ -196,11 +203,11 @@ def _writers(
     if is_image(output):
         writers[output] = io.image_writer(output, contact_sheet(list(frames)), kind)
     else:
-        measured = kind.dtype.startswith("f") and _is_video(output)
+        measured = kind.dtype.startswith("f") and is_video(output)
         low, high = (made.form.low, made.form.high) if measured else (0.0, 1.0)
         shown = ((frame - low) / ((high - low) or 1.0) for frame in frames)
         writer = io.video_writer(output, shown, arguments.fps, kind)
-        writers[output] = writer if _is_video(output) else folder.keeping(writer)
+        writers[output] = writer if is_video(output) else folder.keeping(writer)
     if arguments.energy is not None:
         writers[arguments.energy] = energy_writer(arguments.energy, made.film.energies)
     if arguments.flow is not None and made.film.velocity is not None:
@@ -209,7 +216,3 @@ def _writers(
         for path, mask in zip(arguments.show_masks, made.film.masks, strict=True):
             writers[path] = io.image_writer(path, mask[None].float(), synth.Kind(*MASK))
     return writers | features_writers(arguments.show_features, made.film.features or ())
-
-
-def _is_video(output: Path) -> bool:
-    return output.suffix.lower() in _VIDEOS

@@ -172,4 +172,9 @@ def _writer(folder: Folder, frames: "Iterator[Tensor]", rate: float, kind: "Kind
 
 def is_image(output: Path) -> bool:
     """Whether all is written into one picture, not a video or a folder."""
-    return bool(output.suffix) and output.suffix.lower() not in (".mp4", ".gif")
+    return bool(output.suffix) and not is_video(output)
+
+
+def is_video(output: Path) -> bool:
+    """Whether it is written into a video file."""
+    return output.suffix.lower() in (".mp4", ".gif")

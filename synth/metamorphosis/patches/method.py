@@ -39,8 +39,8 @@ class PatchMorph(Method):
     `pyramid`; carrying: how, on the last of them, if it is a frame of a film. statistics: detail that blends take away
     is given back (section 4.5). even: a frame made by itself is as far on its way, by measure, as its time says; or
     else the time is the share of B in its neighborhoods. independent: every frame is made by itself, as published, and
-    so is a frame at a single time. search: how thoroughly A is brought onto B in
-    a film: "fast", "default" or "best". size: (height, width) of frames, by default that of A.
+    so is a frame at a single time. search: how thoroughly A is brought onto B in a film: "fast", "default" or "best".
+    size: (height, width) of frames, by default that of A.
     """
 
     making: Making = field(default_factory=Making)
@@ -82,15 +82,16 @@ class PatchMorph(Method):
         self, between: Interpolation, pair: Pair, times: Sequence[float], seed: int, report: Report
     ) -> Iterator[Tensor] | None:
         """Frames that begin in A and end in B, both synthesized first if frames have another size; None: see FAINT."""
+        maps = between.found.maps
         if between.shape != tuple(pair.a.shape[1:]):
             pair = Growth("default", seed, str(pair.a.device))(pair, between.shape, report)
+            maps = replace(between, images=(pair.a, pair.b), features=_features(pair)).found.maps
         images = (pair.a, pair.b)
-        maps = replace(between, images=images, features=_features(pair)).found.maps
         passage = Passage.of(images, maps, self.pyramid[-1][1], self.making, SEARCHES[self.search], pair.tile, report)
         halfway = between.along(passage, 0.5)
         if strength(halfway, between.images, (0.5, 0.5)) < FAINT:
             return None
-        return _passing(between, passage, images, times, report)
+        return _passing(between, passage, {0.0: pair.a, 0.5: halfway, 1.0: pair.b}, times, report)
 
     def between(
         self,
@@ -122,11 +123,12 @@ class PatchMorph(Method):
 
 
 def _passing(
-    between: Interpolation, passage: Passage, ends: tuple[Tensor, Tensor], times: Sequence[float], report: Report
+    between: Interpolation, passage: Passage, known: dict[float, Tensor], times: Sequence[float], report: Report
 ) -> Iterator[Tensor]:
+    """The frames at some times, of which some are known."""
     for number, time in enumerate(times):
         report(f"frame {number + 1} of {len(times)}", number / len(times))
-        yield ends[int(time)] if time in (0, 1) else between.along(passage, time)
+        yield known[time] if time in known else between.along(passage, time)
     report("done", 1.0)
 
 
