@@ -63,19 +63,20 @@ def test_colors_are_those_that_the_file_says(tmp_path: Path) -> None:
 def test_the_same_frames_are_the_same_file_whatever_memory_held_and_on_any_number_of_cores(tmp_path: Path) -> None:
     program = """
 import os, sys, torch
-if sys.argv[1].endswith("37.mp4") and hasattr(os, "sched_setaffinity"):
-    os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
 from synth.io.videos import write_video
-blocks = torch.rand(3, 1, 12, 12, generator=torch.Generator().manual_seed(0)).repeat_interleave(8, 2)
-blocks = blocks.repeat_interleave(8, 3)
-write_video(sys.argv[1], torch.cat([blocks.roll(t, 3) for t in range(12)], 1), 25)
+if sys.argv[1].startswith("37") and hasattr(os, "sched_setaffinity"):
+    os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
+for cells in (12, 32):  # a small frame shows what memory held, a larger one how many parts it was cut into for the cores
+    blocks = torch.rand(3, 1, cells, cells, generator=torch.Generator().manual_seed(0))
+    blocks = blocks.repeat_interleave(8, 2).repeat_interleave(8, 3)
+    write_video(sys.argv[1] + f"_{cells}.mp4", torch.cat([blocks.roll(t, 3) for t in range(12)], 1), 25)
 """
     root = str(Path(__file__).parents[3])
     for fill in ("37", "165"):  # what glibc fills memory with that is given out and taken back
         environment = os.environ | {"PYTHONPATH": root, "MALLOC_PERTURB_": fill}
-        command = [sys.executable, "-c", program, str(tmp_path / f"{fill}.mp4")]
-        subprocess.run(command, check=True, env=environment)
-    assert (tmp_path / "37.mp4").read_bytes() == (tmp_path / "165.mp4").read_bytes()
+        subprocess.run([sys.executable, "-c", program, fill], check=True, env=environment, cwd=tmp_path)
+    for cells in (12, 32):
+        assert (tmp_path / f"37_{cells}.mp4").read_bytes() == (tmp_path / f"165_{cells}.mp4").read_bytes()
 
 
 def test_nothing_is_left_of_a_video_that_could_not_be_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
