@@ -58,11 +58,12 @@ class _Again(torch.autograd.Function):
         return function(*given)
 
     @staticmethod
-    def backward(ctx: Any, *gradients: Tensor) -> tuple[Tensor | None, ...]:
+    def backward(ctx: Any, gradient: Tensor) -> tuple[Tensor | None, ...]:
         given = [tensor.detach().requires_grad_() for tensor in ctx.saved_tensors]
         with torch.enable_grad():
-            made = ctx.function(*given)
-        return None, *torch.autograd.grad(made, given, gradients)
+            # of a sum, as derivatives along a given one load a compiler that is not used, for a third of a second
+            along = (ctx.function(*given) * gradient).sum()
+        return None, *torch.autograd.grad(along, given)
 
 
 def displacement(velocity: Tensor, start: float, end: float, wrap: bool = False) -> Tensor:

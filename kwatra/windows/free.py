@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import torch
-from scipy.spatial import cKDTree
 from torch import Tensor
 
 from kwatra.base import InputError
@@ -75,6 +74,8 @@ class FreeWindows:
 
     def neighbor_shifts(self) -> Iterator[tuple[Tensor, Tensor]]:
         """See `Layout.neighbor_shifts`: the 2n nearest others, or, where there are fewer, the window itself."""
+        from scipy.spatial import cKDTree  # a tenth of a second that grids need not spend
+
         corners = self.corners.cpu().numpy()
         near = min(2 * len(self.shape) + 1, len(corners))
         period = [size if wraps else 0 for size, wraps in zip(self.shape, self.wraps, strict=True)]

@@ -73,8 +73,10 @@ class Metric:
 
     def features_transposed(self, values: Tensor) -> Tensor:
         """The transpose of `features`: (N, M) to (N, *width, C)."""
-        zero = self._probe.expand(len(values), *self._probe.shape[1:])
-        return torch.func.vjp(self.features, zero)[1](values)[0]
+        # by the derivative of a sum: other ways to ask for it load a compiler that is not used
+        with torch.enable_grad():
+            zero = self._probe.expand(len(values), *self._probe.shape[1:]).detach().requires_grad_()
+            return torch.autograd.grad((self.features(zero) * values.detach()).sum(), zero)[0]
 
     @cached_property
     def features_diagonal(self) -> Tensor:

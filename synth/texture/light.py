@@ -11,8 +11,7 @@ time alone, as images are blended by their gradients (Perez, Gangnet and Blake 2
 
 import numpy as np
 import torch
-from scipy import ndimage, sparse
-from scipy.sparse.linalg import splu
+from scipy import ndimage
 from torch import Tensor
 
 from kwatra import Exemplar
@@ -35,6 +34,9 @@ def evened(
     The map's places are on the exemplar's canvas. wrap: whether time, rows and columns are periodic. held (T,): True
     for frames to leave alone.
     """
+    from scipy import sparse  # stills need none of it
+    from scipy.sparse.linalg import splu
+
     frames = video.shape[1]
     free = np.ones(frames, bool) if held is None else ~held.cpu().numpy()
     if frames < 2 or not free.any() or exemplar.shape[0] < 2:

@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import torch
-from skimage.registration import phase_cross_correlation
 from torch import Tensor
 
 from kwatra import Decisive, Exemplar, Settings
@@ -46,6 +45,8 @@ def translation(exemplar: Exemplar) -> tuple[int, int] | None:
 
     None where there is no such motion, where it is 0, or where it leaves less than half of the frame to be seen.
     """
+    from skimage.registration import phase_cross_correlation  # stills need none of it
+
     canvas = exemplar.canvas
     if canvas.shape[1] < 2 or not bool((exemplar.owner == 0).all()):
         return None

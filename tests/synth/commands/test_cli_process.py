@@ -61,6 +61,22 @@ def test_help_is_quick_because_nothing_heavy_is_imported() -> None:
     assert os.times().children_user - before < 1  # of work: the clock runs on while others work; it takes a tenth
 
 
+def test_nothing_is_loaded_that_is_not_used(folder: Path) -> None:
+    program = """
+import sys
+from synth import cli
+cli.main(["synth", "brick.png", "--size", "16", "--preset", "fast"])
+cli.main(["fill", "brick.png", "--extend", "4", "--preset", "fast"])  # with features and their transposes
+cli.main(["morph", "brick.png", "brick_synth.png", "--method", "control", "--frames", "3", "--preset", "fast"])
+idle = ("sympy", "torch.fx.experimental.symbolic_shapes", "torch._dynamo", "scipy.spatial")
+print([name for name in idle if name in sys.modules])
+"""
+    with python("-c", program) as process:
+        out, err = process.communicate()
+    assert len(list(folder.iterdir())) == 4, err
+    assert out.endswith("[]\n")
+
+
 @pytest.mark.parametrize("name", ["synth", "kwatra"])
 def test_a_module_that_is_run_can_speak_before_anything_heavy_is_imported(name: str) -> None:
     with python(
