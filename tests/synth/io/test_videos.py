@@ -66,7 +66,7 @@ import os, sys, torch
 from synth.io.videos import write_video
 if sys.argv[1].startswith("37") and hasattr(os, "sched_setaffinity"):
     os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
-for cells in (12, 32):  # small frames show what memory held, larger ones into how many parts they were cut for the cores
+for cells in (12, 32):  # small frames show what memory held, larger ones into how many parts cores cut them
     blocks = torch.rand(3, 1, cells, cells, generator=torch.Generator().manual_seed(0))
     blocks = blocks.repeat_interleave(8, 2).repeat_interleave(8, 3)
     write_video(sys.argv[1] + f"_{cells}.mp4", torch.cat([blocks.roll(t, 3) for t in range(12)], 1), 25)
