@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import synth
 from synth import io, texture
 from synth.commands.checks import check_size, finish, refuse_unused, set_up
+from synth.commands.guides import add_guides, guide_weights, guides_of
 from synth.commands.naming import for_each, output_of
 from synth.commands.parsing import (
     Parser,
@@ -31,7 +32,7 @@ from synth.commands.synth_outputs import check_outputs, size_of, writers_of
 from synth.commands.telling import about, contributions, details, of_result, quality
 from synth.commands.tiles import tile_size
 from synth.commands.wishes import Wishes, add_wishes
-from synth.words import counted, listed
+from synth.words import listed
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -51,6 +52,7 @@ _EPILOG = """examples:
   kwatra synth sand.png --keep logo.png                a new texture around the logo's opaque pixels
   kwatra synth fountain.mp4 --seconds 20 --loop        a video of the same size that loops
   kwatra synth field.png --guide field_labels.png=wanted_labels.png
+  kwatra synth grass.png --guide tones=drawing.png     as light and dark as a drawing of its size
 """
 
 
@@ -85,11 +87,7 @@ def add(commands: Subparsers) -> None:
         "(3, H, W), a fourth row where copies are turned; or 16-bit .png with R = x, G = y, B = exemplar")  # fmt: skip
     add("--also", action="append", default=[], metavar="NAME=FILE", help="carry a map of the exemplar along, exactly, "
         "to OUT_NAME; with several exemplars NAME=FILE1,FILE2; may be given again")  # fmt: skip
-    add("--guide", action="append", default=[], metavar="MAP=MAP", help="EXEMPLAR_MAP=OUTPUT_MAP: put texture where "
-        "the output's map is like the exemplar's (labels, a density, a direction); with several exemplars "
-        "A,B=OUTPUT_MAP; may be given again")  # fmt: skip
-    add("--guide-weight", type=positive, action="append", default=[], metavar="W", help="what the guide counts beside "
-        "the colors, once for all or once for each; 0.1 to 0.3 suits maps that vary smoothly (default: 1)")  # fmt: skip
+    add_guides(parser)
     add("--stay", type=number(0, 1e6), metavar="W", help="how strongly what belongs somewhere stays there: "
         "0 not at all, 1 strongly (default: 0; videos: 0.3 where what is seen depends on the place)")  # fmt: skip
     add_video(parser)
@@ -158,7 +156,7 @@ class Inputs:
         pictures = [io.read_image(path) for path in arguments.exemplars]
         exemplars, kind = io.raised(pictures, arguments.exemplars)
         start = None if arguments.start is None else _read_start(arguments.start, kind, arguments.size)
-        guides = _guides(arguments, len(exemplars))
+        guides = guides_of(arguments, exemplars, kind)
         wishes = Wishes.read(arguments, kind, exemplars)
         given = {name: (size[0], size[1]) for name, size in wishes.sizes.items()}
         for guide in guides:
@@ -173,22 +171,6 @@ class Inputs:
         inputs = cls(exemplars, kind, start, guides, maps, wishes, size, output)
         check_outputs(arguments, inputs)
         return inputs
-
-
-def _guides(arguments: argparse.Namespace, count: int) -> "list[tuple[list[Array], Array]]":
-    """The guides, each of maps for so many exemplars."""
-    guides, weights = arguments.guide, arguments.guide_weight
-    if not guides:
-        refuse_unused(arguments, ["guide_weight"], "says what a --guide counts but there is none")
-    if len(weights) > 1 and len(weights) != len(guides):
-        raise synth.InputError(f"there are {counted(len(guides), '--guide')} but {counted(len(weights), 'weight')}; "
-                               "give one --guide-weight for all, or one for each")  # fmt: skip
-    return [texture.read_guide(guide, count) for guide in guides]
-
-
-def _weight(weights: list[float]) -> float | list[float]:
-    """One weight for all guides, or one for each."""
-    return weights if len(weights) > 1 else (weights or [1.0])[0]
 
 
 def _one(arguments: argparse.Namespace, work: bool) -> str:
@@ -215,7 +197,7 @@ def _one(arguments: argparse.Namespace, work: bool) -> str:
             terms=inputs.wishes.terms(exemplars, arguments.device),
             mask=inputs.wishes.mask,
             guide=inputs.guides or None,
-            guide_weight=_weight(arguments.guide_weight),
+            guide_weight=guide_weights(arguments),
             exemplar_mask=inputs.wishes.allowed,
             device=arguments.device,
             callback=callback,

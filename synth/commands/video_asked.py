@@ -11,8 +11,9 @@ from torch import Tensor
 
 import synth
 from synth import io, texture
-from synth.commands.checks import check_memory, refuse_unused
+from synth.commands.checks import check_memory
 from synth.commands.framewise import digest
+from synth.commands.guides import asks_for_tones, guide_weights, tones_of
 from synth.commands.wishes import Wishes, in_frames, read_pixels, shown
 
 if TYPE_CHECKING:
@@ -33,19 +34,18 @@ class Asked:
     start: "Picture | None"
     guides: list[tuple[list[Tensor], Tensor]]
     outputs: list[str]
-    weights: list[float]
+    weights: float | list[float]
 
     @classmethod
     def read(cls, arguments: argparse.Namespace, exemplars: Sequence[Tensor], kind: "Kind") -> "Asked":
         """As the arguments ask, for exemplars (C, T, H, W) of a kind; InputError for files that do not fit."""
-        if not arguments.guide:
-            refuse_unused(arguments, ["guide_weight"], "says what a --guide counts but there is none")
+        weights = guide_weights(arguments)
         start = None if arguments.start is None else read_pixels(arguments.start, True)
         if start is not None and start.kind.channels != kind.channels:
             raise synth.InputError(f"{arguments.start} holds {start.kind} but the exemplar {kind}; save it alike")
-        guides = [_guide(request, exemplars) for request in arguments.guide]
+        guides = [_guide(request, exemplars, kind) for request in arguments.guide]
         outputs = [f"--guide {request}" for request in arguments.guide]
-        return cls(Wishes.read(arguments, kind, exemplars), start, guides, outputs, arguments.guide_weight)
+        return cls(Wishes.read(arguments, kind, exemplars), start, guides, outputs, weights)
 
     @property
     def sizes(self) -> dict[str, tuple[int, ...]]:
@@ -82,13 +82,13 @@ class Asked:
 
     def options(self, exemplars: Sequence[Tensor], device: str) -> dict[str, Any]:
         """The options of `synthesize` that say all this."""
-        start, weights = self.start, self.weights
+        start = self.start
         return {
             "start": None if start is None else io.premultiplied(start.pixels, start.kind),
             "terms": self.wishes.terms(exemplars, device),
             "mask": self.wishes.mask,
             "guide": self.guides or None,
-            "guide_weight": weights if len(weights) > 1 else (weights or [1.0])[0],
+            "guide_weight": self.weights,
             "exemplar_mask": self.wishes.allowed,
         }
 
@@ -108,8 +108,10 @@ class Asked:
         return {**told, "--guide-weight": str(self.weights)}
 
 
-def _guide(request: str, exemplars: Sequence[Tensor]) -> tuple[list[Tensor], Tensor]:
+def _guide(request: str, exemplars: Sequence[Tensor], kind: "Kind") -> tuple[list[Tensor], Tensor]:
     """A guide's maps, a still for all frames of its exemplar."""
+    if asks_for_tones(request):
+        return tones_of(request, exemplars, kind, lambda name: read_pixels(name, True))
     files = texture.guide_files(request, len(exemplars))
     *maps, output = [read_pixels(Path(file), True) for file in files]
     for file, each in zip(files, maps, strict=False):

@@ -30,7 +30,7 @@ def add_wishes(parser: argparse.ArgumentParser) -> None:
     add("--keep", metavar="IMAGE[=MASK]", help="pixels that the output has exactly: of an image of its size the opaque "
         "ones, or those white in a mask")  # fmt: skip
     add("--soft", metavar="IMAGE[=WEIGHTS]", help="pixels that the output is to be like, as far as the texture allows: "
-        "weights from black to white, or alpha; for flat tones, which it has not, --guide is better")  # fmt: skip
+        "weights from black to white, or alpha; for flat tones, which it has not, see --guide tones=IMAGE")  # fmt: skip
     add("--soft-weight", type=positive, metavar="W", help="what they count where white, beside the texture's 1 "
         f"(default: {_TONE:g})")  # fmt: skip
     add("--exemplar-mask", metavar="FILE[,FILE]", help="white where an exemplar may be copied from, of its size; with "

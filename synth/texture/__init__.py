@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from synth.texture.periods import whole_size
     from synth.texture.synthesis import Synthesis, taken
     from synth.texture.tiling import tile
+    from synth.texture.toning import tones
     from synth.texture.work import PRESETS
 
 __all__ = [
@@ -40,6 +41,7 @@ __all__ = [
     "synthesize",
     "taken",
     "tile",
+    "tones",
     "whole_size",
 ]
 
@@ -62,6 +64,7 @@ __getattr__, __dir__ = lazy(
         "synthesize": "synth.texture.images",
         "taken": "synth.texture.synthesis",
         "tile": "synth.texture.tiling",
+        "tones": "synth.texture.toning",
         "whole_size": "synth.texture.periods",
     },
 )

@@ -174,6 +174,16 @@ def test_guides_of_stills_and_videos_and_where_may_be_copied(clip):
     assert np.load("where.npy")[3].min() >= 12
 
 
+def test_a_drawing_says_how_light_and_dark_a_video_is_to_be(clip):
+    labels = torch.zeros(3, 20, 24)
+    labels[:, :, 12:] = 1
+    still("mirrored.png", 1 - labels)
+    write_video("shaded", frames("drops") * (0.25 + 0.75 * labels[:, None]), 25.0)
+    assert main(["synth", "shaded", "--preset", "fast", "--stay", "0", "--guide", "tones=mirrored.png"]) == 0
+    light = frames("shaded_synth").mean((0, 1, 2))
+    assert float(light[:10].mean()) > 1.5 * float(light[14:].mean())
+
+
 def test_what_is_asked_of_pixels_decides_the_frames_too(clip, monkeypatch, capsys):
     from synth.io.frames import FramesFolder
 

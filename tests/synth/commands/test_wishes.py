@@ -10,6 +10,7 @@ import torch
 from synth import Kind, read_image, synthesize, write_image
 from synth.cli import main
 from synth.io.images import read_array
+from synth.texture import tones
 
 GRAY, RGB = Kind("uint8", ("Y",)), Kind("uint8", ("R", "G", "B"))
 FAST = ["--preset", "fast"]
@@ -72,9 +73,23 @@ def test_soft_pixels_draw_the_output_towards_them(folder: Path) -> None:
     assert float(made[:, :12].mean()) > 0.3
 
 
+def test_a_drawing_says_how_light_and_dark_it_is_to_be(folder: Path) -> None:
+    drawing = torch.linspace(0.2, 0.8, 48).expand(4, 48, 48).clone()
+    drawing[3] = 0.5  # how clear a drawing is says nothing of its tones
+    write_image("drawing.png", drawing, Kind("uint8", ("R", "G", "B", "A")))
+    assert main(["synth", "a.png", "--guide", "tones=drawing.png", "--seed", "3", *FAST]) == 0
+    exemplar, wanted = read_image("a.png").pixels, read_image("drawing.png").pixels[:3]
+    made = synthesize(exemplar, guide=tones(exemplar, wanted), guide_weight=0.3, seed=3, preset="fast")
+    assert torch.equal(read_image("a_synth.png").pixels, (made.image * 255).round() / 255)
+    light = made.image.mean((0, 1))
+    assert float(light[32:].mean() - light[:16].mean()) > 0.2
+
+
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
+        ("--guide tones=", "write tones=IMAGE, an image as light and dark as is wanted"),
+        ("--guide tones=none.png", "none.png does not exist"),
         ("--keep dark.png", "--keep dark.png does not say which pixels; write --keep dark.png=MASK"),
         ("--keep dark.png=left.png", "left.png is 40x32 but dark.png 48x48"),
         ("--keep left.png=left.png", "left.png holds uint8 Y but the exemplar uint8 RGB"),
