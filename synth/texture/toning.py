@@ -38,7 +38,9 @@ def tones(exemplars: Image | Sequence[Image], wanted: Image) -> tuple[list[Image
     images: list[Any] = list(exemplars) if isinstance(exemplars, (list, tuple)) else [exemplars]
     if any(isinstance(image, Tensor) != isinstance(wanted, Tensor) for image in images):
         raise InputError("tones are wanted of an array and a tensor; give both as one kind")
-    maps = [ndimage.gaussian_filter(_gray(image), REACH, mode="nearest", axes=(-2, -1)) for image in images]
+    maps: list[np.ndarray] = [
+        ndimage.gaussian_filter(_gray(image), REACH, mode="nearest", axes=(-2, -1)) for image in images
+    ]
     ends = np.quantile(np.concatenate([each.ravel() for each in maps]), (RARE, 1 - RARE))
     made = [_as(wanted, values) for values in (*maps, _gray(wanted).clip(*ends))]
     return made[:-1], made[-1]
