@@ -15,10 +15,13 @@ from functools import cached_property
 import torch
 from torch import Tensor
 
+from flow.animation.blur import blurred
 from flow.animation.drift import drift
 from flow.animation.reading import Reading
 from flow.warps import pixel_coordinates, warp
-from kwatra import Exemplar, InputError
+from kwatra import Exemplar, InputError, place_dependence
+from kwatra.base import mean
+from kwatra.terms.stay import SCENE
 
 _GAP = 16
 """Rows between pages, at least, and the drift's largest step besides: what flows beyond a page ends in no other one."""
@@ -29,6 +32,13 @@ _NEXT = 1
 _DYNAMICS = 0.5
 """What each of these counts beside all colors' 1."""
 
+_FINE = 3.0
+"""Grain is what differs from its surroundings, over so many px."""
+
+_GRAIN = 0.2
+"""What grain counts, brought to the deviation of the mean color. Drops of a fountain lie in squares with 0; with 1 they
+are lost, since blocks without them fit as well."""
+
 
 @dataclass(frozen=True, eq=False)
 class Film:
@@ -37,6 +47,7 @@ class Film:
     strip: all pages as one picture. pages: their number; pitch: rows from one to the next. motion (2, pages * pitch,
     W): the exemplar's own, x first, in px per frame, forward; None for a picture. step: 1, or -1 where time runs
     backward. also: maps of the exemplar on a strip of their own, which decide nothing; None where there are none.
+    scene: whether what is seen depends on the place in its frame.
     """
 
     strip: Exemplar
@@ -45,6 +56,7 @@ class Film:
     motion: Tensor | None = None
     step: int = 1
     also: Exemplar | None = None
+    scene: bool = False
 
     @classmethod
     def of(cls, exemplar: Exemplar, also: Exemplar | None = None) -> "Film":
@@ -81,7 +93,8 @@ class Film:
         flat = Exemplar(
             _flat(exemplar.canvas, gap), _flat(owner[None], gap, -1.0)[0], _flat(exemplar.origin, gap), exemplar.weights
         )
-        return cls(flat, len(owner), exemplar.shape[1] + gap, _flat(motion, gap))
+        scene = place_dependence(exemplar) >= SCENE
+        return cls(flat, len(owner), exemplar.shape[1] + gap, _flat(motion, gap), scene=scene)
 
     @property
     def backward(self) -> "Film":
@@ -120,7 +133,9 @@ class Film:
 
     @cached_property
     def described(self) -> Exemplar:
-        """The strip with channels that tell its dynamics: the mean color in the next frame and in the one before."""
+        """The strip with channels that tell its dynamics, the mean color in the next frame and in the one before, and
+        its grain: of texture that never repeats the mean fits best, so how grainy it is has to be told.
+        """
         if self.motion is None:
             return self.strip
         places = pixel_coordinates(self.strip.shape, self.strip.canvas.device)
@@ -132,9 +147,9 @@ class Film:
             for _ in range(_NEXT):
                 there = film.onward(there)
             more.append(warp(gray, there, "bilinear"))
-        weight = _DYNAMICS * self.strip.weights.sum()
-        weights = torch.cat([self.strip.weights, weight.expand(2)])
-        return replace(self.strip, canvas=torch.cat([self.strip.canvas, *more]), weights=weights)
+        weights = torch.tensor([_DYNAMICS, _DYNAMICS, _GRAIN], device=gray.device) * self.strip.weights.sum()
+        canvas = torch.cat([self.strip.canvas, *more, _grain(gray, self.strip.owner >= 0)])
+        return replace(self.strip, canvas=canvas, weights=torch.cat([self.strip.weights, weights]))
 
     def spread(self, count: int) -> list[int]:
         """Up to so many pages, evenly spread, of those from which texture can live on for a while."""
@@ -174,6 +189,16 @@ class Film:
         if len(self.strip.origin) == 3:
             return pixels
         return torch.stack([pixels[0] // self.pitch, pixels[0] % self.pitch, pixels[1]])
+
+
+def _grain(gray: Tensor, known: Tensor) -> Tensor:
+    """How much a picture (1, H, W) differs from its surroundings where it is known (H, W), with its own deviation."""
+    grain = blurred((gray - blurred(gray, known, _FINE)).abs(), known, _FINE)
+    return grain * (_deviation(gray[:, known]) / _deviation(grain[:, known]).clamp(min=1e-6))
+
+
+def _deviation(values: Tensor) -> Tensor:
+    return mean((values - mean(values)).square()).sqrt()
 
 
 def _flat(values: Tensor, gap: int, empty: float = 0.0) -> Tensor:

@@ -15,8 +15,9 @@ import torch
 from scipy import ndimage
 from torch import Tensor
 
-from flow.animation.sequence import Frame, Mask, Motion, State, film_of
+from flow.animation.sequence import Frame, Mask, Motion, film_of
 from flow.animation.settings import Renewing
+from flow.animation.state import State
 from flow.fields import Field, Shape
 from flow.warps import lookup, pixel_coordinates, warp
 from kwatra import Exemplar, InputError, Settings

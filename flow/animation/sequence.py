@@ -7,7 +7,8 @@ their elements turned upright (`flow.upright`), and blocks copied where the text
 it (`flow.term`): what was replaced fades within a few frames. Memory does not grow with the number of frames.
 
 A picture is a video of one frame. Of a longer one texture also lives on: before it is renewed it moves on to the
-video's next frame (`flow.film`), and x+ has changed by what that changes.
+video's next frame (`flow.film`), and so does what fades below it (`flow.fading`). Where what is seen depends on the
+place in its frame, the first frame keeps the places.
 """
 
 from collections.abc import Callable, Iterator
@@ -18,53 +19,33 @@ import torch
 from torch import Tensor
 
 from flow.animation.carrying import carried
-from flow.animation.copies import tidied
+from flow.animation.copies import JUMP, tidied
 from flow.animation.entering import SIDES, entered, enters, known_of
 from flow.animation.evening import evened
+from flow.animation.fading import Fading, shaded
 from flow.animation.film import Film
 from flow.animation.reading import Reading
 from flow.animation.renewal import Renewal
 from flow.animation.settings import PRESETS, VIDEO_PRESETS, Renewing
+from flow.animation.state import State
 from flow.animation.stock import NOWHERE
 from flow.animation.term import blended, flow_term
 from flow.animation.upright import Upright
-from flow.animation.wear import blurred
 from flow.fields import Field
 from flow.warps import Lookup, filled, lookup, warp
-from kwatra import Exemplar, InputError, Level, Result, Settings, SoftPixels, optimize
+from kwatra import Exemplar, InputError, Level, Result, Settings, Stay, optimize
 from kwatra.base import check_mask, generator_of
 from kwatra.result import Row
 from kwatra.source import look_up
+from kwatra.terms.stay import STAYING
 
 _BEGINNING = 1 << 17
 """The first frame of a video is made of frames that have about so many pixels together, and of two at least."""
-
-_SHADES = 6.0
-"""Shades are colors blurred by so many px."""
 
 _PROJECTION = (Level(1, 16), Level(1, 8))
 """How a given first picture is brought to the exemplar: at full resolution, keeping what is texture already."""
 
 Mask = Tensor | Callable[[int], Tensor] | None
-
-
-@dataclass(frozen=True)
-class State:
-    """All that the next frame follows from.
-
-    number: of the frame, from 0. source (2, H, W) float32: where on the exemplar's canvas each pixel is read, x first;
-    of a video on its frames, one under the other (`flow.animation.film`). inside (H, W): where there is texture.
-    image (C, H, W): what is shown, and of maps that go along (C + M, H, W).
-    """
-
-    number: int
-    source: Tensor
-    inside: Tensor
-    image: Tensor
-
-    def to(self, device: torch.device) -> "State":
-        """The same state on another device."""
-        return State(self.number, self.source.to(device), self.inside.to(device), self.image.to(device))
 
 
 @dataclass(frozen=True)
@@ -206,7 +187,8 @@ class Motion:
         mask = None if self.mask is None else inside
         pages = self.film.spread(max(_BEGINNING // (self.film.pitch * self.film.strip.shape[1]), 2))
         exemplar = self.film.cut(self.film.strip, pages)
-        still = optimize(exemplar, self.shape, settings=synthesis, start=first, mask=mask, seed=self.seed)
+        stay = [Stay(STAYING)] if self.film.scene and first is None else []
+        still = optimize(exemplar, self.shape, settings=synthesis, terms=stay, start=first, mask=mask, seed=self.seed)
         source = tidied(self.film.uncut(still.where, pages).flip(0).float(), inside, inside)
         return self._frame(State(0, source, inside, self._picture(source, inside)), {})
 
@@ -232,9 +214,37 @@ class Motion:
         older = self.upright(tidied(source, moved, inside), moved)
         source = self.film.onward(older)
         lives = inside & (source != older).any(0)
-        source, image, report = self.renewal(source, inside, generator, moved | lives)
-        image = self._blended(self._picture(source, inside, image[: self.channels]), state, look, older, lives)
-        return self._frame(State(number, source, inside, image), report)
+        new, image, report = self.renewal(source, inside, generator, moved | lives)
+        copies = self._picture(new, inside, image[: self.channels])
+        if self.film.motion is None:
+            return self._frame(State(number, new, inside, self._blended(copies, state, look)), report)
+        shown, fading = self._dissolved(copies, state, look, source, new)
+        return self._frame(State(number, new, inside, shown, fading.packed), report)
+
+    def _dissolved(
+        self, copies: Tensor, before: State, look: Lookup, source: Tensor, new: Tensor
+    ) -> tuple[Tensor, Fading]:
+        """A frame (C, H, W) of a video whose copies at source coordinates (2, H, W) were replaced by new ones.
+
+        It comes with what fades below them.
+        """
+        known = look.known & before.inside
+        old = Fading.nothing(before.source, copies) if before.fading is None else Fading.unpacked(before.fading)
+        old = old.onward(self.film, look, before.inside)
+        changed = known & ((new - source).square().sum(0) >= JUMP**2) & self.read.usable(source)
+        above, below = (self._picture(at, known) for at in (source, old.below))
+        wanted = old.mixed(above, below) + old.shade
+        fading = old.replaced(source, changed, self.renewing)
+        image = fading.mixed(copies, torch.where(changed, above, below))
+        shade = shaded(wanted, image, known, self.renewing.shades)
+        shade[self.channels :] = 0
+        return self._within(image + shade), replace(fading, shade=shade)
+
+    def _within(self, shown: Tensor) -> Tensor:
+        """Colors, and maps below them, within the exemplar's range."""
+        colors, maps = shown.tensor_split([self.channels])
+        colors = self.read.within(colors)
+        return colors if self._read_also is None else torch.cat([colors, self._read_also.within(maps)])
 
     def _picture(self, source: Tensor, inside: Tensor, colors: Tensor | None = None) -> Tensor:
         """What source coordinates show: colors (C, H, W), unless they are known, and below them the maps."""
@@ -242,40 +252,19 @@ class Motion:
         colors = evened(colors, source, inside, self.read, self.renewing.light)
         return colors if self._read_also is None else torch.cat([colors, self._read_also.picture(source, inside)])
 
-    def _lived(self, read: Reading, older: Tensor, lives: Tensor) -> Tensor:
-        """By how much what is read changes as texture lives on from coordinates (2, H, W), where it does (H, W)."""
-        change = torch.zeros(len(read.continued), *self.shape, device=self.device)
-        if bool(lives.any()):
-            before = older[:, lives]
-            change[:, lives] = read(self.film.onward(before)) - read(before)
-        return change
-
-    def _blended(self, copies: Tensor, before: State, look: Lookup, older: Tensor, lives: Tensor) -> Tensor:
+    def _blended(self, copies: Tensor, before: State, look: Lookup) -> Tensor:
         """A frame (C, H, W) that shows its copies and, as the flow term asks, what the one before has carried there.
 
-        Texture at coordinates older (2, H, W) has lived on where lives (H, W). Maps below the colors fade with them.
+        Maps below the colors fade with them.
         """
         if self.renewing.inertia == 0 or not bool(look.known.any()):
             return copies
-        known, maps = filled(before.image, before.inside).tensor_split([self.channels])
-        term = flow_term(known, look, self.renewing.inertia, self.renewing.interpolation)
-        colors = self._faded(copies[: self.channels], term, self._lived(self.read, older, lives), before, look)
-        if self._read_also is None:
-            return colors
-        carried = filled(warp(maps, look.coordinates, self.renewing.interpolation), look.known)
-        target = carried + self._lived(self._read_also, older, lives)
-        faded = blended(copies[self.channels :], replace(term, target=target))
-        return torch.cat([colors, self._read_also.within(faded)])
-
-    def _faded(self, copies: Tensor, term: SoftPixels, change: Tensor, before: State, look: Lookup) -> Tensor:
-        """Colors (C, H, W) between the copies and what the term wants, which has changed since by `change`."""
-        target = term.target + change
-        image = blended(copies, replace(term, target=target))
-        if self.renewing.shades:
-            known = look.known & before.inside
-            off = torch.where(known, target - image, 0.0)
-            image = image + torch.where(known, self.renewing.shades * blurred(off, known, _SHADES), 0.0)
-        return self.read.within(image)
+        shown, maps = filled(before.image, before.inside).tensor_split([self.channels])
+        term = flow_term(shown, look, self.renewing.inertia, self.renewing.interpolation)
+        if self._read_also is not None:
+            carried = filled(warp(maps, look.coordinates, self.renewing.interpolation), look.known)
+            term = replace(term, target=torch.cat([term.target, carried]))
+        return self._within(blended(copies, term))
 
     def _lookup(self, flow: Tensor, inside: Tensor) -> Lookup:
         if self.field.steady and self._steady is not None and torch.equal(self._steady[0], inside):

@@ -8,8 +8,8 @@ classes of which the exemplar holds equally much, and a class that the frame sho
 import torch
 from torch import Tensor
 
+from flow.animation.blur import blurred
 from flow.animation.reading import continued
-from flow.animation.wear import blurred
 from kwatra import Exemplar
 from kwatra.base import mean, total
 

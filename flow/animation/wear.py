@@ -4,9 +4,9 @@ import math
 from dataclasses import dataclass, replace
 
 import torch
-from scipy import ndimage
 from torch import Tensor
 
+from flow.animation.blur import blurred
 from flow.animation.copies import distortion
 from flow.animation.film import Film
 from kwatra import Grid
@@ -142,15 +142,3 @@ def _around(spot: Spot, reach: int, shape: tuple[int, ...]) -> tuple[Spot, Spot]
     ]
     inner = [slice(part.start - g.start, part.stop - g.start) for part, g in zip(spot, grown, strict=True)]
     return (grown[0], grown[1]), (inner[0], inner[1])
-
-
-def blurred(image: Tensor, known: Tensor, width: float) -> Tensor:
-    """An image (C, H, W) blurred over its known pixels (H, W) by a Gaussian of `width` px."""
-
-    def blur(values: Tensor) -> Tensor:
-        smooth = ndimage.gaussian_filter(values.cpu().numpy(), width, mode="nearest", axes=(1, 2))
-        return torch.from_numpy(smooth).to(values.device)
-
-    if bool(known.all()):
-        return blur(image)
-    return blur(image * known) / blur(known[None].float()).clamp(min=1e-6)

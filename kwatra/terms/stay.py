@@ -14,6 +14,12 @@ from kwatra.base import InputError, total
 from kwatra.exemplar import Exemplar
 from kwatra.terms.algebra import PlaceCharge, Quadratic, Term, TermLike
 
+STAYING = 0.3
+"""The weight of staying where it is decided from the exemplar, chosen on a waterfall: with 1 more is replayed."""
+
+SCENE = 0.5
+"""From this dependence on the place on a clip is a scene: clips of water, fire, smoke and fish have .75 to 1."""
+
 REACH = 0.25
 """From this share of the frame away a window costs the term's weight, in variances of the exemplar."""
 

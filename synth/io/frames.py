@@ -25,6 +25,7 @@ from synth.io.outputs import TEMPORARY, Writer, bytes_writer, check_writable, wr
 
 _STATE = ".state.npz"
 _TENSORS = ("source", "inside", "image")
+_MAYBE = ("fading",)
 _FRAME = re.compile(r"(\d{6,})\.(png|tif)")
 
 
@@ -69,7 +70,10 @@ class FramesFolder:
         missing = next((n for n in range(number + 1) if not self._frame(n).is_file()), None)
         if missing is not None:
             raise InputError(f"{self.path} lacks {self._frame(missing).name}; begin anew with --overwrite")
-        return State(number, *(torch.from_numpy(arrays[name]) for name in _TENSORS)) if number >= 0 else None
+        if number < 0:
+            return None
+        tensors = {name: torch.from_numpy(arrays[name]) for name in (*_TENSORS, *_MAYBE) if name in arrays}
+        return State(number, **tensors)
 
     def count(self) -> int:
         """How many whole frames there are."""
@@ -96,7 +100,8 @@ class FramesFolder:
 
     def add(self, pixels: Tensor, state: State) -> None:
         """Write a frame (C, H, W) and its state; both are there then, or, whatever ends the call, neither counts."""
-        frame, tensors = self._frame(state.number), {name: getattr(state, name).cpu().numpy() for name in _TENSORS}
+        frame, given = self._frame(state.number), {name: getattr(state, name) for name in (*_TENSORS, *_MAYBE)}
+        tensors = {name: tensor.cpu().numpy() for name, tensor in given.items() if tensor is not None}
         states = self._state_writer(state.number, tensors)
         write_files({frame: image_writer(frame, pixels, self.kind), self.path / _STATE: states})
 
@@ -124,7 +129,7 @@ class FramesFolder:
         try:
             arrays = read_npz(self.path / _STATE)
             wanted = ("number", "settings", *(_TENSORS if int(arrays["number"]) >= 0 else ()))
-            return {name: arrays[name] for name in wanted}
+            return {name: arrays[name] for name in wanted} | {name: arrays[name] for name in _MAYBE if name in arrays}
         except (InputError, KeyError, ValueError, TypeError, OSError) as error:
             raise InputError(f"{self.path / _STATE} is damaged; begin anew with --overwrite") from error
 

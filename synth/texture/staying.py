@@ -1,12 +1,7 @@
 """Whether a texture's parts stay where they belong in the frame."""
 
 from kwatra import Exemplar, InputError, Stay, place_dependence
-
-STAYING = 0.3
-"""The weight of staying where it is decided from the exemplar, chosen on a waterfall: with 1 more is replayed."""
-
-SCENE = 0.5
-"""From this dependence on the place on a clip is a scene: clips of water, fire, smoke and fish have .75 to 1."""
+from kwatra.terms.stay import SCENE, STAYING
 
 
 def staying(stay: float | None, source: Exemplar, tile: bool) -> list[Stay]:

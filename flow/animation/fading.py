@@ -1,0 +1,74 @@
+"""Copies of a video that were replaced fade: they live on for some frames below those that took their place.
+
+The frame before, x+, is only as alive as what it is made of. Were its colors carried, what is replaced would fade as it
+was in that frame, and what replaces it, which moves on, would leave a dark print of itself behind. So the copies below
+are coordinates as well, which flow and live on with those above; what is shown is x+ where nothing is replaced, and
+else the mean of x+ and the new copies that the flow term asks for (`flow.animation.term`, K = 1), of which the lowest
+layer of three is left out. What the mean of a few px is still brighter or darker by, the shade, lasts longer.
+"""
+
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from flow.animation.blur import blurred
+from flow.animation.carrying import carried
+from flow.animation.film import Film
+from flow.animation.settings import Renewing
+from flow.warps import Lookup, filled, warp
+
+_SHADES = 6.0
+"""Shades are colors blurred by so many px."""
+
+
+@dataclass(frozen=True)
+class Fading:
+    """What lies below a frame's copies.
+
+    below (2, H, W): the source coordinates of what was replaced; share (H, W) in [0, 1): how much of it is still shown;
+    shade (C, H, W): what is added to both.
+    """
+
+    below: Tensor
+    share: Tensor
+    shade: Tensor
+
+    @classmethod
+    def unpacked(cls, values: Tensor) -> "Fading":
+        """As `packed` (2 + 1 + C, H, W)."""
+        return cls(values[:2], values[2], values[3:])
+
+    @property
+    def packed(self) -> Tensor:
+        """All of it as one tensor (2 + 1 + C, H, W)."""
+        return torch.cat([self.below, self.share[None], self.shade])
+
+    @classmethod
+    def nothing(cls, source: Tensor, image: Tensor) -> "Fading":
+        """Nothing below a frame (C, H, W) that shows source coordinates (2, H, W)."""
+        return cls(source, torch.zeros_like(source[0]), torch.zeros_like(image))
+
+    def onward(self, film: Film, look: Lookup, inside: Tensor) -> "Fading":
+        """The same a frame later: carried as `look` says from where there was texture (H, W), and lived on."""
+        below = film.onward(carried(self.below, look, inside))
+        share = warp(self.share[None], look.coordinates, "bilinear")[0] * look.known
+        shade = filled(warp(self.shade, look.coordinates, "bilinear"), look.known)
+        return Fading(below, share, shade)
+
+    def mixed(self, above: Tensor, below: Tensor) -> Tensor:
+        """What is shown (C, H, W) where copies (C, H, W) lie above others."""
+        return above + self.share * (below - above)
+
+    def replaced(self, source: Tensor, changed: Tensor, renewing: Renewing) -> "Fading":
+        """What lies below once copies at source coordinates (2, H, W) were replaced where they changed (H, W)."""
+        left = renewing.inertia / (1 + renewing.inertia)
+        below = torch.where(changed, source, self.below)
+        return Fading(below, left * torch.where(changed, 1.0, self.share), self.shade)
+
+
+def shaded(before: Tensor, after: Tensor, known: Tensor, shades: float) -> Tensor:
+    """The shade (C, H, W) of a frame `after` where the one before (C, H, W) is known (H, W)."""
+    if shades == 0:
+        return torch.zeros_like(after)
+    return torch.where(known, shades * blurred(torch.where(known, before - after, 0.0), known, _SHADES), 0.0)

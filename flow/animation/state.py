@@ -1,0 +1,28 @@
+"""What an animation goes on from."""
+
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+
+@dataclass(frozen=True)
+class State:
+    """All that the next frame follows from.
+
+    number: of the frame, from 0. source (2, H, W) float32: where on the exemplar's canvas each pixel is read, x first;
+    of a video on its frames, one under the other (`flow.animation.film`). inside (H, W): where there is texture.
+    image (C, H, W): what is shown, and of maps that go along (C + M, H, W). fading (2 + 1 + C + M, H, W): of a video
+    what fades below that (`flow.animation.fading`); None where nothing does.
+    """
+
+    number: int
+    source: Tensor
+    inside: Tensor
+    image: Tensor
+    fading: Tensor | None = None
+
+    def to(self, device: torch.device) -> "State":
+        """The same state on another device."""
+        fading = None if self.fading is None else self.fading.to(device)
+        return State(self.number, self.source.to(device), self.inside.to(device), self.image.to(device), fading)

@@ -1,0 +1,104 @@
+"""What is replaced in a video lives on below what replaces it, and fades; the first frame keeps a scene's places."""
+
+from dataclasses import replace
+
+import pytest
+import torch
+from torch import Tensor
+
+import flow
+from flow.animation.blocks import Blocks
+from flow.animation.blur import blurred
+from flow.animation.fading import Fading, shaded
+from flow.animation.film import Film
+from flow.animation.settings import VIDEO_PRESETS
+from flow.warps import lookup, pixel_coordinates
+from kwatra import Exemplar
+
+SHAPE = (40, 48)
+QUICK = replace(VIDEO_PRESETS["fast"], blocks=4, block=16, window=12, step=12, interpolation="bilinear")
+
+
+def drops(frames: int = 8) -> Tensor:
+    """A clip (1, frames, 48, 56) of drops, 1 on a ground of 0.5, elsewhere in every frame, and one black pixel."""
+    draw = torch.rand(1, frames, 48, 56, generator=torch.Generator().manual_seed(0))
+    clip = torch.where(draw < 0.05, 1.0, 0.5)
+    clip[:, 0, 0, 0] = 0.0
+    return clip
+
+
+def test_a_drop_that_is_gone_leaves_no_dark_print() -> None:
+    renewing = replace(QUICK, inertia=2.0, shades=0.0, light=0.0)
+    frames = list(flow.animate(drops(), flow.rotation(2.0), SHAPE, frames=10, renewing=renewing))
+    assert sum(frame.energies[0]["renewed"] for frame in frames[1:]) > 0.3
+    dark = torch.stack([(frame.image < 0.48).float().mean() for frame in frames])
+    assert float(dark.max()) < 0.01
+
+
+def test_what_lies_below_flows_lives_on_and_fades() -> None:
+    film = Film.of(Exemplar.of(torch.rand(1, 6, 48, 56, generator=torch.Generator().manual_seed(1))))
+    here = pixel_coordinates(SHAPE)
+    look, inside = lookup(flow.uniform(1.0)(0, SHAPE)), torch.ones(SHAPE, dtype=torch.bool)
+    image = torch.zeros(1, *SHAPE)
+    nothing = Fading.nothing(here, image)
+    above, below = torch.rand(2, 1, *SHAPE)
+    assert torch.equal(nothing.mixed(above, below), above)
+    changed = here[0] < 20
+    settings = replace(QUICK, inertia=1.0)
+    one = nothing.replaced(here, changed, settings)
+    assert torch.equal(one.share, torch.where(changed, 0.5, 0.0))
+    assert torch.allclose(one.mixed(above, below), torch.where(changed, (above + below) / 2, above))
+    later = replace(one, shade=torch.ones_like(image)).onward(film, look, inside)
+    assert torch.allclose(later.share[:, 1:], one.share[:, :-1])  # carried by one px to the right
+    there = film.onward(here[:, 10:20, 9:19])
+    assert torch.allclose(later.below[:, 10:20, 10:20], there, atol=1e-3)
+    two = later.replaced(here, torch.zeros(SHAPE, dtype=torch.bool), settings)
+    assert torch.allclose(two.share, later.share / 2)
+    assert torch.equal(Fading.unpacked(two.packed).below, two.below)
+    assert torch.equal(Fading.unpacked(two.packed).shade, two.shade)
+
+
+def test_the_shade_is_what_is_brighter_on_the_whole() -> None:
+    after, known = torch.rand(2, *SHAPE), torch.ones(SHAPE, dtype=torch.bool)
+    assert torch.allclose(shaded(after + 0.3, after, known, 0.5), torch.tensor(0.15), atol=1e-5)
+    fine = shaded(after + torch.randn(2, *SHAPE), after, known, 0.5)
+    assert float(fine.abs().mean()) < 0.1
+    known[:, :10] = False
+    assert float(shaded(after + 0.3, after, known, 0.5)[:, :, :10].abs().max()) == 0
+    assert float(shaded(after + 0.3, after, known, 0.0).abs().max()) == 0
+
+
+def test_how_grainy_texture_is_is_told_and_heeded(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("flow.animation.film._GRAIN", 2.0)
+    clips = []
+    for seed in range(2):
+        noise = torch.rand(1, 6, 48, 96, generator=torch.Generator().manual_seed(seed)) - 0.5
+        noise[..., :48] = 0.0
+        clips.append(Exemplar.of(0.5 + noise))
+    film, other = (Film.of(clip) for clip in clips)
+    grain = film.described.canvas[-1, :48]
+    assert float(grain[:, 60:].mean()) > 3 * float(grain[:, :36].mean())
+    assert float(film.described.canvas[-1].std()) == pytest.approx(float(film.strip.canvas.std()), rel=0.3)
+    content, known = other.described.canvas[:, 20:36, 64:80][None], torch.ones(1, 1, 16, 16)
+    free = torch.Generator().manual_seed(0)
+    corner = Blocks(film, 16).nearest(content, known, lambda rows: torch.zeros(len(rows), 96), free)
+    assert int(corner[0, 0]) >= 40  # of flat texture alone the mean fits better
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_first_frame_of_a_scene_keeps_its_places(seed: int) -> None:
+    noise = torch.rand(1, 6, 48, 56, generator=torch.Generator().manual_seed(0))
+    clip = 0.3 * noise + 0.7 * torch.linspace(0, 1, 48).round().view(-1, 1)
+    first = next(flow.animate(clip, flow.uniform(), SHAPE, frames=1, seed=seed, renewing=QUICK)).image
+    assert float(first[:, :14].mean()) < 0.3
+    assert float(first[:, -14:].mean()) > 0.7
+
+
+def test_blurred_heeds_what_is_known_alone() -> None:
+    image, known = torch.rand(1, 20, 20), torch.ones(20, 20, dtype=torch.bool)
+    known[:, :6] = False
+    other = torch.where(known, image, 5.0)
+    assert torch.allclose(blurred(image, known, 2.0)[:, known], blurred(other, known, 2.0)[:, known], atol=1e-5)
+    assert torch.allclose(
+        blurred(torch.full((1, 9, 9), 0.7), torch.ones(9, 9, dtype=torch.bool), 2.0), torch.tensor(0.7)
+    )
