@@ -13,12 +13,12 @@ class Renewing:
     tolerance: wear that is left alone. stiffness: how much copies resist being turned and stretched, in px^2; 0: not
     at all. area: what wear has where a copy shows more or less of the exemplar than its own area. tones: what parts
     as bright as others shown too often cost. usage: what much-used parts of the exemplar cost. inertia: how much the
-    frame before, carried along, counts in a frame's colors against its copies' 1; 0: not at all. shades: in [0, 1), of videos, how
-    much of what the frame before is brighter or darker than the copies, over some px around, lasts. light: over how
-    many px a step of light between two copies is spread; 0: it stays an edge. aging: what a video's texture costs that
-    cannot live on; what soon cannot, a part of it. blocks: at most so many a frame, besides those that new texture
-    needs. block: their size. window, step: the windows whose energy is measured, and their distance. interpolation:
-    see `flow.warp`.
+    frame before, carried along, counts in a frame's colors against its copies' 1; 0: not at all. shades: in [0, 1), of
+    videos, how much of what the frame before is brighter or darker than the copies, over some px around, lasts. light:
+    over how many px a step of light between two copies is spread; 0: it stays an edge. aging: what a video's texture
+    costs that cannot live on; what soon cannot, a part of it. blocks: at most so many a frame, besides those that new
+    texture needs. block: their size. window, step: the windows whose energy is measured, and their distance.
+    interpolation: see `flow.warp`.
     Energies are in variances of the exemplar, sizes in px. flow_weight and blocks were tuned on nuts and bricks that
     turn by 2 px a frame.
     """
