@@ -29,18 +29,29 @@ _ENOUGH = 400.0
 class Detail:
     """What restores detail, and for each where it counts, (H, W), summing to 1; None: a single one, everywhere.
 
-    kept (H, W): pixels that stay as they are, or None.
+    shifts: for each the mean color (C, H, W) that is due at each pixel, less that of its own texture, or None. kept
+    (H, W): pixels that stay as they are, or None.
     """
 
     restoring: tuple[Restoring, ...]
     shares: tuple[Tensor | None, ...]
+    shifts: tuple[Tensor | None, ...]
     kept: Tensor | None = None
 
     @classmethod
-    def of(cls, among: Callable[[Weights], Restoring], weighting: Weighting, kept: Tensor | None = None) -> "Detail":
-        """That of a weighting; among: what restores the detail of textures in between, by their weights."""
+    def of(
+        cls,
+        among: Callable[[Weights], Restoring],
+        center: Callable[[Weights], Tensor],
+        weighting: Weighting,
+        kept: Tensor | None = None,
+    ) -> "Detail":
+        """That of a weighting; among: what restores the detail of textures in between, by their weights.
+
+        center: their mean colors (C, 1), which are linear in the weights.
+        """
         if len(weighting.palette) == 1:
-            return cls((among(weighting.palette[0]),), (None,), kept)
+            return cls((among(weighting.palette[0]),), (None,), (None,), kept)
         knots: list[Tensor] = []
         for weights in weighting.palette:
             there = torch.tensor(weights)
@@ -48,18 +59,24 @@ class Detail:
                 knots.append(there)
         near = [(weighting.values - k.view(-1, 1, 1)).square().sum(0).div(-(_APART**2)).exp() for k in knots]
         total = torch.stack(near).sum(0).clamp(min=1e-12)
-        shares = [each / total for each in near]
-        counted = [(k, s) for k, s in zip(knots, shares, strict=True) if float(s.sum()) >= _ENOUGH]
-        rest = sum((s for _, s in counted), torch.zeros_like(total)).clamp(min=1e-12)
-        return cls(
-            tuple(among(tuple(k.double().tolist())) for k, _ in counted), tuple(s / rest for _, s in counted), kept
-        )
+        counted = [share for share in (each / total for each in near) if float(share.sum()) >= _ENOUGH]
+        rest = sum(counted, torch.zeros_like(total)).clamp(min=1e-12)
+        shares = [share / rest for share in counted]
+        # what a region holds is not what its knot is, at the border of an image least of all: its mean is
+        means = [tuple((weighting.values.double() * s).sum((1, 2)).div(s.double().sum()).tolist()) for s in shares]
+        ends = torch.cat([center(tuple(row)) for row in torch.eye(len(weighting.values)).double().tolist()], 1)
+        due = (ends @ weighting.values.double().flatten(1)).view(-1, *weighting.shape)
+        shifts = tuple((due - center(mean)[..., None]).float() for mean in means)
+        return cls(tuple(among(mean) for mean in means), tuple(shares), shifts, kept)
 
     def given_to(self, image: Tensor) -> Tensor:
         """An image (C, H, W) with the detail."""
         made = torch.zeros_like(image)
-        for restored, share in zip(self.restoring, self.shares, strict=True):
-            made = restored(image, share) if share is None else made + share * restored(image, share)
+        for restored, share, shift in zip(self.restoring, self.shares, self.shifts, strict=True):
+            if share is None or shift is None:
+                made = restored(image, share)
+            else:
+                made = made + share * (restored(image - shift, share) + shift)
         made = made if self.restoring else image
         return made if self.kept is None else torch.where(self.kept, image, made)
 

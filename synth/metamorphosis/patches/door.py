@@ -81,7 +81,10 @@ def interpolate(
     if method.even and len(images) == 2:
         pace = Pace.of(between.finest, between.bands)
         weightings = [weighting.paced(pace) for weighting in weightings]
-    made = filmed(between, weightings, report, method.independent)
+    if method.independent:
+        made = filmed(weightings, between.published, None, report)
+    else:
+        made = filmed(weightings, between.still, between.onward, report)
     frames = Frames((form.restored(frame.image.cpu()) for frame in made), len(weightings))
     return Interpolated(frames, between.found.maps, (between.found.remark,))
 

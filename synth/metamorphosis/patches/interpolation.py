@@ -6,9 +6,10 @@ from functools import cached_property
 from string import ascii_uppercase
 
 import torch
+from scipy.ndimage import uniform_filter
 from torch import Tensor
 
-from kwatra import FreeWindows
+from kwatra import FreeWindows, SoftPixels
 from kwatra.base import InputError
 from synth.metamorphosis.bands import Bands
 from synth.metamorphosis.patches.arrangement import Arrangement
@@ -21,7 +22,9 @@ from synth.metamorphosis.patches.passage import Passage
 from synth.metamorphosis.patches.statistics import Statistics, mixed, step
 from synth.metamorphosis.patches.synthesis import Synthesis
 from synth.metamorphosis.patches.textures import common_units
-from synth.metamorphosis.patches.weighting import Weighting
+from synth.metamorphosis.patches.weighting import Weighting, continued
+from synth.metamorphosis.recolor import barycenter
+from synth.metamorphosis.velocity import Search
 
 Pyramid = tuple[tuple[int, int], ...]
 """Levels: how many times coarser, and how wide windows are, odd."""
@@ -32,6 +35,13 @@ PUBLISHED: Pyramid = ((2, 33), (2, 17), (1, 17))
 _FEWEST = 100
 """No texture has fewer anchors at a level."""
 
+_COARSE = 192
+"""Pixels of the shorter side from which on velocities are looked for at half the resolution: a fourth of the cost."""
+
+_FILM, _STILL, _PURE = 5.0, 0.8, 3.0
+"""How much frames of films, and others, are wanted as the passage shows them, beside the texture; and how much more
+where one texture has all the weight. Stills have nothing to follow: with less they are more of one piece. Looked at on
+two pairs of photographs, brick and pebbles, at .8 and 5."""
 
 LARGEST_BAG = 6 * 10**7
 """Values in the windows of a level, 240 MB: where many weightings are told apart, there are fewer anchors."""
@@ -39,11 +49,11 @@ LARGEST_BAG = 6 * 10**7
 
 @dataclass(frozen=True)
 class Frame:
-    """An image (C, H, W), what belongs where in it, and what lies where."""
+    """An image (C, H, W), what belongs where in it, and, if it was made of neighborhoods alone, what lies where."""
 
     image: Tensor
     weighting: Weighting
-    arrangement: Arrangement
+    arrangement: Arrangement | None = None
 
 
 @dataclass(frozen=True)
@@ -51,9 +61,10 @@ class Interpolation:
     """Two or more textures (C, H, W) of any sizes, and how what is between them is made.
 
     features: for each a map (H, W) or (K, H, W) above a half where features are, or None: found. shape: (height, width)
-    of frames. wrap: they tile. synthesis: of a frame by itself; carrying: of one that the one before becomes.
-    statistics: detail that blends take away is given back. weightings: how many are
-    told apart in one frame. Raises InputError for maps or textures that will not do.
+    of frames. wrap: they tile. synthesis: of a frame as published; carrying: of one that the one before becomes;
+    following: of one that is like what a passage shows.
+    statistics: detail that blends take away is given back. search: how thoroughly textures are brought onto each other.
+    weightings: how many are told apart in one frame. Raises InputError for maps or textures that will not do.
     """
 
     images: tuple[Tensor, ...]
@@ -63,9 +74,11 @@ class Interpolation:
     making: Making
     synthesis: Synthesis
     carrying: Synthesis
+    following: Synthesis
     pyramid: Pyramid
     seed: int
     statistics: bool
+    search: Search
     weightings: int = 1
 
     def __post_init__(self) -> None:
@@ -104,10 +117,21 @@ class Interpolation:
         return units if all(fits) else (1.0,) * len(units)
 
     def still(self, weighting: Weighting) -> Frame:
-        """The textures of a weighting, begun with the one that weighs most at each pixel.
+        """The textures of a weighting: like what `Passage` shows between pictures of each, of the frame's size.
 
-        A texture that is alone everywhere is itself if frames have its size, or else synthesized.
+        A texture that is alone is its picture: itself if that has the frame's size, or else synthesized.
         """
+        return self._between(weighting, None)
+
+    def onward(self, frame: Frame, weighting: Weighting) -> Frame:
+        """What a frame becomes at another weighting; away from where that changes it stays as it is, to the bit."""
+        changed = (frame.weighting.values != weighting.values).any(0)
+        if not bool(changed.any()):
+            return frame
+        return self._between(weighting, None if bool(changed.all()) else (~dilated(changed, self._reach), frame.image))
+
+    def published(self, weighting: Weighting) -> Frame:
+        """The textures of a weighting on all levels, as in the paper, begun with the one that weighs most anywhere."""
         alone = len(weighting.palette) == 1 and max(weighting.palette[0]) == 1
         heaviest = weighting.values.argmax(0)
         start, layout = None, self._layout()
@@ -123,28 +147,73 @@ class Interpolation:
         assert start is not None
         return self._settled(self.synthesis, self.levels, weighting, start)
 
-    def onward(self, frame: Frame, weighting: Weighting) -> Frame:
-        """What a frame becomes at another weighting: neighborhoods shown where they lie, and then textures again.
-
-        Where the weighting stays as it was, so does the frame, bit for bit.
-        """
+    def carried(self, frame: Frame, weighting: Weighting) -> Frame:
+        """What a frame becomes at other weights: its neighborhoods shown where they lie, and then textures again."""
+        assert frame.arrangement is not None
         far = torch.ones_like(frame.image[:1])
         known = frame.arrangement.layout.corners
         start = frame.arrangement.pasted(weighting, torch.cat([frame.image, far]))
-        changed = (frame.weighting.values != weighting.values).any(0)
-        if bool(changed.all()):
-            return self._settled(self.carrying, (self.finest,), weighting, start, None, known)
-        if not bool(changed.any()):
-            return frame
-        kept = ~dilated(changed, self.finest.level[1])
-        start[:-1] = torch.where(kept, frame.image, start[:-1])
-        return self._settled(self.carrying, (self.finest,), weighting, start, kept, known)
+        return self._settled(self.carrying, (self.finest,), weighting, start, None, known)
+
+    @cached_property
+    def passage(self) -> Passage:
+        """What leads from picture to picture: each texture at the size of frames."""
+        found = [self._picture(number, 1.0) for number in range(len(self.images))]
+        maps = [own[tuple(where)] for own, (where, _) in zip(self.found.maps, found, strict=True)]
+        coarse = min(self.shape) >= _COARSE and not (self.wrap and any(side % 2 for side in self.shape))
+        pictures = [image for _, image in found]
+        factor = 2 if coarse else 1
+        return Passage.of(pictures, maps, self._reach, self.making, self.search, self.wrap, _silent, factor)
 
     def along(self, passage: Passage, time: float) -> Tensor:
         """The image (C, H, W) of a film from A to B at a time between both: a texture like what the passage shows."""
-        weighting, shown = Weighting.even((1 - time, time), self.shape), passage.at(time)
-        placed = replace(self.carrying, free_centers=False)  # beside a wish free ones gain nothing
-        return self._settled(placed, (self.finest,), weighting, shown, wished=shown).image
+        weighting = Weighting.even((1 - time, time), self.shape)
+        shown = passage.at(weighting)
+        return self._followed(weighting, shown, torch.full_like(shown[:1], _FILM), passage.settled).image
+
+    def _between(self, weighting: Weighting, before: tuple[Tensor, Tensor] | None) -> Frame:
+        """The textures of a weighting; before: a mask (H, W), True where pixels are known, and those (C, H, W)."""
+        pictures, palette = self.passage.pictures, weighting.palette
+        if before is None and len(palette) == 1 and max(palette[0]) == 1:
+            return Frame(pictures[palette[0].index(1)], weighting)
+        start = self.passage.at(weighting)
+        kept = self.passage.settled
+        for picture, values in zip(pictures, weighting.values, strict=True):
+            alone = ~dilated(values < 1, self._reach)
+            kept, start[:-1] = kept | alone, torch.where(alone, picture, start[:-1])
+        if before is not None:
+            kept, start[:-1] = kept | before[0], torch.where(before[0], before[1], start[:-1])
+        return self._followed(weighting, start, self._wanted(weighting), kept)
+
+    def _wanted(self, weighting: Weighting) -> Tensor:
+        """How much each pixel (1, H, W) is wanted as the passage shows it: more where one texture has most weight.
+
+        Little where weights jump: there the textures do not go on into each other, and new ones must.
+        """
+        around = (0, self._reach, self._reach)
+        most = uniform_filter(weighting.values.numpy(), around, mode="wrap" if self.wrap else "nearest").max(0)
+        purity = (torch.from_numpy(most) * len(self.images) - 1) / (len(self.images) - 1)
+        return _STILL * (1 + _PURE * purity.clamp(min=0)[None] ** 4)
+
+    def _followed(self, weighting: Weighting, shown: Tensor, wanted: Tensor, kept: Tensor) -> Frame:
+        """Textures of a weighting like what is shown (C + 1, H, W), as far as that is wanted (1, H, W), or kept (H, W).
+
+        Frames that do not tile are continued beyond their borders meanwhile: where fewer windows lie, less is averaged,
+        and what is given back everywhere would be too much.
+        """
+        margin = 0 if self.wrap else self._reach // 2
+        there = weighting.continued(margin)
+        start, wanted = (continued(each, margin) for each in (shown, wanted))
+        held = continued(kept[None].float(), margin)[0] > 0
+        wish = SoftPixels(torch.cat([start, there.values]) if len(there.palette) > 1 else start, wanted, "wish")
+        image = self._settled(self.following, (self.finest,), there, start, held, wish=wish).image
+        rows, columns = (slice(margin, margin + side) for side in self.shape)
+        return Frame(image[:, rows, columns], weighting)
+
+    @property
+    def _reach(self) -> int:
+        """The width of the last windows."""
+        return self.pyramid[-1][1]
 
     def _settled(
         self,
@@ -154,10 +223,10 @@ class Interpolation:
         start: Tensor,
         kept: Tensor | None = None,
         known: Tensor | None = None,
-        wished: Tensor | None = None,
+        wish: SoftPixels | None = None,
     ) -> Frame:
-        detail = Detail.of(self._restoring, weighting, kept)
-        image, arrangement = synthesis(levels, weighting, start, self.wrap, self.seed, detail, kept, known, wished)
+        detail = Detail.of(self._restoring, self._center, weighting, kept)
+        image, arrangement = synthesis(levels, weighting, start, self.wrap, self.seed, detail, kept, known, wish)
         return Frame(detail.settled(image), weighting, arrangement)
 
     @cached_property
@@ -175,6 +244,10 @@ class Interpolation:
             return lambda image, share: image
         target = mixed(self._statistics, weights)
         return lambda image, share: step(image, target, self.wrap, share)
+
+    def _center(self, weights: Weights) -> Tensor:
+        """The mean color (C, 1) between the textures at some weights."""
+        return barycenter(self.finest.colors, weights).center
 
     def _matched(self, level: tuple[int, int]) -> Matched:
         values = level[1] ** 2 * (len(self.images[0]) + 1 + len(self.images)) * len(self.images) * self.weightings
@@ -201,3 +274,7 @@ class Interpolation:
 def _mean(weighting: Weighting, where: Tensor) -> tuple[float, ...]:
     """The mean weights where a mask is True."""
     return tuple(weighting.values[:, where].double().mean(1).tolist())
+
+
+def _silent(what: str, part: float) -> None:
+    """Tell nobody."""

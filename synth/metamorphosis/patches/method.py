@@ -1,12 +1,13 @@
 """Metamorphosis by patches (Ruiters, Schnabel and Klein, Patch-based Texture Interpolation, 2010) as a film.
 
-The paper makes each image from noise. Here each frame from A to B is a texture like what `Passage` shows at its time,
-so a film begins in A, ends in B, and what moves does so smoothly. Where weights differ from place to place, and where A
-and B cancel each other halfway (dark lines on light lines), each frame of a film is what the one before becomes when
-its patches are shown at their next weights, where they lie: such a film ends as a texture of B.
+The paper makes each image from noise, and so does `independent`. Else each frame, and each still or map, is a texture
+like what `Passage` shows at its time, so a film begins in A, ends in B, what moves does so smoothly, and where a map
+gives a texture all the weight it is as good as that texture synthesized. Where A and B cancel each other halfway in a
+film (dark lines on light lines), each frame is what the one before becomes when its patches are shown at their next
+weights, where they lie: such a film ends as a texture of B.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 from torch import Tensor
@@ -26,6 +27,9 @@ from synth.metamorphosis.velocity import PRESETS as SEARCHES
 CARRYING = Synthesis(rejected=0.0, iterations=2, relaxed=False, mean_shift=False)
 """On three pairs mean shift made films restless and rejection lost what B has; relaxing changed little."""
 
+FOLLOWING = replace(CARRYING, free_centers=False)
+"""Beside a wish free centers gain nothing."""
+
 FAINT = 0.9
 """Detail that is fainter than this halfway was lost where A and B were laid over each other; on seven pairs of
 photographs it is .98 or more, on white hexagons that become orange ones .76."""
@@ -35,17 +39,19 @@ photographs it is .98 or more, on white hexagons that become orange ones .76."""
 class PatchMorph(Method):
     """How to morph by patches; a `Method`.
 
-    making: how neighborhoods in between are made. synthesis: how a frame is made of them by itself, on the levels of
-    `pyramid`; carrying: how, on the last of them, if it is a frame of a film. statistics: detail that blends take away
-    is given back (section 4.5). even: a frame made by itself is as far on its way, by measure, as its time says; or
-    else the time is the share of B in its neighborhoods. independent: every frame is made by itself, as published, and
-    so is a frame at a single time. search: how thoroughly A is brought onto B in a film: "fast", "default" or "best".
+    making: how neighborhoods in between are made. synthesis: how a frame is made of them as published, on the levels of
+    `pyramid`; following: how, on the last of them, if it is like what a passage shows; carrying: how, if it is what the
+    one before becomes. statistics: detail that blends take away is given back (section 4.5). even: a frame not led
+    by its time is as far on its way, by measure, as its time says; or else the time is the share of B in its
+    neighborhoods. independent: every frame is made by itself, as published. search: how thoroughly A is brought
+    onto B in a film: "fast", "default" or "best".
     size: (height, width) of frames, by default that of A.
     """
 
     making: Making = field(default_factory=Making)
     synthesis: Synthesis = field(default_factory=Synthesis)
     carrying: Synthesis = CARRYING
+    following: Synthesis = FOLLOWING
     pyramid: Pyramid = PUBLISHED
     statistics: bool = True
     even: bool = True
@@ -76,7 +82,10 @@ class PatchMorph(Method):
         if self.even:
             pace = Pace.of(between.finest, between.bands)
             weightings = [weighting.paced(pace) for weighting in weightings]
-        return (frame.image for frame in filmed(between, weightings, report, self.independent))
+        if self.independent or len(times) > 1:
+            onward = None if self.independent else between.carried
+            return (frame.image for frame in filmed(weightings, between.published, onward, report))
+        return (frame.image for frame in filmed(weightings, between.still, None, report))
 
     def _led(
         self, between: Interpolation, pair: Pair, times: Sequence[float], seed: int, report: Report
@@ -111,9 +120,11 @@ class PatchMorph(Method):
             self.making,
             self.synthesis,
             self.carrying,
+            self.following,
             self.pyramid,
             seed,
             self.statistics,
+            SEARCHES["fast" if self.search == "default" else self.search],
             weightings,
         )
 
@@ -137,13 +148,16 @@ def _features(pair: Pair) -> tuple[Tensor, Tensor] | None:
 
 
 def filmed(
-    between: Interpolation, weightings: Sequence[Weighting], report: Report, independent: bool = False
+    weightings: Sequence[Weighting],
+    begin: Callable[[Weighting], Frame],
+    onward: Callable[[Frame, Weighting], Frame] | None,
+    report: Report,
 ) -> Iterator[Frame]:
-    """Frames of weightings, each what the one before becomes; independent: each by itself."""
+    """A frame for each weighting: what the one before becomes by `onward`, or, where there is none, begun."""
     frame: Frame | None = None
     for number, weighting in enumerate(weightings):
         report(f"frame {number + 1} of {len(weightings)}", number / len(weightings))
-        frame = between.still(weighting) if frame is None or independent else between.onward(frame, weighting)
+        frame = begin(weighting) if frame is None or onward is None else onward(frame, weighting)
         yield frame
     report("done", 1.0)
 

@@ -12,7 +12,7 @@ from kwatra.base import InputError, generator_of
 from kwatra.source import Bag
 from kwatra.windows import channels_last, windows_at
 from synth.metamorphosis.patches.correspondence import nearest, transported
-from synth.metamorphosis.patches.feature_points import Points, feature_points
+from synth.metamorphosis.patches.feature_points import feature_points
 from synth.metamorphosis.patches.neighborhoods import Neighborhoods, Weights, lattice, similarity
 from synth.metamorphosis.patches.point_matching import match
 from synth.metamorphosis.patches.textures import Texture
@@ -98,8 +98,12 @@ def matched(
     partners = _partners(bags, making.transport)
     anchor = torch.cat([torch.full((len(at),), number) for number, at in enumerate(corners)])
     centers = torch.cat([_centers(row, textures, corners, width) for row in partners])
-    ways = _ways(partners, common, corners, width) if making.warped else (None, None)
-    found = Neighborhoods(width, tuple(units), anchor, centers, *ways)
+    there = back = None
+    if making.warped:
+        first = [torch.stack([at[own] for at, own in zip(corners, row, strict=True)], 1) for row in partners]
+        both = [bends(number, common, each, width) for number, each in enumerate(first)]
+        there, back = (torch.cat(way) for way in zip(*both, strict=True))
+    found = Neighborhoods(width, tuple(units), anchor, centers, there, back)
     return Matched(level, making.feature_weight, textures, found, colors)
 
 
@@ -146,22 +150,19 @@ def _centers(partners: Sequence[Tensor], textures: Sequence[Texture], corners: S
     return torch.stack(middles, 1)
 
 
-def _ways(
-    partners: Sequence[Sequence[Tensor]], common: Sequence[Texture], corners: Sequence[Tensor], width: int
-) -> tuple[Tensor, Tensor]:
-    """The displacements of all neighborhoods at the lattice's nodes: see `Neighborhoods.there` and `back`."""
+def bends(number: int, textures: Sequence[Texture], corners: Tensor, width: int) -> tuple[Tensor, Tensor]:
+    """See `Neighborhoods.there` and `back`; corners (N, n, 2): first pixels of N windows of one texture, by number, and
+    of their partners in all."""
     nodes = lattice(width)
-    points = [feature_points(texture.features, at, width, POINTS) for texture, at in zip(common, corners, strict=True)]
-    both = []
-    for number, row in enumerate(partners):
-        own = points[number]
-        pairs = [torch.zeros(2, len(own.places), len(nodes), 2) for _ in row]
-        for other, partner in enumerate(row):
-            if other != number:
-                found = match(own, Points(*(part[partner] for part in points[other])), width)
-                pairs[other] = torch.stack([way(nodes + (width - 1) / 2) for way in (found.there, found.back)])
-        both.append(torch.stack(pairs, 2))
-    there, back = torch.cat(both, 1)
+    points = [
+        feature_points(each.features, at, width, POINTS) for each, at in zip(textures, corners.unbind(1), strict=True)
+    ]
+    pairs = [torch.zeros(2, len(corners), len(nodes), 2) for _ in textures]
+    for other in range(len(textures)):
+        if other != number:
+            found = match(points[number], points[other], width)
+            pairs[other] = torch.stack([way(nodes + (width - 1) / 2) for way in (found.there, found.back)])
+    there, back = torch.stack(pairs, 2)
     return there, back
 
 

@@ -1,14 +1,15 @@
-"""Neighborhoods that lead from where they lie in A to where they lie in B, so that a film begins in A and ends in B.
+"""Neighborhoods that lead from where they lie in one picture to where they lie in others, so that ends are exact.
 
 Neighborhoods matched by likeness alone may come from anywhere: what A turns into by them is a texture of B, not B. Here
-each has its place in both pictures, which have one size. A smooth velocity of least energy (see
-`synth.metamorphosis.velocity`) brings A onto B, in colors halfway between both and in the distance to features; a
-window of A and the one of B that lies where it comes to are partners, likewise from B, and their features are then
-matched as in any neighborhood. At time t each lies a part t of its way on. All are laid in one sum, which at t = 0 is A
-and at t = 1 is B. In between it is a picture whose windows need not agree: what a texture is wanted to be like.
+each has its place in all pictures, which have one size. A smooth velocity of least energy (see
+`synth.metamorphosis.velocity`) brings one picture onto another, in colors halfway between all and in the distance to
+features; a window of A and the one of B that lies where it comes to are partners, likewise from B, and their features
+are then matched as in any neighborhood. At weights w each lies at the mean of its places, by the weights: all laid in
+one sum are A where A has all the weight, and so on. In between it is a picture whose windows need not agree: what a
+texture is wanted to be like. Weights may differ from place to place.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import torch
@@ -20,11 +21,11 @@ from kwatra import FreeWindows
 from kwatra.windows.metric import falloff
 from synth.metamorphosis.method import Report
 from synth.metamorphosis.patches.centers import quarters
-from synth.metamorphosis.patches.feature_points import feature_points
-from synth.metamorphosis.patches.model import POINTS, Making, Matched
-from synth.metamorphosis.patches.neighborhoods import Neighborhoods, lattice
-from synth.metamorphosis.patches.point_matching import match
+from synth.metamorphosis.patches.detail import dilated
+from synth.metamorphosis.patches.model import Making, Matched, bends
+from synth.metamorphosis.patches.neighborhoods import Neighborhoods
 from synth.metamorphosis.patches.textures import Texture
+from synth.metamorphosis.patches.weighting import Weighting
 from synth.metamorphosis.recolor import Colors, barycenter, recolored
 from synth.metamorphosis.velocity import Mismatch, Search
 
@@ -35,15 +36,21 @@ pebbles. More leaves double exposures, less moves more than the eye can follow."
 FEATURES = 0.5
 """What the distance to features counts there beside all colors; 0 to 1 were tried on the same pairs."""
 
-_MOST = 4096
+_MOST = 1 << 15
 """Neighborhoods that are laid at once."""
+
+_SAME = 0.5 / 255
+"""Colors that differ by less are the same."""
+
+_ROUNDS = 6
+"""So often it is asked which weights a neighborhood has where it comes to, and so where that is."""
 
 
 @dataclass(frozen=True)
 class Passage:
-    """Neighborhoods of A and of B in their places; `Passage.of` two pictures.
+    """Neighborhoods of two or more pictures in their places; `Passage.of` these.
 
-    matched: their centers are pixels of A and of B, which are continued by `margin` on all sides. shape: of both.
+    matched: their centers are pixels of the pictures, which are continued by `margin` on all sides. shape: of all.
     """
 
     matched: Matched
@@ -61,54 +68,128 @@ class Passage:
         search: Search,
         wrap: bool,
         report: Report,
+        factor: int = 1,
     ) -> "Passage":
-        """That of two pictures (C, H, W) with maps (H, W) of their features; wrap: they tile. width: of windows."""
+        """That of pictures (C, H, W) of one size with maps (H, W) of their features; wrap: they tile.
+
+        width: of windows. factor: velocities are looked for so many times coarser, and no finer.
+        """
         shape = (images[0].shape[1], images[0].shape[2])
-        colors = tuple(Colors.of(image) for image in images)
-        textures = tuple(Texture.of(image, each, 1.0, 1) for image, each in zip(images, maps, strict=True))
-        compared = _compared(textures, colors)
-        velocity = search.velocity(compared, lambda both: Mismatch(both, SIGMA, wrap), wrap, report).velocity
+        ways = _ways(images, maps, search, wrap, report, factor)
         corners = quarters(shape, (width, width), (wrap, wrap)).corners
-        there, back = (_moved(corners, displacement(velocity, *ends, wrap), width, wrap) for ends in ((0, 1), (1, 0)))
-        places = torch.stack([torch.cat([corners, back]), torch.cat([there, corners])], 1)
+        places = [
+            torch.stack([corners if way is None else _moved(corners, way, width, wrap) for way in row], 1)
+            for row in ways
+        ]
         margin = 2 * width
-        textures = tuple(_continued(texture, margin, wrap) for texture in textures)
-        ways = _ways(textures, places + margin, width) if making.warped else (None, None)
-        anchor = torch.zeros(len(places), dtype=torch.long)
-        found = Neighborhoods(width, (1.0, 1.0), anchor, places + margin + width // 2, *ways)
+        textures = tuple(
+            _continued(Texture.of(image, each, 1.0, 1), margin, wrap) for image, each in zip(images, maps, strict=True)
+        )
+        there = back = None
+        if making.warped:
+            both = [bends(number, textures, place + margin, width) for number, place in enumerate(places)]
+            there, back = (torch.cat(way) for way in zip(*both, strict=True))
+        anchor = torch.arange(len(images)).repeat_interleave(len(corners))
+        centers = torch.cat(places) + margin + width // 2
+        found = Neighborhoods(width, (1.0,) * len(images), anchor, centers, there, back)
+        colors = tuple(Colors.of(image) for image in images)
         return cls(Matched((1, width), making.feature_weight, textures, found, colors), shape, wrap, margin)
 
-    def at(self, time: float) -> Tensor:
-        """The sum at a time: colors and distance, (C + 1, H, W). Memory: a few pictures, and bands of windows."""
-        weights = (1 - time, time)
-        shown = self.matched.shown(weights)
-        weight = falloff((self.matched.level[1],) * 2)[..., None]
-        mass, total = torch.zeros(1, *self.shape), torch.zeros(len(shown[0]), *self.shape)
-        for some, layout in self._laid(time):
-            mass = layout.scatter(weight.expand(len(layout), *weight.shape).contiguous(), mass)
-            total = layout.scatter(some.windows(shown, weights) * weight, total)
-        rows, columns = (slice(self.margin, self.margin + side) for side in self.shape)
-        faded = torch.lerp(shown[0][:, rows, columns], shown[1][:, rows, columns], time)
-        return torch.where(mass > 0, total / mass.clamp(min=1e-12), faded)  # all windows may have left a corner
+    @property
+    def pictures(self) -> tuple[Tensor, ...]:
+        """The pictures (C, H, W) themselves."""
+        return tuple(part[:-1] for part in self._parts())
 
-    def _laid(self, time: float) -> Iterator[tuple[Neighborhoods, FreeWindows]]:
-        """Bands of neighborhoods and where they lie at a time; their centers moved so that whole pixels do not show."""
-        all_of_them, width = self.matched.neighborhoods, self.matched.level[1]
-        sides = torch.tensor(self.shape)
-        for numbers in torch.arange(len(all_of_them)).split(_MOST):
-            some = all_of_them.taken(numbers)
-            first, second = (some.centers - self.margin - width // 2).unbind(1)
-            way = second - first
-            way = (way + sides // 2) % sides - sides // 2 if self.wrap else way
-            place = first + time * way
-            corner = place.round() if self.wrap else place.round().clamp(min=0).minimum(sides - width)
-            layout = FreeWindows(self.shape, (width, width), corner.long(), (self.wrap, self.wrap))
-            yield replace(some, centers=some.centers + (corner - place)[:, None]), layout
+    @property
+    def settled(self) -> Tensor:
+        """Where all pictures are the same, as far around as windows reach, so that nothing is to be made: (H, W)."""
+        first, *others = self.pictures
+        apart = torch.stack([(other - first).abs().amax(0) for other in others]).amax(0)
+        return ~dilated(apart > _SAME, self.matched.level[1])
+
+    def at(self, weighting: Weighting) -> Tensor:
+        """The sum at these weights: colors and distance, (C + 1, H, W). Memory: a few pictures, bands of windows."""
+        chosen, place = self._placed(weighting)
+        sides, width = torch.tensor(self.shape), self.matched.level[1]
+        corner = place.round() if self.wrap else place.round().clamp(min=0).minimum(sides - width)
+        total = torch.zeros(len(self.matched.colors[0].center) + 2, *self.shape)
+        rows = (corner[:, 0] % self.shape[0]).long()
+        for band in rows.argsort(stable=True).split(_MOST):
+            top, last = int(rows[band[0]]), int(rows[band[-1]])
+            windows = self._windows(band, chosen[band], (corner - place)[band], weighting)
+            within = torch.stack([rows[band] - top, corner[band, 1].long()], 1)
+            layout = FreeWindows((last - top + width, self.shape[1]), (width, width), within, (False, self.wrap))
+            lines = (top + torch.arange(last - top + width)) % self.shape[0]
+            total.index_add_(1, lines, layout.scatter(windows))
+        mass = total[-1:]
+        if bool((mass > 0).all()):
+            return total[:-1] / mass
+        faded = self._faded(weighting)  # all windows may have left a corner
+        return torch.where(mass > 0, total[:-1] / mass.clamp(min=1e-12), faded)
+
+    def _placed(self, weighting: Weighting) -> tuple[Tensor, Tensor]:
+        """Of each neighborhood the number of its weights in the palette (N,), and where its first pixel lies (N, 2)."""
+        width, sides = self.matched.level[1], torch.tensor(self.shape)
+        places = self.matched.neighborhoods.centers - self.margin - width // 2
+        way = places - places[:, :1]
+        way = (way + sides // 2) % sides - sides // 2 if self.wrap else way
+        known = torch.tensor(weighting.palette)
+        share = known.mean(0).expand(len(places), -1)
+        for _ in range(_ROUNDS if len(known) > 1 else 1):
+            place = places[:, 0] + (share[..., None] * way).sum(1)
+            chosen = weighting.at(place.round().long(), width)
+            share = known[chosen]
+        return chosen, places[:, 0] + (share[..., None] * way).sum(1)
+
+    def _windows(self, numbers: Tensor, chosen: Tensor, moved: Tensor, weighting: Weighting) -> Tensor:
+        """Neighborhoods by number (M,) in between, read `moved` (M, 2) further on so that whole pixels do not show.
+
+        Returned with their falloff, which they are multiplied by, as last channel: (M, w, w, C + 2).
+        """
+        width = self.matched.level[1]
+        weight = falloff((width, width))[..., None]
+        made = torch.empty(len(numbers), width, width, len(self.matched.colors[0].center) + 2)
+        made[..., -1:] = weight
+        for number in chosen.unique().tolist():
+            some = (chosen == number).nonzero()[:, 0]
+            own = self.matched.neighborhoods.taken(numbers[some])
+            own = replace(own, centers=own.centers + moved[some, None])
+            weights = weighting.palette[number]
+            made[some, ..., :-1] = own.windows(self.matched.shown(weights), weights) * weight
+        return made
+
+    def _faded(self, weighting: Weighting) -> Tensor:
+        """The textures where they lie, blended: (C + 1, H, W)."""
+        return (weighting.values[:, None] * torch.stack(self._parts())).sum(0)
+
+    def _parts(self) -> list[Tensor]:
+        """Colors and distance of each picture (C + 1, H, W)."""
+        rows, columns = (slice(self.margin, self.margin + side) for side in self.shape)
+        return [texture.channels[:, rows, columns] for texture in self.matched.textures]
+
+
+def _ways(
+    images: Sequence[Tensor], maps: Sequence[Tensor], search: Search, wrap: bool, report: Report, factor: int
+) -> list[list[Tensor | None]]:
+    """How far (2, H, W), x first, each pixel of one picture is from where it comes to in another; None: in its own."""
+    colors = [Colors.of(image) for image in images]
+    textures = [Texture.of(image, each, 1.0, factor) for image, each in zip(images, maps, strict=True)]
+    compared = _compared(textures, colors)
+    search = replace(search, alpha=search.alpha / factor, gamma=search.gamma * factor)
+    found: list[list[Tensor | None]] = [[None] * len(images) for _ in images]
+    for one in range(len(images)):
+        for other in range(one + 1, len(images)):
+            both = compared[[one, other]]
+            velocity = search.velocity(both, lambda pair: Mismatch(pair, SIGMA, wrap), wrap, report).velocity
+            for begin, end, ends in ((one, other, (0, 1)), (other, one, (1, 0))):
+                way = displacement(velocity, *ends, wrap)
+                found[begin][end] = factor * F.interpolate(way[None], images[0].shape[1:], mode="bilinear")[0]
+    return found
 
 
 def _compared(textures: Sequence[Texture], colors: Sequence[Colors]) -> Tensor:
-    """What is to match, (2, C + 1, H, W): colors halfway and distances, each of variance 1 in all, times its weight."""
-    middle = barycenter(colors, (0.5, 0.5))
+    """What is to match, (n, C + 1, H, W): colors halfway and distances, each of variance 1 in all, times its weight."""
+    middle = barycenter(colors, (1 / len(colors),) * len(colors))
     seen = [recolored(texture.image, own, middle) for texture, own in zip(textures, colors, strict=True)]
     spread = middle.covariance.diagonal().sum().sqrt().to(seen[0])
     away = torch.stack([texture.distance for texture in textures])
@@ -132,16 +213,3 @@ def _continued(texture: Texture, margin: int, wrap: bool) -> Texture:
     channels = F.pad(texture.channels[None], (margin,) * 4, ways[0])[0]
     features = F.pad(texture.features[None, None].float(), (margin,) * 4, ways[1])[0, 0] > 0
     return replace(texture, image=channels[:-1], distance=channels[-1:], features=features)
-
-
-def _ways(textures: Sequence[Texture], corners: Tensor, width: int) -> tuple[Tensor, Tensor]:
-    """See `Neighborhoods.there` and `back`; corners (N, 2, 2): first pixels in A and in B."""
-    nodes = lattice(width)
-    own, other = (
-        feature_points(texture.features, at, width, POINTS)
-        for texture, at in zip(textures, corners.unbind(1), strict=True)
-    )
-    found = match(own, other, width)
-    there, back = (way(nodes + (width - 1) / 2) for way in (found.there, found.back))
-    none = torch.zeros_like(there)
-    return torch.stack([none, there], 1), torch.stack([none, back], 1)

@@ -40,8 +40,7 @@ class Synthesis:
     level. free_centers: windows lie where they fit best in their cell, or else on a grid. relaxed:
     they are shifted until they agree. mean_shift: pixels take the most frequent value, or else the mean, of their
     windows. feature_weight: what distances count beside all colors together; map_weight: what each texture's weight
-    does where weights differ: more keeps a map exactly, less lets the textures decide. wish_weight: what a picture that
-    is wished for counts beside the texture.
+    does where weights differ: more keeps a map exactly, less lets the textures decide.
     """
 
     rejected: float = 0.5
@@ -51,7 +50,6 @@ class Synthesis:
     mean_shift: bool = True
     feature_weight: float = 1.0
     map_weight: float = 2.0
-    wish_weight: float = 5.0
 
     def __call__(
         self,
@@ -63,14 +61,14 @@ class Synthesis:
         detail: Detail,
         kept: Tensor | None = None,
         known: Tensor | None = None,
-        wished: Tensor | None = None,
+        wish: SoftPixels | None = None,
     ) -> tuple[Tensor, Arrangement]:
         """The image (C, H, W) of a weighting, and what lies where in it on the last level.
 
         levels: coarse to fine. start (C + 1, H, W): colors and distance, to be improved. detail: given back after each
         iteration at full resolution. kept (H, W): pixels whose colors stay those of the start, or None.
-        known (N, 2): first pixels where windows of the last level are known to fit, or None. wished (C + 1, H, W): what
-        the image is to be like, or None; for weightings that are the same everywhere.
+        known (N, 2): first pixels where windows of the last level are known to fit, or None. wish: what the image is to
+        be like, or None: colors and distance, and if weights differ these.
         """
         channels, varied = len(start) - 1, len(weighting.palette) > 1
         bags, numbers = zip(*(_bag(matched, weighting, self.rejected) for matched in levels), strict=True)
@@ -91,7 +89,7 @@ class Synthesis:
             weighting.shape,
             settings=settings,
             start=start,
-            terms=_held(start, channels, kept) + _wish(wished, self.wish_weight),
+            terms=_held(start, channels, kept) + ([] if wish is None else [wish]),
             seed=seed,
             between=detail.between(channels),
         )
@@ -123,11 +121,6 @@ def _held(start: Tensor, channels: int, kept: Tensor | None) -> list[TermLike]:
     if kept is not None:
         fixed[:channels] |= kept
     return [HardPixels(start, fixed)] if bool(fixed.any()) else []
-
-
-def _wish(wished: Tensor | None, weight: float) -> list[TermLike]:
-    """What draws an image to what is wished."""
-    return [] if wished is None else [SoftPixels(wished, torch.full_like(wished[:1], weight), "wish")]
 
 
 class _Last:

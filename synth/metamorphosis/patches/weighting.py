@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from itertools import combinations, pairwise
 
 import torch
+import torch.nn.functional as F
 from torch import Tensor
 
 from kwatra.base import InputError
@@ -67,10 +68,20 @@ class Weighting:
             return Weighting.even((1 - float(share[0, 0]), float(share[0, 0])), self.shape)
         return Weighting.of(torch.stack([1 - share, share]))
 
+    def continued(self, margin: int) -> "Weighting":
+        """The same, `margin` pixels further at every border."""
+        nearest = continued(self.nearest[None].float(), margin)[0].long()
+        return Weighting(continued(self.values, margin), self.palette, nearest)
+
     def at(self, corners: Tensor, width: int) -> Tensor:
         """The number in the palette (N,) at the middles of windows with these first pixels (N, 2)."""
         middle = corners + width // 2
         return self.nearest[middle[:, 0] % self.shape[0], middle[:, 1] % self.shape[1]]
+
+
+def continued(image: Tensor, margin: int) -> Tensor:
+    """An image (C, H, W), at every border continued by its mirror image by `margin` pixels, fewer than it has."""
+    return F.pad(image[None], (margin,) * 4, "reflect")[0] if margin else image
 
 
 def simplex(count: int) -> list[Weights]:

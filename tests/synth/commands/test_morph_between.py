@@ -77,7 +77,7 @@ def test_maps_in_time_are_a_film(folder: Path, capsys: pytest.CaptureFixture[str
 def test_an_interrupt_leaves_the_frames_of_a_map_film_that_are_whole(
     folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], back: bool
 ) -> None:
-    def interrupted(*arguments: object) -> None:
+    def interrupted(*arguments: object, **named: object) -> None:
         raise KeyboardInterrupt
 
     write_image("maps/000000.png", torch.ones(1, SIZE, SIZE), GRAY, overwrite=True)

@@ -9,11 +9,16 @@ from pictures import cloud
 from synth.metamorphosis.patches.feature_maps import find_features
 from synth.metamorphosis.patches.model import Making
 from synth.metamorphosis.patches.passage import Passage
+from synth.metamorphosis.patches.weighting import Weighting
 from synth.metamorphosis.velocity import Search
 
 
 def passage(a: torch.Tensor, b: torch.Tensor, wrap: bool = False) -> Passage:
     return Passage.of((a, b), find_features((a, b)).maps, 17, Making(), Search(), wrap, lambda what, part: None)
+
+
+def between(time: float) -> Weighting:
+    return Weighting.even((1 - time, time), (48, 48))
 
 
 @pytest.fixture(scope="module")
@@ -23,14 +28,14 @@ def clouds() -> Callable[[float], torch.Tensor]:
 
 def test_the_ends_are_the_pictures(clouds: Callable[[float], torch.Tensor]) -> None:
     way = passage(clouds(0), clouds(1))
-    for time in (0, 1):
-        assert float((way.at(time)[:-1] - clouds(time)).abs().max()) < 1e-4
+    for time in (0.0, 1.0):
+        assert float((way.at(between(time))[:-1] - clouds(time)).abs().max()) < 1e-4
 
 
 def test_halfway_a_picture_that_moves_and_changes_color_has_done_half_of_both(
     clouds: Callable[[float], torch.Tensor],
 ) -> None:
-    shown = passage(clouds(0), clouds(1)).at(0.5)[:-1]
+    shown = passage(clouds(0), clouds(1)).at(between(0.5))[:-1]
     inside = (slice(None), slice(8, -8), slice(8, -8))
     apart = float((shown - clouds(0.5))[inside].abs().mean())
     still = float((torch.lerp(clouds(0), clouds(1), 0.5) - clouds(0.5))[inside].abs().mean())
@@ -45,9 +50,43 @@ def test_pictures_that_tile_pass_through_their_borders(clouds: Callable[[float],
         (0.5 + 0.2 * torch.sin(turn * 4 * (x - shift)) + 0.2 * torch.cos(turn * (3 * y + x - shift)))[None]
         for shift in (0.0, 1.5, 3.0)
     )
-    shown = passage(a, b, wrap=True).at(0.5)[:-1]
+    shown = passage(a, b, wrap=True).at(between(0.5))[:-1]
     assert float((shown - half).abs().max()) < 0.3 * float((torch.lerp(a, b, 0.5) - half).abs().max())
 
 
+def test_where_weights_differ_each_place_shows_its_own(clouds: Callable[[float], torch.Tensor]) -> None:
+    way = passage(clouds(0), clouds(1))
+    share = torch.zeros(48, 48)
+    share[:, 16:32], share[:, 32:] = torch.linspace(0, 1, 16), 1
+    shown = way.at(Weighting.of(torch.stack([1 - share, share])))
+    assert torch.allclose(shown[..., :6], way.at(between(0.0))[..., :6], atol=1e-5)
+    assert torch.allclose(shown[..., -6:], way.at(between(1.0))[..., -6:], atol=1e-5)
+    assert float((shown - way.at(between(0.5)))[:-1, 8:40, 24].abs().mean()) < 0.02
+
+
+def test_of_three_pictures_each_is_itself_and_the_third_does_not_show_between_two(
+    clouds: Callable[[float], torch.Tensor],
+) -> None:
+    images = (clouds(0), clouds(1), clouds(0).flip(1))
+    way = Passage.of(images, find_features(images).maps, 17, Making(), Search(), False, lambda what, part: None)
+    for number, image in enumerate(images):
+        weights = tuple(float(number == own) for own in range(3))
+        assert float((way.at(Weighting.even(weights, (48, 48)))[:-1] - image).abs().max()) < 1e-4
+    shown = way.at(Weighting.even((0.5, 0.5, 0.0), (48, 48)))[:-1, 8:-8, 8:-8]
+    still = torch.lerp(clouds(0), clouds(1), 0.5)[:, 8:-8, 8:-8]
+    assert float((shown - clouds(0.5)[:, 8:-8, 8:-8]).abs().mean()) < 0.4 * float(
+        (still - clouds(0.5)[:, 8:-8, 8:-8]).abs().mean()
+    )
+
+
+def test_a_velocity_at_half_the_resolution_leads_there_too(clouds: Callable[[float], torch.Tensor]) -> None:
+    images = (clouds(0), clouds(1))
+    way = Passage.of(images, find_features(images).maps, 17, Making(), Search(), False, lambda what, part: None, 2)
+    shown = way.at(between(0.5))[:-1, 8:-8, 8:-8]
+    still = torch.lerp(*images, 0.5)[:, 8:-8, 8:-8]
+    half = clouds(0.5)[:, 8:-8, 8:-8]
+    assert float((shown - half).abs().mean()) < 0.3 * float((still - half).abs().mean())
+
+
 def test_a_picture_and_itself_are_that_picture_at_any_time(clouds: Callable[[float], torch.Tensor]) -> None:
-    assert float((passage(clouds(0), clouds(0)).at(0.4)[:-1] - clouds(0)).abs().max()) < 1e-4
+    assert float((passage(clouds(0), clouds(0)).at(between(0.4))[:-1] - clouds(0)).abs().max()) < 1e-4
