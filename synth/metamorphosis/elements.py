@@ -1,8 +1,9 @@
 """The elements of a texture: which pixels belong to them, and one by one.
 
 Colors are split into two clusters (2-means). Where light is uneven, brightness against its surroundings splits
-better, so several splits are tried in both polarities; the one is kept whose parts are most like elements:
-many, compact, cleanly bounded, and of like sizes.
+better; where elements are of several tones on one ground, the darkest or the brightest of three classes does, that is
+the ground. So several splits are tried, and the one is kept whose parts are most like elements: many, compact, cleanly
+bounded, and of like sizes.
 """
 
 from collections.abc import Iterator
@@ -10,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
+from scipy import ndimage, stats
 from scipy.cluster.vq import kmeans2
 from skimage import filters, measure, morphology, segmentation
 
@@ -21,6 +22,8 @@ Labels = NDArray[np.int64]
 SPECK = 20
 """Px: what is smaller is no element."""
 _SMOOTHING = (0.7, 1.5)
+_FLAT = 1e-3
+"""What varies by less is one color, or one brightness: classes need more values than rounding makes."""
 _MERGED = 0.9
 """Solidity below which elements are taken to touch; that of two discs that do is .88."""
 _TINY = 0.1
@@ -66,11 +69,12 @@ def two_colors(image: Image) -> Mask:
     if np.ptp(image) == 0:
         return np.zeros(image.shape[:2], bool)
     pixels = image.reshape(-1, image.shape[2])
-    brightness = pixels.mean(1)
-    ends = [pixels[brightness <= np.quantile(brightness, 0.1)], pixels[brightness >= np.quantile(brightness, 0.9)]]
+    centered = pixels - pixels.mean(0)
+    along = centered @ np.linalg.eigh(centered.T @ centered)[1][:, -1]
+    ends = [pixels[along <= np.quantile(along, 0.1)], pixels[along >= np.quantile(along, 0.9)]]
     _, cluster = kmeans2(pixels, np.stack([end.mean(0) for end in ends]), minit="matrix")
-    bright = cluster.reshape(image.shape[:2]) == 1
-    return bright if bright.mean() <= 0.5 else ~bright
+    one = cluster.reshape(image.shape[:2]) == 1
+    return one if one.mean() <= 0.5 else ~one
 
 
 def without_specks(mask: Mask) -> Mask:
@@ -82,13 +86,21 @@ def without_specks(mask: Mask) -> Mask:
 def _splits(image: Image) -> Iterator[Mask]:
     for sigma in _SMOOTHING:
         smooth = filters.gaussian(image, sigma, channel_axis=-1, mode="reflect")
-        gray = smooth.mean(-1)
-        if np.ptp(gray) == 0:
+        if np.ptp(smooth) < _FLAT:
             return
+        colors = two_colors(smooth)
+        yield colors
+        yield ~colors
+        gray = smooth.mean(-1)
+        if np.ptp(gray) < _FLAT:
+            continue
         around = filters.gaussian(gray, max(gray.shape) / 12, mode="reflect")
-        for mask in (two_colors(smooth), gray > filters.threshold_otsu(gray), gray > around):
+        for mask in (gray > filters.threshold_otsu(gray), gray > around):
             yield mask
             yield ~mask
+        lower, upper = filters.threshold_multiotsu(gray, 3)
+        yield gray > lower
+        yield gray <= upper
 
 
 def labeled(mask: Mask) -> Labels:
@@ -120,10 +132,18 @@ def _sureness(labels: Labels, image: Image) -> float:
 
 
 def _edged(labels: Labels, image: Image) -> float:
-    """How far the edge strength along the outlines stands out: 0 as anywhere, 1 the strongest of the image."""
-    edges = filters.sobel(filters.gaussian(image, 0.7, channel_axis=-1), axis=None).mean(-1)
+    """How far the edge strength along the outlines stands out: 0 as anywhere, 1 stronger than all elsewhere.
+
+    That is how often a pixel there beats one elsewhere, less how often it loses (Mann and Whitney's statistic).
+    """
+    smooth = filters.gaussian(image, 0.7, channel_axis=-1)
+    edges = np.mean([filters.sobel(channel) for channel in np.moveaxis(smooth, -1, 0)], 0)
     outline = segmentation.find_boundaries(labels, mode="thick")
-    return float(np.clip(2 * (np.mean(edges.mean() < edges[outline])) - 1, 0, 1))
+    if outline.all() or not outline.any():
+        return 0.0
+    ranks = stats.rankdata(edges).reshape(edges.shape)[outline]
+    beaten = (ranks.mean() - (ranks.size + 1) / 2) / (edges.size - ranks.size)
+    return float(max(0.0, 2 * beaten - 1))
 
 
 def _spread(area: NDArray[np.float64], pixels: int) -> float:

@@ -93,7 +93,8 @@ def test_the_same_seed_gives_the_same_bits() -> None:
 @pytest.mark.parametrize("size", [None, (40, 30), (50, 70)])
 def test_published_frames_have_any_size(size: tuple[int, int] | None) -> None:
     pair = Pair(A[:, :32, :32].contiguous(), B[:, :32, :40].contiguous())
-    made = film(pair, 2, published=True, window_a=5, window_b=7, size=size)
+    masks = {"mask_a": discs()[:32, :32], "mask_b": discs(4)[:32, :40]}
+    made = film(pair, 2, published=True, window_a=5, window_b=7, size=size, **masks)
     assert {tuple(frame.shape[1:]) for frame in made.frames} == {size or (32, 32)}
     # the first has the colors of A only, the last those of B
     for frame, color in zip(made.frames, (RED, BLUE), strict=True):
