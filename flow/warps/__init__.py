@@ -1,7 +1,7 @@
 """Pictures moved along a flow."""
 
 from flow.warps.freeform import free_form
-from flow.warps.integration import again, displaced, displacement, interpolated, jacobian
+from flow.warps.integration import again, displaced, displacement, followed, interpolated, jacobian
 from flow.warps.inverse import Lookup, lookup
 from flow.warps.seen import BORDER, end_point_error, seen
 from flow.warps.smoothing import Smoothness
@@ -18,6 +18,7 @@ __all__ = [
     "displacement",
     "end_point_error",
     "filled",
+    "followed",
     "free_form",
     "interpolated",
     "jacobian",

@@ -6,7 +6,7 @@ the number of steps, so nothing is blurred by resampling again and again (semi-L
 al., Computing large deformation metric mappings via geodesic flows of diffeomorphisms, 2005).
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any, Literal
 
 import torch
@@ -18,12 +18,12 @@ from flow.warps.warp import pixel_coordinates
 Interpolation = Literal["bilinear", "bicubic"]
 
 
-def displaced(velocity: Tensor, wrap: bool = False) -> Tensor:
-    """How far each pixel's particle has moved after 0, 1, ... N steps of a velocity (N, ..., 2, H, W).
+def followed(velocity: Tensor, wrap: bool = False) -> Iterator[Tensor]:
+    """How far each pixel's particle has moved after 0, 1, ... N steps of a velocity (N, ..., 2, H, W), one by one.
 
-    Returns (N + 1, ..., 2, H, W), in px. Given `-velocity.flip(0)`, particles are followed back in time. wrap: the
-    frame is periodic; else a particle beyond the border moves as the border does. Differentiable, in the memory of a
-    map for each step.
+    Each is (..., 2, H, W), in px. Given `-velocity.flip(0)`, particles are followed back in time. wrap: the frame is
+    periodic; else a particle beyond the border moves as the border does. Differentiable, in the memory of a map for
+    each step.
     """
     pixels = pixel_coordinates(velocity.shape[-2:], velocity.device).to(velocity.dtype)
 
@@ -31,10 +31,16 @@ def displaced(velocity: Tensor, wrap: bool = False) -> Tensor:
         half = interpolated(now, pixels + before, wrap=wrap) / 2
         return before + interpolated(now, pixels + before + half, wrap=wrap)
 
-    moved = [torch.zeros_like(velocity[0])]
+    moved = torch.zeros_like(velocity[0])
+    yield moved
     for now in velocity:
-        moved.append(again(step, now, moved[-1]))
-    return torch.stack(moved)
+        moved = again(step, now, moved)
+        yield moved
+
+
+def displaced(velocity: Tensor, wrap: bool = False) -> Tensor:
+    """All that `followed` gives, (N + 1, ..., 2, H, W)."""
+    return torch.stack(list(followed(velocity, wrap)))
 
 
 def again(function: Callable[..., Tensor], *given: Tensor) -> Tensor:

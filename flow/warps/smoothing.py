@@ -58,8 +58,11 @@ class Smoothness:
             # the frequencies of the sine transform begin at one half wave, those of the cosine transform at none
             waves = {axis: (np.arange(sizes[axis]) + (axis == across)) / (2 * sizes[axis]) for axis in (-2, -1)}
             symbol = self._symbol(waves[-2][:, None], waves[-1], inverse).astype(flow.dtype)
-            spectrum = fft.dct(fft.dst(flow[..., component, :, :], axis=across), axis=along) * symbol
-            filtered[..., component, :, :] = fft.idst(fft.idct(spectrum, axis=along), axis=across)
+            spectrum = fft.dst(flow[..., component, :, :], axis=across)
+            spectrum = fft.dct(spectrum, axis=along, overwrite_x=True)
+            spectrum *= symbol
+            spectrum = fft.idct(spectrum, axis=along, overwrite_x=True)
+            filtered[..., component, :, :] = fft.idst(spectrum, axis=across, overwrite_x=True)
         return filtered
 
     def _symbol(self, down: np.ndarray, across: np.ndarray, inverse: bool) -> np.ndarray:

@@ -8,22 +8,22 @@ resolution, is what a level leaves to the next. Maps that fold have an infinite 
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from flow.warps import Smoothness, displaced, interpolated, jacobian, pixel_coordinates
+from flow.warps import Smoothness, followed, interpolated, jacobian, pixel_coordinates
 from kwatra.base import InputError, coarse_shape, mean, resized
 from kwatra.result import Row
 from synth.metamorphosis.descent import Oracle, descent, inner
 from synth.metamorphosis.method import Report
 
-Lack = Callable[[Tensor], tuple[dict[str, Tensor], Tensor]]
+Lack = Callable[[Tensor], Iterator[tuple[dict[str, Tensor], Tensor]]]
 """What two textures lack of each other after a velocity (N, 2, H, W): energies by name, means over pixels, and the
-least Jacobian of its maps. Differentiable."""
+least Jacobian of the maps. Differentiable; in parts, to be summed, so that the maps of only one are in memory."""
 
 COARSEST, _FEWEST = 8, 12
 _ROOM = 0.25
@@ -79,8 +79,8 @@ class Search:
             here = coarse_shape(shape, (factor, factor))
             level = SearchLevel(self, factor, lack(_resized(images, factor, here)), wrap)
             part = 1 / 4 ** (len(factors) - number)
-            start = F.interpolate(control, here, mode="bilinear", align_corners=False)
-            found, control = level.run(number, start, _part(report, part, 4 * part))
+            control = F.interpolate(control, here, mode="bilinear", align_corners=False)
+            found, control = level.run(number, control, _part(report, part, 4 * part))
             rows += found.energies
         assert found is not None
         return replace(found, energies=rows)
@@ -115,33 +115,37 @@ class SearchLevel:
                 stopped = f"all {most} iterations of the last level were done"
                 break
             before = point.energy
-        with torch.no_grad():
-            velocity = self.smoothness.inverted(control)
-            least = float(self.lack(velocity)[1])
-        return Found(velocity, rows, stopped, least), control
+        velocity = self.smoothness.inverted(control)
+        return Found(velocity, rows, stopped, self._least(velocity)), control
 
     def oracle(self) -> Oracle:
         """The energy of a control u (N, 2, H, W) and its gradient; `seen` keeps the parts of the last energy."""
 
         def look(control: Tensor) -> tuple[float, Tensor]:
             velocity = self.smoothness.inverted(control).requires_grad_()
-            energies, least = self.lack(velocity)
-            if not float(least.detach()) > self.least:
-                return math.inf, control
-            (gradient,) = torch.autograd.grad(torch.stack(list(energies.values())).sum(), velocity)
+            gradient, seen = None, dict[str, float]()
+            for energies, least in self.lack(velocity):
+                if not float(least) > self.least:
+                    return math.inf, control
+                (slope,) = torch.autograd.grad(torch.stack(list(energies.values())).sum(), velocity)
+                gradient = slope if gradient is None else gradient.add_(slope)
+                seen = {name: seen.get(name, 0.0) + float(value.detach()) for name, value in energies.items()}
+            assert gradient is not None
             count = control[:, 0].numel()  # energies are means over time and pixels
-            self.seen = {"velocity": float(inner(control, control)) / count}
-            self.seen |= {name: float(value.detach()) for name, value in energies.items()}
-            return sum(self.seen.values()), 2 * control / count + self.smoothness.inverted(gradient)
+            self.seen = {"velocity": float(inner(control, control)) / count} | seen
+            return sum(self.seen.values()), self.smoothness.inverted(gradient).add_(control, alpha=2 / count)
 
         return look
 
     def _allowed(self, control: Tensor) -> Tensor:
         """The control, or as much of it as does not fold."""
-        with torch.no_grad():
-            while not float(self.lack(self.smoothness.inverted(control))[1]) > self.least:
-                control = 0.9 * control
+        while not self._least(self.smoothness.inverted(control)) > self.least:
+            control = 0.9 * control
         return control
+
+    @torch.no_grad()
+    def _least(self, velocity: Tensor) -> float:
+        return min(float(least) for _, least in self.lack(velocity))
 
     def _reach(self, control: Tensor) -> float:
         """How far, in px, the velocity of a control moves pixels, at most; the same whichever end of time is first."""
@@ -157,12 +161,14 @@ class Mismatch:
     sigma: float
     wrap: bool
 
-    def __call__(self, velocity: Tensor) -> tuple[dict[str, Tensor], Tensor]:
+    def __call__(self, velocity: Tensor) -> Iterator[tuple[dict[str, Tensor], Tensor]]:
         """The energy of the mismatch for a velocity (N, 2, H, W), a mean over pixels, and the least Jacobian."""
-        moved = displaced(-velocity.flip(0), self.wrap)
-        place = moved[-1] + pixel_coordinates(velocity.shape[-2:], velocity.device).to(velocity.dtype)
+        least = []
+        for moved in followed(-velocity.flip(0), self.wrap):
+            least.append(jacobian(moved.detach(), self.wrap).min())
+        place = moved + pixel_coordinates(velocity.shape[-2:], velocity.device).to(velocity.dtype)
         apart = self.images[1] - interpolated(self.images[0], place, "bicubic", self.wrap)
-        return {"mismatch": mean(apart.square().sum(0)) / self.sigma**2}, jacobian(moved, self.wrap).min()
+        yield {"mismatch": mean(apart.square().sum(0)) / self.sigma**2}, torch.stack(least).min()
 
 
 def _factors(shape: tuple[int, int], wrap: bool) -> list[int]:

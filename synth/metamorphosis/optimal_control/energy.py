@@ -20,13 +20,14 @@ Where the paper slips: by (9) algorithm 1 means (8), by "lambda 2" half of lambd
 sign, that of lambda(1) = 2 q(1), since both carry what is lacking at time 1.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 
 import torch
 from torch import Tensor
 
-from flow.warps import again, displaced, interpolated, jacobian, pixel_coordinates
+from flow.warps import again, followed, interpolated, jacobian, pixel_coordinates
 from kwatra.base import mean
 
 _FLAT = 1e-6
@@ -46,28 +47,28 @@ class Change:
     sigma: float
     wrap: bool = False
 
-    def __call__(self, velocity: Tensor) -> tuple[dict[str, Tensor], Tensor]:
-        """Energies of q and of the features for a velocity (N, 2, H, W), means over pixels; the least Jacobian."""
-        moved = both_ways(velocity, self.wrap)
-        area = torch.stack([again(partial(jacobian, wrap=self.wrap), each) for each in moved])
-        place = moved[-1] + pixel_coordinates(velocity.shape[-2:], velocity.device).to(velocity.dtype)
-        apart = (self.images - interpolated(self.images.flip(0), place, "bicubic", self.wrap)).square()
-        energies = {"change": _mean(apart[:, : self.colors].sum(1) / _integral(1 / area.clamp(min=_FLAT)))}
-        if self.colors < apart.shape[1]:
-            energies["features"] = _mean(apart[:, self.colors :].sum(1)) / self.sigma**2
-        return energies, area.min()
+    def __call__(self, velocity: Tensor) -> Iterator[tuple[dict[str, Tensor], Tensor]]:
+        """Energies of q and of the features for a velocity (N, 2, H, W), means over pixels; the least Jacobian.
+
+        First from A to B, then from B to A, each counting half.
+        """
+        yield self._way(velocity, self.images[0], self.images[1])
+        yield self._way(-velocity.flip(0), self.images[1], self.images[0])
+
+    def _way(self, velocity: Tensor, here: Tensor, there: Tensor) -> tuple[dict[str, Tensor], Tensor]:
+        steps, spent, most = len(velocity), torch.zeros_like(velocity[0, 0]), []
+        for number, moved in enumerate(followed(velocity, self.wrap)):
+            dense = again(partial(density, wrap=self.wrap), moved)
+            spent = spent + dense / (2 * steps if number in (0, steps) else steps)  # the integral, by trapezoids
+            most.append(dense.detach().max())
+        place = moved + pixel_coordinates(moved.shape[-2:], moved.device).to(moved.dtype)
+        apart = (here - interpolated(there, place, "bicubic", self.wrap)).square()
+        energies = {"change": mean(apart[: self.colors].sum(0) / spent) / 2}
+        if self.colors < len(apart):
+            energies["features"] = mean(apart[self.colors :].sum(0)) / (2 * self.sigma**2)
+        return energies, 1 / torch.stack(most).max()
 
 
-def both_ways(velocity: Tensor, wrap: bool) -> Tensor:
-    """How far pixels have moved after each step, (N + 1, 2, 2, H, W): [:, 0] A's towards B, [:, 1] B's towards A."""
-    return displaced(torch.stack([velocity, -velocity.flip(0)], 1), wrap)
-
-
-def _integral(values: Tensor) -> Tensor:
-    """Over time from 0 to 1, of values at even times (N + 1, ...), by trapezoids."""
-    return ((values[1:] + values[:-1]) / 2).mean(0)
-
-
-def _mean(values: Tensor) -> Tensor:
-    """Mean over pixels of the average of both ways (2, H, W); the same bits whichever comes first."""
-    return (mean(values[0]) + mean(values[1])) / 2
+def density(moved: Tensor, wrap: bool) -> Tensor:
+    """How densely (H, W) pixels lie that a map moves by (2, H, W): 1 / |DX|."""
+    return 1 / jacobian(moved, wrap).clamp(min=_FLAT)

@@ -13,8 +13,8 @@ from collections.abc import Iterator, Sequence
 import torch
 from torch import Tensor
 
-from flow.warps import displacement, interpolated, jacobian, pixel_coordinates, warp
-from synth.metamorphosis.optimal_control.energy import both_ways
+from flow.warps import displacement, followed, interpolated, pixel_coordinates, warp
+from synth.metamorphosis.optimal_control.energy import density
 
 
 def frames(velocity: Tensor, a: Tensor, b: Tensor, times: Sequence[float], wrap: bool = False) -> Iterator[Tensor]:
@@ -38,8 +38,9 @@ def _frame(velocity: Tensor, a: Tensor, b: Tensor, time: float, done: Tensor, wr
 
 def _changed(velocity: Tensor, wrap: bool) -> Tensor:
     """The part of q's change done after each step, (N + 1, 2, H, W): [:, 0] in A's coordinates, [:, 1] in B's."""
-    density = 1 / jacobian(both_ways(velocity, wrap), wrap).clamp(min=1e-6)
-    done = torch.cat([torch.zeros_like(density[:1]), ((density[1:] + density[:-1]) / 2).cumsum(0)])
+    ways = (followed(velocity, wrap), followed(-velocity.flip(0), wrap))
+    dense = torch.stack([torch.stack([density(moved, wrap) for moved in way]) for way in ways], 1)
+    done = torch.cat([torch.zeros_like(dense[:1]), ((dense[1:] + dense[:-1]) / 2).cumsum(0)])
     return done / done[-1]
 
 

@@ -20,8 +20,8 @@ COUNT = 16
 LEAST = 4
 """Fewer patterns than this make no metamorphosis of textures."""
 SURE = 0.24
-"""Elements are distinct from here on: bricks, stones, tiles and pebbles lie at .28 to .67, bands of onyx, marble, bark and
-grass at .12 to .22."""
+"""Elements are distinct from here on: bricks, stones, tiles and pebbles lie at .28 to .67, bands of onyx, marble, bark
+and grass at .12 to .22."""
 
 
 @dataclass(frozen=True)
