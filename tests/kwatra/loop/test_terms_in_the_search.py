@@ -72,6 +72,22 @@ def test_a_term_that_charges_candidates_gets_its_way():
     assert float(off.var()) < 0.7 * float(busy.var())
 
 
+def test_what_a_term_charges_itself_is_not_charged_by_its_quadratic_again():
+    class Free(Busy):
+        def quadratic(self, x):
+            return Quadratic(torch.full_like(x[:1], 5.0), torch.ones_like(x))
+
+        def charge(self, x, step):
+            return lambda corners, there: torch.zeros(len(corners))
+
+    exemplar, start = Exemplar.of(noise(40, 40)), noise(32, 32, seed=3)
+    settings = Settings(levels=(Level(1, 8, 1),), search=Search(candidates=30))
+    plain = optimize(exemplar, (32, 32), settings=settings, start=start)
+    same = optimize(exemplar, (32, 32), settings=settings, start=start, terms=Free())
+    assert torch.equal(same.where, plain.where)
+    assert float(same.image.mean()) > float(plain.image.mean()) + 0.2  # the blend heeds it
+
+
 def test_where_terms_want_something_the_index_keeps_being_asked():
     exemplar = Exemplar.of(noise(96, 96))
     wanted = noise(80, 80, seed=9)

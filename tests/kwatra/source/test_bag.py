@@ -27,6 +27,7 @@ def test_a_bag_of_four_colors_is_searched_and_read():
     assert bag.nearest(described, 1, "approximate")[:, 0].tolist() == [0, 2, 3]
     exact = torch.stack([bag.metric.squared(asked - window) for window in plain()], 1)
     assert torch.allclose(bag.estimate(described, bag.numbers.expand(3, 4)), exact, atol=1e-5)
+    assert torch.equal(bag.windows(torch.tensor([3, 1])), plain()[[3, 1]])
     inside = (torch.tensor([[3, 0]]), torch.tensor([[1, 2]]))
     assert torch.equal(bag.values(torch.tensor([[1, 3]]), inside)[:, 0], COLORS[[1, 3]].T)
 

@@ -53,6 +53,14 @@ def test_a_scene_made_larger_keeps_what_is_above_above(factor):
     assert (kept.energies[-1]["stay"] > 0) == (factor > 1)  # at its own size a scene is itself
 
 
+def test_a_scaled_term_scales_what_it_charges_for_places():
+    exemplar = Exemplar.of(bands())
+    corners, there = torch.tensor([[0, 3, 5]]), torch.tensor([[[0, 9, 5], [1, 3, 20]]])
+    charge, threefold = (term.place_charge(exemplar, (6, 30, 30), (2, 4, 4)) for term in (Stay(0.5), 3.0 * Stay(0.5)))
+    assert float(charge(corners, there).min()) > 0
+    assert torch.equal(threefold(corners, there), 3 * charge(corners, there))
+
+
 def test_a_weight_of_0_changes_nothing():
     exemplar, settings = Exemplar.of(bands()), Settings(levels=(Level(1, 4, 2, 2),))
     plain = optimize(exemplar, (6, 30, 30), settings=settings)

@@ -1,7 +1,7 @@
 import pytest
 import torch
 
-from kwatra import Exemplar, FreeWindows, Grid, InputError, Level, Settings, optimize
+from kwatra import Exemplar, FreeWindows, Grid, InputError, Level, Settings, mean, optimize
 from kwatra.steps import regular
 
 
@@ -77,18 +77,24 @@ def test_neighbors_are_the_nearest_windows():
 
 def test_windows_may_move_from_iteration_to_iteration():
     exemplar = Exemplar.of(torch.rand(1, 32, 32, generator=generator()))
-    asked = []
+    asked, given, voted = [], [], []
 
     def wandering(step):
         asked.append(step.iteration)
         grid = regular(step)
         room = torch.tensor(step.shape) - torch.tensor(step.width)
         moved = grid.corners + torch.randint(-2, 3, grid.corners.shape, generator=step.generator)
-        return FreeWindows(step.shape, step.width, moved.clamp(min=0).minimum(room))
+        given.append(FreeWindows(step.shape, step.width, moved.clamp(min=0).minimum(room)))
+        return given[-1]
 
-    settings = Settings(levels=(Level(1, 8, 4),), layout=wandering, tolerance=0)
+    def vote(ballot):
+        voted.append(ballot.layout)
+        return mean(ballot)
+
+    settings = Settings(levels=(Level(1, 8, 4),), layout=wandering, tolerance=0, vote=vote)
     free = optimize(exemplar, (32, 32), settings=settings)
-    assert asked[:4] == [0, 1, 2, 3]
+    assert asked == [0, 1, 2, 3, 4]
+    assert all(one is other for one, other in zip(voted, given, strict=True))
     totals = [row["total"] for row in free.energies if row["width"] == 8]
     assert totals[-1] < totals[0]
     # where the image is the exemplar, so it stays wherever windows lie
