@@ -8,21 +8,16 @@ import synth
 from synth import io, texture
 from synth.commands.checks import check_distinct
 from synth.commands.report import ENERGY_SUFFIXES, energy_writer
+from synth.commands.synth_inputs import Inputs, size_of
 
 if TYPE_CHECKING:
     from torch import Tensor
 
-    from synth.commands.synth import Inputs
     from synth.io import Kind, Writer
     from synth.texture import Synthesis
 
 
-def size_of(pixels: "Tensor") -> tuple[int, int]:
-    """(height, width) of pixels (C, H, W)."""
-    return pixels.shape[1], pixels.shape[2]
-
-
-def check_outputs(arguments: argparse.Namespace, inputs: "Inputs") -> None:
+def check_outputs(arguments: argparse.Namespace, inputs: Inputs) -> None:
     """Refuse before any work what could not be written after it."""
     overwrite, files = arguments.overwrite, [inputs.output, *(carried.output for carried in inputs.maps)]
     io.check_output(inputs.output, inputs.kind, overwrite)
@@ -49,7 +44,7 @@ def _check_folder(folder: Path, overwrite: bool) -> None:
         )
 
 
-def writers_of(arguments: argparse.Namespace, inputs: "Inputs", synthesis: "Synthesis[Tensor]") -> "dict[Path, Writer]":
+def writers_of(arguments: argparse.Namespace, inputs: Inputs, synthesis: "Synthesis[Tensor]") -> "dict[Path, Writer]":
     """What writes each file, when all is done."""
     output, kind = inputs.output, inputs.kind
     made = inputs.wishes.kept(synthesis.image)

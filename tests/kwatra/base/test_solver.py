@@ -38,6 +38,16 @@ def test_the_residual_that_is_told_is_that_of_the_solution(tolerance, steps):
     assert found.steps == 7 if steps == 7 else 7 < found.steps < 500
 
 
+@pytest.mark.parametrize(("spread", "tolerance"), [(1e3, 1e-6), (1e5, 1e-5)])
+def test_where_the_recursion_drifts_away_it_begins_anew(spread, tolerance):
+    turn = torch.linalg.qr(torch.rand(60, 60, generator=generator(), dtype=torch.float64) - 0.5)[0]
+    values = torch.logspace(0, torch.tensor(spread).log10().item(), 60, dtype=torch.float64)
+    matrix = ((turn * values) @ turn.T).float()
+    right = matrix @ torch.ones(60)
+    found = conjugate_gradients(lambda v: matrix @ v, right, torch.ones(60), torch.zeros(60), tolerance, 2000)
+    assert float((right - matrix @ found.x).norm() / right.norm()) <= tolerance
+
+
 def test_what_rounding_forbids_is_not_tried_forever_nor_claimed():
     matrix, right = system(coupling=1e4, dtype=torch.float32)
     found = solved(matrix, right, 1e-12, 100_000)
