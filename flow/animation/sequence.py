@@ -229,6 +229,8 @@ class Motion:
         It comes with what fades below them.
         """
         known = look.known & before.inside
+        if not bool(look.known.any()):
+            return copies, Fading.nothing(new, copies)
         old = Fading.nothing(before.source, copies) if before.fading is None else Fading.unpacked(before.fading)
         old = old.onward(self.film, look, before.inside)
         changed = known & ((new - source).square().sum(0) >= JUMP**2) & self.read.usable(source)

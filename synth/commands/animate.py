@@ -50,7 +50,12 @@ def add(commands: Subparsers) -> None:
         "video's own, or 256x256)")  # fmt: skip
     add("--resample", action="store_true", help="stretch a file's flow over frames of another size")
     length = parser.add_mutually_exclusive_group()
-    length.add_argument("--frames", type=whole(1), metavar="N", help=f"how many frames (default: {_FRAMES})")
+    length.add_argument(
+        "--frames",
+        type=whole(1),
+        metavar="N",
+        help=f"how many frames (default: {_FRAMES}, or where a flow file in time ends)",
+    )
     length.add_argument("--loop", type=whole(2), metavar="N", help="N frames of which the last leads into the first")
     add("--obstacle", type=_obstacle, metavar="WHAT", help="what is flowed around: an image, white where the obstacle "
         "is; or disc, in the middle; or disc:X,Y,RADIUS in pixels")  # fmt: skip
@@ -94,7 +99,7 @@ def _obstacle(text: str) -> "Path | tuple[float, ...]":
 
 def run(arguments: argparse.Namespace) -> str:
     """Check everything, work, write everything; returns the summary."""
-    from synth.commands.animate_inputs import frames_of, name_of, read_inputs
+    from synth.commands.animate_inputs import frames_of, length_of, name_of, read_inputs
 
     set_up(arguments)
     if arguments.loop is not None and arguments.fill_from is not None:
@@ -116,7 +121,7 @@ def run(arguments: argparse.Namespace) -> str:
     job = Framewise(
         arguments,
         inputs.tracks(output),
-        arguments.loop or arguments.frames or _FRAMES,
+        length_of(arguments, _FRAMES),
         inputs.shape,
         inputs.settings,
         inputs.rate or _FPS,

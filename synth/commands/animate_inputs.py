@@ -24,6 +24,7 @@ from synth.io.videos import is_video, read_video
 from synth.texture.form import Form
 from synth.texture.normals import is_normal
 from synth.texture.work import PRESETS
+from synth.words import counted
 
 Shape = tuple[int, int]
 
@@ -133,6 +134,24 @@ def _mixed(exemplar: Tensor, kind: Kind) -> Tensor:
     if exemplar.ndim == 3:
         return premultiplied(exemplar, kind)
     return torch.stack([premultiplied(frame, kind) for frame in exemplar.unbind(1)], 1)
+
+
+def length_of(arguments: argparse.Namespace, usual: int) -> int:
+    """How many frames to make: as asked, or as far as a flow in time leads, or else the usual number.
+
+    Raises InputError for more than the flow leads to; a loop needs one that leads back.
+    """
+    asked: int | None = arguments.loop or arguments.frames
+    flows = read_flow(arguments.flow).flow if _is_file(arguments.flow) else None
+    if flows is None or flows.ndim == 3 or len(flows) == 1:
+        return asked or usual
+    most = len(flows) if arguments.loop else len(flows) + 1
+    if asked is not None and asked > most:
+        raise InputError(
+            f"{arguments.flow} holds {len(flows)} flows, which lead to {counted(most, 'frame')}, but {asked} are "
+            f"asked for; give --{'loop' if arguments.loop else 'frames'} {most} or less, or a longer flow"
+        )
+    return asked or most
 
 
 def frames_of(

@@ -20,10 +20,14 @@ from synth.io.alpha_videos import ALPHA_SUFFIXES, check_encoder, frames_with_alp
 from synth.io.images import image_writer, read_image
 from synth.io.kinds import MOST_PIXELS, RGB, RGBA, Kind
 from synth.io.outputs import Writer, check_place, write_files
+from synth.saying import note
 from synth.words import counted
 
 VIDEO_SUFFIXES = (".mp4", ".gif", *ALPHA_SUFFIXES)
 _FRAME_SUFFIXES = (".png", ".tif", ".tiff", ".jpg", ".jpeg", ".exr", ".webp", ".bmp", ".tga")
+_EVEN = 1.5
+"""Frames of which one lasts so many times as long as another one are not told apart by rounding of their times."""
+
 _COLORS, _WITH_ALPHA = Kind("uint8", RGB), Kind("uint8", RGBA)
 
 
@@ -44,6 +48,8 @@ def is_video(path: str | Path) -> bool:
 
 def read_video(path: str | Path, rate: float = 25.0) -> Clip:
     """Read an .mp4, .gif, .webm or .mov file, or a folder of images in the order of their names; `rate` is a folder's.
+
+    A file's sound, and frames that last differently long, are told of in a line on stderr: neither is kept.
 
     Raises InputError if it is missing or damaged, if its frames differ in size or kind, or if there is but one.
     """
@@ -132,26 +138,35 @@ def _read_file(path: Path) -> Clip:
             rate = float(stream.average_rate or 25)
             clear = has_alpha(stream)
             decoded = frames_with_alpha(container, stream) if clear else container.decode(stream)
-            arrays = _decoded(path, decoded, "rgba" if clear else "rgb24")
+            arrays, times = _decoded(path, decoded, "rgba" if clear else "rgb24")
+            if container.streams.audio:
+                note(f"{path} has sound, which is left out")
     except (av.FFmpegError, OSError) as error:
         raise InputError(f"{path} is no video that can be read ({error}); give an .mp4, a .gif or a folder") from error
     if len({array.shape for array in arrays}) > 1:
         raise InputError(f"{path} has frames of differing sizes; all frames must have one size")
     if not arrays:
         raise InputError(f"{path} has no frames; give a longer video")
+    gaps = np.diff(times)
+    if len(gaps) and 0 < gaps.min() * _EVEN < gaps.max():
+        note(f"{path} shows its frames for {gaps.min():.3g} to {gaps.max():.3g} s each; all are taken to last alike, "
+             f"{rate:.4g} a second")  # fmt: skip
     frames = torch.empty(arrays[0].shape[2], len(arrays), *arrays[0].shape[:2])
     for t, array in enumerate(arrays):
         frames[:, t] = torch.from_numpy(array).permute(2, 0, 1) / 255
     return Clip(frames, rate, _WITH_ALPHA if clear else _COLORS)
 
 
-def _decoded(path: Path, frames: Iterable[Any], form: str) -> list[np.ndarray]:
+def _decoded(path: Path, frames: Iterable[Any], form: str) -> tuple[list[np.ndarray], list[float]]:
+    """Frames (H, W, 3 or 4), and the times in s at which those that tell it are shown."""
     arrays: list[np.ndarray] = []
+    times: list[float] = []
     for frame in frames:
         arrays.append(frame.to_ndarray(format=form))
+        times += [] if frame.time is None else [frame.time]
         if len(arrays) * frame.width * frame.height > MOST_PIXELS:
             raise InputError(f"{path} has more than 2^28 pixels in all its frames; give a shorter or smaller video")
-    return arrays
+    return arrays, times
 
 
 def _bytes(frames: Iterable[Tensor], alpha: bool = False) -> Iterator[np.ndarray]:

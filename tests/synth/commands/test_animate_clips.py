@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 import torch
 from sand import GRAY, SHAPE, frames_of, interrupted, texture, written
@@ -79,6 +80,12 @@ def test_a_video_is_gone_on_with_and_loops(clip: torch.Tensor, folder: Path) -> 
     assert frames_of("part") == frames_of("whole")
     assert main([*VIDEO, "--loop", "4", "-o", "round"]) == 0
     assert main([*VIDEO, "--frames", "3", "--fill-from", "all", "--obstacle", "disc", "-o", "wet"]) == 0
+
+
+def test_a_flow_in_time_says_how_long_the_animation_is(clip: torch.Tensor, folder: Path) -> None:
+    np.save("gust.npy", np.zeros((2, 2, *SHAPE), np.float32))
+    assert main(["animate", "living", "--flow", "gust.npy", "--preset", "fast", "-o", "out"]) == 0
+    assert len(list(Path("out").glob("*.png"))) == 3
 
 
 def test_a_video_that_cannot_be_read_is_refused(

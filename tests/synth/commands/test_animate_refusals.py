@@ -95,6 +95,11 @@ def test_full_disk_keeps_the_frames_that_are_whole(
         ("--flow snik", "'snik' names no flow; give one of uniform, rotation"),
         ("--flow nan.npy", "nan.npy has 1 vector of NaN"),
         ("--flow far.npy", "beyond the 48x40 frame; give a lower speed"),
+        (
+            "--flow gust.npy --frames 5",
+            "gust.npy holds 3 flows, which lead to 4 frames, but 5 are asked for; give --fr",
+        ),
+        ("--flow gust.npy --loop 4", "which lead to 3 frames, but 4 are asked for; give --loop 3 or less, or a longer"),
         ("--flow rotation --speed 99", "beyond the 48x40 frame; give a lower speed"),
         ("--flow rotation --speed nan", "a flow's speed is nan"),
         ("--flow cut.flo", "cut.flo has 4000 bytes"),
@@ -128,6 +133,7 @@ def test_bad_input_costs_a_sentence(
 ) -> None:
     vectors = np.zeros((2, *SHAPE), np.float32)
     np.save("far.npy", vectors + 60)
+    np.save("gust.npy", np.stack([vectors] * 3))
     vectors[0, 3, 3] = np.nan
     np.save("nan.npy", vectors)
     data = Path("wind.flo").read_bytes()

@@ -3,9 +3,11 @@
 import os
 import subprocess
 import sys
+from fractions import Fraction
 from pathlib import Path
 
 import av
+import numpy as np
 import pytest
 import torch
 
@@ -92,6 +94,31 @@ def test_nothing_is_left_of_a_video_that_could_not_be_written(tmp_path: Path, mo
             write_video(tmp_path / "clip", frames() * 0, 25, overwrite=True)
     assert [p.name for p in tmp_path.iterdir()] == ["clip"]
     torch.testing.assert_close(read_video(tmp_path / "clip").frames, before)
+
+
+def test_sound_and_frames_that_last_differently_are_told_of(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for name, uneven, loud in (("even.mp4", 1, False), ("uneven.mp4", 3, False), ("loud.mp4", 1, True)):
+        with av.open(str(tmp_path / name), "w") as container:
+            stream = container.add_stream("libx264", rate=25)
+            sound = container.add_stream("aac", rate=8000) if loud else None
+            stream.width, stream.height, stream.pix_fmt, stream.time_base = 20, 16, "yuv420p", Fraction(1, 25)
+            for t, picture in enumerate((frames() * 255).byte().permute(1, 2, 3, 0).numpy()):
+                frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format="rgb24")
+                frame.pts, frame.time_base = t if t < 3 else 2 + uneven * (t - 2), Fraction(1, 25)
+                container.mux(stream.encode(frame))
+            container.mux(stream.encode(None))
+            if sound is not None:
+                quiet = av.AudioFrame.from_ndarray(np.zeros((1, 1024), np.float32), format="fltp", layout="mono")
+                quiet.sample_rate = 8000
+                container.mux(sound.encode(quiet))
+                container.mux(sound.encode(None))
+    told = []
+    for name in ("even", "uneven", "loud"):
+        assert read_video(tmp_path / f"{name}.mp4").frames.shape == (3, 5, 16, 20)
+        told.append(capsys.readouterr().err)
+    assert told[0] == ""
+    assert "uneven.mp4 shows its frames for 0.04 to 0.12 s each; all are taken to last alike" in told[1]
+    assert told[2].endswith("loud.mp4 has sound, which is left out\n")
 
 
 def test_a_folder_with_other_things_is_not_replaced(tmp_path: Path) -> None:
