@@ -28,6 +28,9 @@ _FRAME_SUFFIXES = (".png", ".tif", ".tiff", ".jpg", ".jpeg", ".exr", ".webp", ".
 _EVEN = 1.5
 """Frames of which one lasts so many times as long as another one are not told apart by rounding of their times."""
 
+_WHOLE = 0.9
+"""A file is whole that holds this part of the time that it tells; frames before the first whole one may be missing."""
+
 _COLORS, _WITH_ALPHA = Kind("uint8", RGB), Kind("uint8", RGBA)
 
 
@@ -139,22 +142,45 @@ def _read_file(path: Path) -> Clip:
             clear = has_alpha(stream)
             decoded = frames_with_alpha(container, stream) if clear else container.decode(stream)
             arrays, times = _decoded(path, decoded, "rgba" if clear else "rgb24")
-            if container.streams.audio:
-                note(f"{path} has sound, which is left out")
+            _check_whole(path, container, times)
+            _tell(path, bool(container.streams.audio), times, rate)
     except (av.FFmpegError, OSError) as error:
         raise InputError(f"{path} is no video that can be read ({error}); give an .mp4, a .gif or a folder") from error
     if len({array.shape for array in arrays}) > 1:
         raise InputError(f"{path} has frames of differing sizes; all frames must have one size")
     if not arrays:
         raise InputError(f"{path} has no frames; give a longer video")
-    gaps = np.diff(times)
-    if len(gaps) and 0 < gaps.min() * _EVEN < gaps.max():
-        note(f"{path} shows its frames for {gaps.min():.3g} to {gaps.max():.3g} s each; all are taken to last alike, "
-             f"{rate:.4g} a second")  # fmt: skip
     frames = torch.empty(arrays[0].shape[2], len(arrays), *arrays[0].shape[:2])
     for t, array in enumerate(arrays):
         frames[:, t] = torch.from_numpy(array).permute(2, 0, 1) / 255
     return Clip(frames, rate, _WITH_ALPHA if clear else _COLORS)
+
+
+def _check_whole(path: Path, container: Any, times: list[float]) -> None:
+    """Refuse a file that was cut off: it ends before the time that it tells, or, a GIF, without its last byte."""
+    stream = container.streams.video[0]
+    length = 0.0
+    if stream.duration:
+        length = float(stream.duration * stream.time_base)
+    elif container.duration and not container.streams.audio:
+        length = container.duration / 1e6
+    shown = times[-1] - times[0] + float(np.diff(times).max()) if len(times) > 1 else length
+    if shown < _WHOLE * length:
+        raise InputError(
+            f"{path} ends after {shown:.3g} of the {length:.3g} s that it says it has; give the whole file"
+        )
+    if path.suffix.lower() == ".gif" and not path.read_bytes().rstrip(b"\0").endswith(b";"):
+        raise InputError(f"{path} is cut off, it lacks the end of a GIF; give the whole file")
+
+
+def _tell(path: Path, loud: bool, times: list[float], rate: float) -> None:
+    """Say what of a file is not kept: its sound, and how long each frame is shown."""
+    if loud:
+        note(f"{path} has sound, which is left out")
+    gaps = np.diff(times)
+    if len(gaps) and 0 < gaps.min() * _EVEN < gaps.max():
+        each = f"{gaps.min():.3g} to {gaps.max():.3g} s each"
+        note(f"{path} shows its frames for {each}; all are taken to last alike, {rate:.4g} a second")
 
 
 def _decoded(path: Path, frames: Iterable[Any], form: str) -> tuple[list[np.ndarray], list[float]]:

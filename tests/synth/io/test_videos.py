@@ -121,6 +121,21 @@ def test_sound_and_frames_that_last_differently_are_told_of(tmp_path: Path, caps
     assert told[2].endswith("loud.mp4 has sound, which is left out\n")
 
 
+@pytest.mark.parametrize(("name", "sentence"), [
+    ("clip.webm", "clip.webm ends after .* of the 0.48 s that it says it has; give the whole file"),
+    ("clip.gif", "clip.gif is cut off, it lacks the end of a GIF; give the whole file"),
+    ("clip.mp4", "clip.mp4 is no video that can be read"),
+])  # fmt: skip
+def test_a_file_that_was_cut_off_is_refused(tmp_path: Path, name: str, sentence: str) -> None:
+    noise = torch.rand(3, 12, 16, 20, generator=torch.Generator().manual_seed(0))
+    write_video(tmp_path / name, noise, 25)
+    assert read_video(tmp_path / name).frames.shape[1] == 12
+    data = (tmp_path / name).read_bytes()
+    (tmp_path / name).write_bytes(data[:-1] if name == "clip.gif" else data[: len(data) // 2])
+    with pytest.raises(InputError, match=sentence):
+        read_video(tmp_path / name)
+
+
 def test_a_folder_with_other_things_is_not_replaced(tmp_path: Path) -> None:
     write_video(tmp_path / "clip", frames(), 25)
     (tmp_path / "clip" / "notes.txt").write_text("mine")
