@@ -2,6 +2,7 @@
 
 import ast
 from collections.abc import Iterator
+from itertools import permutations
 from pathlib import Path
 
 import pytest
@@ -42,6 +43,29 @@ def test_the_engine_knows_no_files_plots_or_command_line() -> None:
         for line, name in imported(path.read_text()):
             assert name.split(".")[0] not in NOT_IN_THE_ENGINE, f"{path}:{line} imports {name}"
             assert not name.startswith("skimage.io"), f"{path}:{line} imports {name}"
+
+
+def test_motion_knows_no_files() -> None:
+    for path in modules("flow"):
+        for line, name in imported(path.read_text()):
+            # arrows are drawn by PIL, in memory
+            assert name.split(".")[0] not in NOT_IN_THE_ENGINE - {"PIL"}, f"{path}:{line} imports {name}"
+
+
+@pytest.mark.parametrize(
+    ("room", "stranger"),
+    [
+        *[("synth/io", f"synth.{other}") for other in ("texture", "quilting", "metamorphosis", "commands")],
+        *[(f"synth/{program}", "synth.commands") for program in ("texture", "quilting", "metamorphosis")],
+        *[(f"synth/metamorphosis/{one}", f"synth.metamorphosis.{other}")
+          for one, other in permutations(("blend", "optimal_control", "patches", "patterns", "textons"), 2)],
+    ],
+)  # fmt: skip
+def test_commands_use_programs_and_programs_files_and_no_method_another(room: str, stranger: str) -> None:
+    assert modules(room)
+    for path in modules(room):
+        for line, name in imported(path.read_text()):
+            assert not f"{name}.".startswith(f"{stranger}."), f"{path}:{line} imports {name}"
 
 
 def test_nothing_imports_relatively() -> None:

@@ -18,7 +18,7 @@ from synth.commands.morph_between import (
     run_between,
 )
 from synth.commands.morph_folder import Folder
-from synth.commands.morph_options import add_method_options, method_options
+from synth.commands.morph_options import add_method_options, in_order, method_options
 from synth.commands.parsing import Subparsers, add_common, file, numbers, rate, size, whole
 from synth.words import counted
 
@@ -116,8 +116,7 @@ def run(arguments: argparse.Namespace) -> str:
             callback=report,
             **options,
         )
-        shown = range(len(made.frames))
-        order = [*shown, *shown[-2:0:-1]] if arguments.there_and_back else list(shown)
+        order = in_order(len(made.frames), arguments.there_and_back)
         folder = Folder(output, len(order))
         finish(_writers(arguments, folder, kind, made, (made.frames[number] for number in order)))
         folder.tell()

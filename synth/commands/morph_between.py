@@ -9,7 +9,7 @@ import synth
 from synth import io
 from synth.commands.checks import check_distinct, check_size, finish, refuse_unused, set_up
 from synth.commands.morph_folder import Folder
-from synth.commands.morph_options import method_options
+from synth.commands.morph_options import in_order, method_options
 from synth.words import counted
 
 if TYPE_CHECKING:
@@ -64,8 +64,8 @@ def run_between(arguments: argparse.Namespace) -> str:
             callback=report,
             **options,
         )
-        total, back = len(made.frames), arguments.there_and_back
-        order = [*range(total), *range(total)[-2:0:-1]] if back else list(range(total))
+        back = arguments.there_and_back
+        order = in_order(len(made.frames), back)
         height, width = made.frames[0].shape[1:]
         folder = Folder(output, len(order))
         frames = (made.frames[number] for number in order) if back else made.frames.once()

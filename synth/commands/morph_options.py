@@ -102,3 +102,8 @@ def _read(name: str, given: Any, pictures: "Sequence[Picture]") -> dict[str, Any
         sizes = [(picture.pixels.shape[1], picture.pixels.shape[2]) for picture in pictures]
         a, b = read_landmarks(given, (sizes[0], sizes[1]))
     return {"patterns_a": a, "patterns_b": b}
+
+
+def in_order(count: int, there_and_back: bool) -> list[int]:
+    """The numbers of so many frames as they are shown: to the last and, if so asked, back to the second."""
+    return [*range(count), *(range(count - 2, 0, -1) if there_and_back else ())]

@@ -170,8 +170,9 @@ def _allowed(arguments: argparse.Namespace, exemplars: "Sequence[Tensor]") -> "l
     return masks
 
 
-def _size(given: Any) -> tuple[int, ...]:
-    return tuple(given[1].shape[-given[0].ndim + 1 :] if isinstance(given, tuple) else given.shape)
+def _size(given: "Tensor | tuple[Tensor, Tensor]") -> tuple[int, ...]:
+    """The size *S of a mask (*S), or of pixels (C, *S), that come with their weights."""
+    return tuple(given[0].shape[1:] if isinstance(given, tuple) else given.shape)
 
 
 def shown(shape: "Sequence[int]") -> str:

@@ -6,7 +6,7 @@ by optimal transport. Texture synthesis by matching what bands hold is due to He
 analysis/synthesis, 1995.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import torch
@@ -54,13 +54,14 @@ class Bands:
 
 
 SETTLING = 4
-"""So often a finished image is given its bands: they overlap, and once leaves a fifth of the finest band missing."""
+"""So often a finished image is given what it is to have: bands overlap, and once leaves a fifth of the finest missing;
+a step towards statistics goes only a part of the way."""
 
 
-def settled(image: Tensor, bands: Bands) -> Tensor:
-    """An image (C, H, W) that has been given bands as often as that takes, in [0, 1]."""
+def settled(image: Tensor, given_to: Callable[[Tensor], Tensor]) -> Tensor:
+    """A finished image (C, H, W) that has been given what it is to have as often as that takes, in [0, 1]."""
     for _ in range(SETTLING):
-        image = bands.given_to(image).clamp(0, 1)
+        image = given_to(image).clamp(0, 1)
     return image
 
 

@@ -15,9 +15,6 @@ from synth.metamorphosis.recolor import Colors, barycenter
 Restoring = Callable[[Tensor, Tensor | None], Tensor]
 """Gives an image (C, H, W) the detail of a texture; the second argument: how much each pixel (H, W) counts, or None."""
 
-SETTLING = 4
-"""So often a finished image is given its detail: a step goes only a part of the way."""
-
 _APART = 0.25
 """Weightings that are given detail of their own differ by so much."""
 
@@ -79,12 +76,6 @@ class Detail:
                 made = made + share * (restored(image - shift, share) + shift)
         made = made if self.restoring else image
         return made if self.kept is None else torch.where(self.kept, image, made)
-
-    def settled(self, image: Tensor) -> Tensor:
-        """A finished image (C, H, W) with the detail, in [0, 1]."""
-        for _ in range(SETTLING):
-            image = self.given_to(image).clamp(0, 1)
-        return image
 
     def between(self, channels: int) -> Callable[[Tensor, Step], Tensor]:
         """What `kwatra.optimize` applies after each blend: to so many channels, at full resolution; others stay."""

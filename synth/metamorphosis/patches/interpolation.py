@@ -11,7 +11,7 @@ from torch import Tensor
 
 from kwatra import FreeWindows, SoftPixels
 from kwatra.base import InputError
-from synth.metamorphosis.bands import Bands
+from synth.metamorphosis.bands import Bands, settled
 from synth.metamorphosis.patches.arrangement import Arrangement
 from synth.metamorphosis.patches.centers import quarters
 from synth.metamorphosis.patches.detail import Detail, Restoring, dilated
@@ -227,7 +227,7 @@ class Interpolation:
     ) -> Frame:
         detail = Detail.of(self._restoring, self._center, weighting, kept)
         image, arrangement = synthesis(levels, weighting, start, self.wrap, self.seed, detail, kept, known, wish)
-        return Frame(detail.settled(image), weighting, arrangement)
+        return Frame(settled(image, detail.given_to), weighting, arrangement)
 
     @cached_property
     def bands(self) -> tuple[Bands, ...]:

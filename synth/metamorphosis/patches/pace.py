@@ -51,7 +51,7 @@ def _shown(windows: Tensor, bands: Bands) -> Tensor:
     """The colors in the middle of windows (N, w, w, C + 1), as points, with the detail that frames will have."""
     count, width = windows.shape[:2]
     row = windows[..., :-1].permute(3, 1, 0, 2).flatten(2).cpu()  # all windows side by side
-    given = settled(row, bands).view(-1, width, count, width)
+    given = settled(row, bands.given_to).view(-1, width, count, width)
     first = max((width - _WIDTH) // 2, 0)
     middle = slice(first, first + _WIDTH)
     return given[:, middle, :, middle].permute(2, 0, 1, 3).flatten(1)

@@ -10,7 +10,7 @@ import torch
 
 from kwatra import InputError
 from synth import Kind, Picture, write_image
-from synth.commands.morph_options import add_method_options, method_options
+from synth.commands.morph_options import add_method_options, in_order, method_options
 from synth.metamorphosis.patterns import PatternMorph
 from synth.metamorphosis.textons import TextonMorph
 
@@ -122,3 +122,10 @@ def test_what_does_not_fit_is_refused(method: str, words: list[str], match: str)
 def test_colors_that_are_none_are_refused(text: str) -> None:
     with pytest.raises(argparse.ArgumentError, match="is no color"):
         options("textons", "--colors", text, "0", "0", "0")
+
+
+def test_back_again_neither_end_is_shown_twice() -> None:
+    assert in_order(4, False) == [0, 1, 2, 3]
+    assert in_order(4, True) == [0, 1, 2, 3, 2, 1]
+    assert in_order(2, True) == [0, 1]
+    assert in_order(1, True) == [0]
