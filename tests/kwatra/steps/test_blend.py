@@ -153,3 +153,22 @@ def test_blend_around_fixed_and_masked_pixels_cannot_be_beaten(features, coupled
         direction = torch.randn(x.shape, generator=generator(seed)).double() * ~fixed
         for length in (1e-2, -1e-2):
             assert value(x.double() + length * direction) > least
+
+
+def test_features_are_summed_band_by_band_into_one_image(monkeypatch):
+    source, grid, matches, weights = setting(features=(Feature(gradient, 0.5),))
+    whole = blend(Ballot(grid, source, matches, weights), tolerance=1e-6).x
+    scatter, images = Grid.scatter, []
+
+    def watched(self, windows, into=None):
+        images.append((len(self), into))
+        return scatter(self, windows, into)
+
+    monkeypatch.setattr(Grid, "scatter", watched)
+    monkeypatch.setattr("kwatra.steps.votes.CHUNK", 16 * source.metric.weight.numel())
+    parts = blend(Ballot(grid, source, matches, weights), tolerance=1e-6).x
+    assert max(count for count, _ in images) <= 16 < len(grid)
+    assert all(into is not None for _, into in images)
+    addresses = {into.data_ptr() for _, into in images[:3]}
+    assert len(addresses) < 3  # one after the other, not one each
+    torch.testing.assert_close(parts, whole, rtol=0, atol=1e-4)

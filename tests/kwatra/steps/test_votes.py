@@ -2,9 +2,10 @@ import pytest
 import torch
 
 from kwatra import Exemplar, InputError, Settings, optimize
-from kwatra.source import Bag, SourceWindows
+from kwatra.source import CHUNK, Bag, SourceWindows
 from kwatra.steps import Ballot, Decisive, Mode, blend, mean, winner
-from kwatra.windows import FreeWindows, Grid
+from kwatra.steps.votes import bands
+from kwatra.windows import FreeWindows, Grid, Metric
 
 
 def generator(seed=0):
@@ -89,3 +90,15 @@ def test_a_mode_without_a_width_is_refused():
         Mode(0.0)
     with pytest.raises(InputError, match="not finite or below 0"):
         Decisive(-0.1)
+
+
+def test_a_pass_over_windows_holds_few_of_them_at_a_time():
+    width = (8, 8)
+    grid = Grid((400, 300), width, (2, 2))
+    metric = Metric(width, torch.ones(3))
+    parts = bands(grid, metric)
+    assert [part.start for part, _ in parts[1:]] == [part.stop for part, _ in parts[:-1]]
+    assert (parts[0][0].start, parts[-1][0].stop) == (0, len(grid))
+    assert len(parts) > 1
+    assert all(part.stop - part.start == len(band) for part, band in parts)
+    assert max(len(band) for _, band in parts) * metric.weight.numel() <= CHUNK

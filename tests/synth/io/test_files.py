@@ -108,7 +108,7 @@ def test_cmyk_becomes_rgb(tmp_path: Path) -> None:
     assert read_image(tmp_path / "inks.jpg").kind == Kind("uint8", RGB)
 
 
-@pytest.mark.parametrize("orientation", range(1, 9))
+@pytest.mark.parametrize("orientation", [*range(1, 9), 99])
 @pytest.mark.parametrize("suffix", [".png", ".tif"])
 def test_orientation_is_applied(tmp_path: Path, suffix: str, orientation: int) -> None:
     from PIL import ImageOps
