@@ -14,6 +14,7 @@ from kwatra import Exemplar
 from kwatra.base import mean, total
 
 _CLASSES = 16
+"""Tones that are told apart, each shown equally often by the exemplar."""
 
 _BLUR = 2.0
 """A tone is the color's first principal component after a blur of this many px."""

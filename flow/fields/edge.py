@@ -9,8 +9,13 @@ from torch import Tensor
 from flow.warps import pixel_coordinates, warp
 
 _CLEARANCE = 0.4
+"""Px that flowing pixels keep from a wall."""
+
 _PUSHES = 8
+"""So often they are pushed away from it."""
+
 _TINY = 1e-30
+"""What divides instead of 0."""
 
 
 class Edge:

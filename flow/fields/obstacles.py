@@ -21,8 +21,14 @@ from kwatra.base import check_mask
 
 Array = NDArray[np.float64]
 
-_MOST, _TINY = 0.98, 1e-30
-_LITTLE = 1e-7  # what an obstacle encloses has its phi but for a constant, which this chooses
+_MOST = 0.98
+"""Speeds before and after are those of this quantile: beside a corner a few pixels may be much faster than all others."""
+
+_TINY = 1e-30
+"""What divides instead of 0."""
+
+_LITTLE = 1e-7
+"""What an obstacle encloses has its phi but for a constant, which this chooses."""
 
 
 def around(field: Field, mask: Tensor) -> Field:

@@ -21,8 +21,12 @@ from kwatra.base import InputError
 
 BOUND = 0.48
 """Share of a lattice's spacing that control points may move without a fold."""
+
 _REPEATS = 8
+"""So often a lattice is fitted to what is left, at the most."""
+
 _GAIN = 0.98
+"""And as long as less than this share of it is left by each."""
 
 
 def free_form(

@@ -15,9 +15,16 @@ from flow.warps.warp import pixel_coordinates, warp
 from kwatra.base import check_mask
 
 _ITERATIONS = 40
+"""Of the fixed point, at the most."""
+
 _SETTLED = 1e-4
+"""Px: a place that moves by no more in an iteration is found."""
+
 _TOLERANCE = 1e-2
+"""Px by which the flow from a place may miss its pixel; of others the source is not known."""
+
 _EDGE = 1e-3
+"""Px that a place may lie beyond the border by rounding."""
 
 
 class Lookup(NamedTuple):

@@ -8,6 +8,7 @@ import torch.nn.functional as F
 from torch import Tensor
 
 ROW = 1024
+"""Values that are summed at a time."""
 
 _STRETCH = 192
 """Summands of a matrix product; of 256 and more some shapes split them among threads (torch 2.13, up to 4 threads)."""

@@ -21,6 +21,7 @@ TERMINAL, NONE, ORPHAN = -2, -1, -3
 """What a node's parent is when it is no neighbor."""
 
 FAR = 1 << 30
+"""More steps than any path has."""
 
 
 def sink_side(weight: np.ndarray, capacity: np.ndarray, neighbor: np.ndarray, back: np.ndarray) -> np.ndarray:

@@ -29,6 +29,8 @@ from kwatra.cut import Costs
 from kwatra.pieces.stock import Array, Stock
 
 NORMALIZED_SCALE = 4096
+"""What a seam of M' = 1 costs, as costs are whole numbers."""
+
 ACROSS_TIME = 2
 """What a seam between frames costs more in M'. Each pixel passes from patch to patch in some frame; where it were as
 cheap as a seam within a frame, all would pass in one, which is the smallest surface, and is seen as a flash."""

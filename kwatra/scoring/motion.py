@@ -22,7 +22,11 @@ import torch.nn.functional as F
 from torch import Tensor
 
 LAGS = (1, 2, 4, 8)
+"""Frames apart that are compared."""
+
 MOST_BANDS = 5
+"""Octaves of detail that are looked at, where a frame has so many."""
+
 BLOCK = 16
 """Frames held at a time, beside those that the longest lag reaches: the bound on memory."""
 

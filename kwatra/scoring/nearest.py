@@ -31,6 +31,7 @@ QUERIES = 2000
 """About so many windows are looked up for a distance."""
 
 COMPONENTS = 32
+"""Principal components that windows are searched by."""
 
 PART = 2**16
 """Windows held at a time, as rows and in the index: the bound on memory."""

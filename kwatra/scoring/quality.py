@@ -33,7 +33,10 @@ from kwatra.scoring.sliced import sliced_distance
 from kwatra.scoring.video import video_figures
 
 SCALES = (1, 2, 4)
+"""How many times coarser windows are looked at: grain, elements, and how these lie."""
+
 COPY_WINDOW = 11
+"""Pixels to a side of the windows that count as copied where they are found again."""
 
 GLANCES, MOST = 300, 1024
 """Where a rough figure will do about so many windows are looked up, of so many pixels a side."""

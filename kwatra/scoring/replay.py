@@ -12,6 +12,8 @@ from torch import Tensor
 from kwatra.scoring.nearest import Windows
 
 RUN = 8
+"""Frames in a row that make a replay."""
+
 LATE = 0.25
 """Part of a frame's change that a copy may be off: seams' feathering and rounding, but no other moment."""
 

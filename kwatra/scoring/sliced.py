@@ -5,7 +5,10 @@ import torch
 from torch import Tensor
 
 DIRECTIONS = 128
+"""Random directions along which points are compared."""
+
 QUANTILES = 512
+"""By so many quantiles."""
 
 
 def sliced_distance(a: Tensor, b: Tensor) -> float:

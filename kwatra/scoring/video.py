@@ -36,6 +36,8 @@ FIGURES = (
 )  # fmt: skip
 
 DEPTH = 4
+"""Frames of a window, as the engine has them."""
+
 SCALES = (1, 4)
 """Of those that images have; leaving the one between out saves a third and left ten spoilt waterfalls ranked alike."""
 

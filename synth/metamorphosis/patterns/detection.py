@@ -19,12 +19,24 @@ Array = NDArray[np.float64]
 
 _ALIKE = 0.55
 """Distance of a look that counts half as much as the same look."""
+
 _CONFIDENCE = 0.3
+"""Looks less alike than this have no vote."""
+
 _BLUR = 0.2
+"""How far a landmark may lie from its place in the pattern, as a share of the pattern's size."""
+
 _LEAST_VOTE = 0.25
+"""A candidate has at least this share of the largest vote."""
+
 _LOOKS = 3
+"""So often the look of landmarks is learned anew from what was found."""
+
 _REACH = 0.35
+"""How far landmarks are drawn to places that look right, as a share of the pattern's size ..."""
+
 _ROUNDS = 8
+"""... less and less far in so many rounds."""
 _APART = 1.2
 """Another pattern's center is so far away, in radii of a pattern to that side."""
 _THIN = 0.35
