@@ -22,7 +22,7 @@ from kwatra.base import check_mask
 Array = NDArray[np.float64]
 
 _MOST = 0.98
-"""Speeds before and after are those of this quantile: beside a corner a few pixels may be much faster than all others."""
+"""Speeds before and after are those of this quantile: beside a corner a few pixels may be much faster."""
 
 _TINY = 1e-30
 """What divides instead of 0."""
