@@ -3,8 +3,8 @@
 The frame before, x+, is only as alive as what it is made of. Were its colors carried, what is replaced would fade as it
 was in that frame, and what replaces it, which moves on, would leave a dark print of itself behind. So the copies below
 are coordinates as well, which flow and live on with those above; what is shown is x+ where nothing is replaced, and
-else the mean of x+ and the new copies that the flow term asks for (`flow.animation.term`, K = 1), of which the lowest
-layer of three is left out. What the mean of a few px is still brighter or darker by, the shade, lasts longer.
+else a mean of x+ and the new copies, as the flow term asks for (`flow.animation.term`), of which the lowest layer of
+three is left out. What the mean of a few px is still brighter or darker by, the shade, lasts longer.
 """
 
 from dataclasses import dataclass
@@ -15,7 +15,6 @@ from torch import Tensor
 from flow.animation.blur import blurred
 from flow.animation.carrying import carried
 from flow.animation.film import Film
-from flow.animation.settings import Renewing
 from flow.warps import Lookup, filled, warp
 
 _SHADES = 6.0
@@ -60,11 +59,20 @@ class Fading:
         """What is shown (C, H, W) where copies (C, H, W) lie above others."""
         return above + self.share * (below - above)
 
-    def replaced(self, source: Tensor, changed: Tensor, renewing: Renewing) -> "Fading":
-        """What lies below once copies at source coordinates (2, H, W) were replaced where they changed (H, W)."""
-        left = renewing.inertia / (1 + renewing.inertia)
+    def replaced(self, source: Tensor, changed: Tensor, left: float) -> "Fading":
+        """What lies below once copies at source coordinates (2, H, W) were replaced where they changed (H, W).
+
+        left: how much of what was shown of it in the frame before is shown now.
+        """
         below = torch.where(changed, source, self.below)
         return Fading(below, left * torch.where(changed, 1.0, self.share), self.shade)
+
+
+def left_of(film: Film, frames: float) -> float:
+    """How much of what was replaced is left from frame to frame: after so many of them, >= 0, as much as the film
+    itself keeps after one. So texture that changes fast does not blur, and in what changes slowly nothing jumps.
+    """
+    return 0.0 if frames == 0 else film.memory ** (1 / frames)
 
 
 def shaded(before: Tensor, after: Tensor, known: Tensor, shades: float) -> Tensor:

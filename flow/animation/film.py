@@ -32,6 +32,9 @@ _NEXT = 1
 _DYNAMICS = 0.5
 """What each of these counts beside all colors' 1."""
 
+_LONGEST = 0.9
+"""The longest memory that is believed: of clips that hardly change."""
+
 _FINE = 3.0
 """Grain is what differs from its surroundings, over so many px."""
 
@@ -150,6 +153,23 @@ class Film:
         weights = torch.tensor([_DYNAMICS, _DYNAMICS, _GRAIN], device=gray.device) * self.strip.weights.sum()
         canvas = torch.cat([self.strip.canvas, *more, _grain(gray, self.strip.owner >= 0)])
         return replace(self.strip, canvas=canvas, weights=torch.cat([self.strip.weights, weights]))
+
+    @cached_property
+    def memory(self) -> float:
+        """What a frame keeps of the one before, 0 to 0.9: 1 less its change, its own motion followed, in units of that
+        between frames at unrelated times."""
+        frames = self.strip.canvas.unflatten(1, (self.pages, self.pitch))
+        known = (self.strip.owner >= 0).view(self.pages, self.pitch, -1).all(0)
+        if self.motion is None or not bool(known.any()):
+            return 0.0
+        places = pixel_coordinates(self.strip.shape, self.strip.canvas.device)
+        before = places[:, : -self.pitch].unflatten(1, (self.pages - 1, self.pitch))[:, :, known].flatten(1)
+        after = replace(self, step=1).onward(before)
+        lives = (after != before).any(0)
+        change = (self._read(after) - self._read(before))[:, lives].square().sum(0)
+        spread = frames[:, :, known].var(1).sum(0)
+        unrelated = 2 * mean(spread) if bool(lives.any()) else torch.zeros(())
+        return float((1 - mean(change) / unrelated).clamp(0, _LONGEST)) if float(unrelated) > 0 else 0.0
 
     def spread(self, count: int) -> list[int]:
         """Up to so many pages, evenly spread, of those from which texture can live on for a while."""

@@ -22,7 +22,7 @@ from flow.animation.carrying import carried
 from flow.animation.copies import JUMP, tidied
 from flow.animation.entering import SIDES, entered, enters, known_of
 from flow.animation.evening import evened
-from flow.animation.fading import Fading, shaded
+from flow.animation.fading import Fading, left_of, shaded
 from flow.animation.film import Film
 from flow.animation.reading import Reading
 from flow.animation.renewal import Renewal
@@ -236,7 +236,7 @@ class Motion:
         changed = known & ((new - source).square().sum(0) >= JUMP**2) & self.read.usable(source)
         above, below = (self._picture(at, known) for at in (source, old.below))
         wanted = old.mixed(above, below) + old.shade
-        fading = old.replaced(source, changed, self.renewing)
+        fading = old.replaced(source, changed, left_of(self.film, self.renewing.inertia))
         image = fading.mixed(copies, torch.where(changed, above, below))
         shade = shaded(wanted, image, known, self.renewing.shades)
         shade[self.channels :] = 0

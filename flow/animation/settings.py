@@ -13,7 +13,8 @@ class Renewing:
     tolerance: wear that is left alone. stiffness: how much copies resist being turned and stretched, in px^2; 0: not
     at all. area: what wear has where a copy shows more or less of the exemplar than its own area. tones: what parts
     as bright as others shown too often cost. usage: what much-used parts of the exemplar cost. inertia: how much the
-    frame before, carried along, counts in a frame's colors against its copies' 1; 0: not at all. shades: in [0, 1), of
+    frame before, carried along, counts in a frame's colors against its copies' 1; of videos, after how many frames as
+    much of what was replaced is left as their own texture keeps from one to the next; 0: nothing. shades: in [0, 1), of
     videos, how much of what the frame before is brighter or darker than the copies, over some px around, lasts. light:
     over how many px a step of light between two copies is spread; 0: it stays an edge. aging: what a video's texture
     costs that cannot live on; what soon cannot, a part of it. blocks: at most so many a frame, besides those that new
@@ -59,7 +60,7 @@ PRESETS = {
 
 
 def _for_videos(preset: Renewing, blocks: int) -> Renewing:
-    return replace(preset, tolerance=0.4, tones=0.6, usage=0.15, inertia=0.2, shades=0.8, light=20.0, blocks=blocks)
+    return replace(preset, tolerance=0.4, tones=0.6, usage=0.15, inertia=0.25, shades=0.8, light=20.0, blocks=blocks)
 
 
 VIDEO_PRESETS = {

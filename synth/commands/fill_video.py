@@ -66,10 +66,12 @@ def _numbered(source: "io.Array", elsewhere: bool) -> "io.Array":
 
 def _hole(mask: Path, video: Path, frames: Tensor) -> Tensor:
     """Where the video (C, T, H, W) is to be filled, boolean (T, H, W): an image's mask is that of every frame."""
-    hole = in_frames(read_white(mask, True)[None], frames.shape[1])[0]
+    white = read_white(mask, True)
+    hole = in_frames(white[None], frames.shape[1])[0]
     if hole.shape != frames.shape[1:]:
+        own = _length(white) if white.ndim == 3 else f"{white.shape[1]}x{white.shape[0]}"
         raise synth.InputError(
-            f"{mask} is {_length(hole)} but {video} {_length(frames[0])}; a hole's mask has its video's size, and its "
+            f"{mask} is {own} but {video} {_length(frames[0])}; a hole's mask has its video's size, and its "
             "length where it is a video"
         )
     if not bool(hole.any()):

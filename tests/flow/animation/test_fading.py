@@ -9,7 +9,7 @@ from torch import Tensor
 import flow
 from flow.animation.blocks import Blocks
 from flow.animation.blur import blurred
-from flow.animation.fading import Fading, shaded
+from flow.animation.fading import Fading, left_of, shaded
 from flow.animation.film import Film
 from flow.animation.settings import VIDEO_PRESETS
 from flow.warps import lookup, pixel_coordinates
@@ -44,18 +44,33 @@ def test_what_lies_below_flows_lives_on_and_fades() -> None:
     above, below = torch.rand(2, 1, *SHAPE)
     assert torch.equal(nothing.mixed(above, below), above)
     changed = here[0] < 20
-    settings = replace(QUICK, inertia=1.0)
-    one = nothing.replaced(here, changed, settings)
+    one = nothing.replaced(here, changed, 0.5)
     assert torch.equal(one.share, torch.where(changed, 0.5, 0.0))
     assert torch.allclose(one.mixed(above, below), torch.where(changed, (above + below) / 2, above))
     later = replace(one, shade=torch.ones_like(image)).onward(film, look, inside)
     assert torch.allclose(later.share[:, 1:], one.share[:, :-1])  # carried by one px to the right
     there = film.onward(here[:, 10:20, 9:19])
     assert torch.allclose(later.below[:, 10:20, 10:20], there, atol=1e-3)
-    two = later.replaced(here, torch.zeros(SHAPE, dtype=torch.bool), settings)
+    two = later.replaced(here, torch.zeros(SHAPE, dtype=torch.bool), 0.5)
     assert torch.allclose(two.share, later.share / 2)
     assert torch.equal(Fading.unpacked(two.packed).below, two.below)
     assert torch.equal(Fading.unpacked(two.packed).shade, two.shade)
+
+
+def test_what_is_replaced_fades_as_fast_as_the_clip_forgets() -> None:
+    draw = torch.Generator().manual_seed(0)
+    frames = [torch.randn(1, 40, 48, generator=draw)]
+    for _ in range(60):  # a process that keeps 0.8 of itself from frame to frame
+        frames.append(0.8 * frames[-1] + 0.6 * torch.randn(1, 40, 48, generator=draw))
+    film = Film.of(Exemplar.of(torch.stack(frames, 1)))
+    assert film.motion is not None
+    film.motion.zero_()
+    assert film.memory == pytest.approx(0.8, abs=0.05)
+    assert left_of(film, 0.5) == pytest.approx(film.memory**2)
+    assert film.backward.memory == film.memory
+    assert left_of(film, 0.0) == 0.0
+    still = Film.of(Exemplar.of(frames[0][:, None].expand(-1, 5, -1, -1)))
+    assert still.memory == 0.0
 
 
 def test_the_shade_is_what_is_brighter_on_the_whole() -> None:

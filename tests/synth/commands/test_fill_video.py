@@ -49,6 +49,7 @@ def test_a_hole_in_every_frame_and_one_in_space_and_time(drops):
         ([], "say with --hole what is to be filled"),
         (["--hole", "disc.png", "--extend", "4"], "--extend is for images"),
         (["--hole", "short"], "short is 3 frames of 24x20"),
+        (["--hole", "small.png"], "small.png is 9x8 but drops 8 frames of 24x20"),
         (["--hole", "black.png"], "black.png is black everywhere"),
         (["--hole", "disc.png", "--exemplar", "disc.png"], "fill it from videos"),
         (["--hole", "disc.png"], "--overwrite"),
@@ -58,6 +59,7 @@ def test_what_cannot_be_is_said_in_one_sentence(drops, arguments, said, capsys):
     write_video("short", torch.zeros(1, 3, 20, 24), 25.0, GRAY)
     write_video("drops_fill", drops, 25.0)
     synth.write_image("black.png", torch.zeros(1, 20, 24), GRAY)
+    synth.write_image("small.png", torch.ones(1, 8, 9), GRAY)
     elsewhere = [] if said == "--overwrite" else ["-o", "new"]
     assert main(["fill", "drops", *arguments, *elsewhere]) == 2
     told = capsys.readouterr().err
