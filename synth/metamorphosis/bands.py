@@ -32,11 +32,6 @@ class Bands:
         """Those of an image (C, H, W); wrap: it is periodic."""
         return cls(tuple(Colors.of(band) for band in _split(image, wrap)), wrap)
 
-    def toward(self, other: "Bands", part: float) -> "Bands":
-        """The bands a part (0 to 1) of the way to another texture's."""
-        moved = tuple(a.toward(b, part) for a, b in zip(self.colors, other.colors, strict=True))
-        return Bands(moved, self.wrap)
-
     @classmethod
     def among(cls, bands: "Sequence[Bands]", weights: Sequence[float]) -> "Bands":
         """Those between several textures, by their weights, which sum to 1."""
@@ -67,7 +62,7 @@ def settled(image: Tensor, given_to: Callable[[Tensor], Tensor]) -> Tensor:
 
 def bands_at(pair: Pair, time: float) -> Bands:
     """The bands of a texture on its way from A to B."""
-    return Bands.of(pair.a, pair.tile).toward(Bands.of(pair.b, pair.tile), time)
+    return Bands.among([Bands.of(image, pair.tile) for image in (pair.a, pair.b)], (1 - time, time))
 
 
 def dissolved(a: Tensor, b: Tensor, part: float, pair: Pair) -> Tensor:

@@ -36,11 +36,6 @@ class Colors:
         covariance = torch.stack([torch.stack([mean(p * q) for q in apart]) for p in apart])
         return cls(center, covariance + _FLOOR * torch.eye(len(values), dtype=torch.float64, device=image.device))
 
-    def toward(self, other: "Colors", part: float) -> "Colors":
-        """The Gaussian a part (0 to 1) of the way to another."""
-        moved = torch.lerp(torch.eye(len(self.center)).to(self.center), transport(self, other), part)
-        return Colors(torch.lerp(self.center, other.center, part), moved @ self.covariance @ moved.T)
-
 
 def transport(own: Colors, other: Colors) -> Tensor:
     """The matrix T (C, C) that turns one Gaussian's deviations into the other's."""

@@ -19,7 +19,7 @@ from kwatra import Exemplar, Level, Settings, SoftPixels, optimize
 from kwatra.base import InputError
 from synth.metamorphosis.bands import bands_at
 from synth.metamorphosis.method import Film, Frames, Pair, Report
-from synth.metamorphosis.recolor import Colors, recolored
+from synth.metamorphosis.recolor import Colors, barycenter, recolored
 
 WEIGHT = 2.5
 """What a target counts beside the texture where the morph is sure of it: tried 0.3 to 6 on the six pairs of `Search`.
@@ -103,7 +103,8 @@ def sureness(film: Film, pair: Pair, time: float) -> Tensor:
     pixels, sources = pixel_coordinates(ways[0].shape[1:], ways[0].device), Sources.of(pair)
     shown = sources.images(time)
     a, b = (warp(image, pixels + way, wrap=pair.tile) for image, way in zip(shown, ways, strict=True))
-    variance = float(sources.colors_a.toward(sources.colors_b, time).covariance.diagonal().mean())
+    between = barycenter((sources.colors_a, sources.colors_b), (1 - time, time))
+    variance = float(between.covariance.diagonal().mean())
     unlike = (a - b).square().mean(0) / variance
     stretched = torch.stack([jacobian(way, pair.tile).clamp(min=_FLAT).log().square() for way in ways]).sum(0)
     return 1 / (1 + 4 * time * (1 - time) * (unlike + stretched))

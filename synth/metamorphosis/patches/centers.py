@@ -19,19 +19,19 @@ TRIED = 2
 """Of a cell every second pixel is tried, along both axes: a fourth of the cost."""
 
 
-def quarters(shape: tuple[int, ...], width: tuple[int, ...], wraps: tuple[bool, ...]) -> FreeWindows:
-    """Windows a quarter of their width apart, those at a plain border flush with it."""
+def spread(shape: tuple[int, ...], width: tuple[int, ...], wraps: tuple[bool, ...], cells: int = CELLS) -> FreeWindows:
+    """Windows `cells` times closer together than they are wide, those at a plain border flush with it."""
     lines = []
     for size, w, wrap in zip(shape, width, wraps, strict=True):
-        last, cell = size - 1 if wrap else size - w, max(w // CELLS, 1)
+        last, cell = size - 1 if wrap else size - w, max(w // cells, 1)
         line = torch.arange(0, last + 1, cell)
         lines.append(line if wrap or line[-1] == last else torch.cat([line, torch.tensor([last])]))
     return FreeWindows(shape, width, torch.cartesian_prod(*lines).view(-1, len(lines)), wraps)
 
 
 def regular(step: Step) -> Layout:
-    """Windows on a grid: see `quarters`."""
-    return quarters(step.shape, step.width, step.wraps)
+    """Windows on a grid: see `spread`."""
+    return spread(step.shape, step.width, step.wraps)
 
 
 @dataclass(frozen=True)

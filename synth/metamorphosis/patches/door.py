@@ -72,20 +72,19 @@ def interpolate(
         raise InputError("the textures are videos, or differ in their channels; give images that have all the same")
     if features is not None and len(features) != len(images):
         raise InputError(f"{len(features)} maps of features were given for {len(images)} textures; give one for each")
-    weightings = _weightings(weights, images, size)
     maps = None if features is None else tuple(torch.as_tensor(each).float() for each in features)
-    most = max(len(weighting.palette) for weighting in weightings)
-    between = method.between(images, maps, weightings[0].shape, tile, seed, most)
+    count, shape, most = _looked_through(weights, images, size)
+    between = method.between(images, maps, shape, tile, seed, most)
     report = callback or _silent
     report("matching patches", 0.0)
-    if method.even and len(images) == 2:
-        pace = Pace.of(between.finest, between.bands)
-        weightings = [weighting.paced(pace) for weighting in weightings]
+    pace = Pace.of(between.finest, between.bands) if method.even and len(images) == 2 else None
+    asked = (_weighting(weights, number, images, size) for number in range(count))
+    paced = asked if pace is None else (weighting.paced(pace) for weighting in asked)
     if method.independent:
-        made = filmed(weightings, between.published, None, report)
+        made = filmed(paced, count, between.published, None, report)
     else:
-        made = filmed(weightings, between.still, between.onward, report)
-    frames = Frames((form.restored(frame.image.cpu()) for frame in made), len(weightings))
+        made = filmed(paced, count, between.still, between.onward, report)
+    frames = Frames((form.restored(frame.image.cpu()) for frame in made), count)
     return Interpolated(frames, between.found.maps, (between.found.remark,))
 
 
@@ -95,32 +94,50 @@ def _method(preset: str, options: dict[str, Any]) -> PatchMorph:
     return found
 
 
-def _weightings(
+def _looked_through(
     weights: Sequence[float] | Sequence[Map], images: Sequence[Tensor], size: tuple[int, int] | None
-) -> list[Weighting]:
-    """The weighting of each frame; InputError for weights or maps that will not do."""
+) -> tuple[int, tuple[int, int], int]:
+    """How many frames there are, their size, and how many weightings are told apart in one, at most.
+
+    InputError for weights or maps that will not do. No more than one weighting is held.
+    """
     if not len(weights):
         raise InputError("there are no weights; give one for each texture, or at least one map of them")
-    if not isinstance(weights[0], (Tensor, np.ndarray)) or weights[0].ndim == 0:
-        own = (images[0].shape[1], images[0].shape[2])
-        return [Weighting.even(checked_weights([float(weight) for weight in weights], len(images)), size or own)]
-    found = []
-    for given in weights:
-        values = torch.as_tensor(given).float()
-        if values.ndim == 2 and len(images) == 2:
-            if not bool(((values >= 0) & (values <= 1)).all()):
-                raise InputError("the map of how far from A to B has values that are not from 0 to 1; scale it first")
-            values = torch.stack([1 - values, values])
-        if values.ndim != 3 or len(values) != len(images):
-            raise InputError(
-                f"a map of weights has shape {tuple(values.shape)}; give ({len(images)}, H, W), a channel per texture"
-            )
-        if size is not None and tuple(values.shape[1:]) != size:
-            values = F.interpolate(values[None], size, mode="bilinear", antialias=True)[0]
-        found.append(Weighting.of(values))
-    if len({weighting.shape for weighting in found}) > 1:
+    count, most, shapes = len(weights) if _is_map(weights[0]) else 1, 1, set()
+    for number in range(count):
+        weighting = _weighting(weights, number, images, size)
+        shapes.add(weighting.shape)
+        most = max(most, len(weighting.palette))
+    if len(shapes) > 1:
         raise InputError("the maps of a film differ in size; give all the same, or say the size of frames")
-    return found
+    return count, shapes.pop(), most
+
+
+def _weighting(
+    weights: Sequence[float] | Sequence[Map], number: int, images: Sequence[Tensor], size: tuple[int, int] | None
+) -> Weighting:
+    """The weighting of a frame; InputError for weights, or a map, that will not do."""
+    given = weights[number]
+    if not _is_map(given):
+        own = (images[0].shape[1], images[0].shape[2])
+        return Weighting.even(checked_weights([float(weight) for weight in weights], len(images)), size or own)
+    values = torch.as_tensor(given).float()
+    if values.ndim == 2 and len(images) == 2:
+        if not bool(((values >= 0) & (values <= 1)).all()):
+            raise InputError("the map of how far from A to B has values that are not from 0 to 1; scale it first")
+        values = torch.stack([1 - values, values])
+    if values.ndim != 3 or len(values) != len(images):
+        raise InputError(
+            f"a map of weights has shape {tuple(values.shape)}; give ({len(images)}, H, W), a channel per texture"
+        )
+    if size is not None and tuple(values.shape[1:]) != size:
+        values = F.interpolate(values[None], size, mode="bilinear", antialias=True)[0]
+    return Weighting.of(values)
+
+
+def _is_map(weight: float | Map) -> bool:
+    """Whether it is a map of weights, or else one weight."""
+    return isinstance(weight, (Tensor, np.ndarray)) and weight.ndim > 0
 
 
 def _silent(what: str, part: float) -> None:

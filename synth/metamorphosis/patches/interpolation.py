@@ -13,7 +13,7 @@ from kwatra import FreeWindows, SoftPixels
 from kwatra.base import InputError
 from synth.metamorphosis.bands import Bands, settled
 from synth.metamorphosis.patches.arrangement import Arrangement
-from synth.metamorphosis.patches.centers import quarters
+from synth.metamorphosis.patches.centers import spread
 from synth.metamorphosis.patches.detail import Detail, Restoring, dilated
 from synth.metamorphosis.patches.feature_maps import GIVEN, FoundFeatures, checked_map, find_features
 from synth.metamorphosis.patches.model import Making, Matched, matched
@@ -256,7 +256,7 @@ class Interpolation:
 
     def _layout(self) -> FreeWindows:
         width = self.pyramid[-1][1]
-        return quarters(self.shape, (width, width), (self.wrap, self.wrap))
+        return spread(self.shape, (width, width), (self.wrap, self.wrap))
 
     def _picture(self, number: int, zoom: float) -> tuple[Tensor, Tensor]:
         """A picture of one texture, `zoom` times smaller than frames; first where (2, h, w) in the texture it lies."""

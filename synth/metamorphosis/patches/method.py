@@ -7,7 +7,7 @@ film (dark lines on light lines), each frame is what the one before becomes when
 weights, where they lie: such a film ends as a texture of B.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 from torch import Tensor
@@ -84,8 +84,8 @@ class PatchMorph(Method):
             weightings = [weighting.paced(pace) for weighting in weightings]
         if self.independent or len(times) > 1:
             onward = None if self.independent else between.carried
-            return (frame.image for frame in filmed(weightings, between.published, onward, report))
-        return (frame.image for frame in filmed(weightings, between.still, None, report))
+            return (frame.image for frame in filmed(weightings, len(times), between.published, onward, report))
+        return (frame.image for frame in filmed(weightings, len(times), between.still, None, report))
 
     def _led(
         self, between: Interpolation, pair: Pair, times: Sequence[float], seed: int, report: Report
@@ -148,15 +148,16 @@ def _features(pair: Pair) -> tuple[Tensor, Tensor] | None:
 
 
 def filmed(
-    weightings: Sequence[Weighting],
+    weightings: Iterable[Weighting],
+    count: int,
     begin: Callable[[Weighting], Frame],
     onward: Callable[[Frame, Weighting], Frame] | None,
     report: Report,
 ) -> Iterator[Frame]:
-    """A frame for each weighting: what the one before becomes by `onward`, or, where there is none, begun."""
+    """A frame for each of `count` weightings: what the one before becomes by `onward`, or, without that, begun."""
     frame: Frame | None = None
     for number, weighting in enumerate(weightings):
-        report(f"frame {number + 1} of {len(weightings)}", number / len(weightings))
+        report(f"frame {number + 1} of {count}", number / count)
         frame = begin(weighting) if frame is None or onward is None else onward(frame, weighting)
         yield frame
     report("done", 1.0)
@@ -164,7 +165,11 @@ def filmed(
 
 PRESETS = {
     "fast": PatchMorph(
-        Making(anchors=600), Synthesis(iterations=2, relaxed=False), pyramid=((2, 17), (1, 17)), search="fast"
+        Making(anchors=600, cells=2),
+        Synthesis(iterations=2, relaxed=False),
+        following=replace(FOLLOWING, iterations=1),
+        pyramid=((2, 17), (1, 17)),
+        search="fast",
     ),
     "default": PatchMorph(),
     "best": PatchMorph(synthesis=Synthesis(iterations=5), search="best"),

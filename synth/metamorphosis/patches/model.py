@@ -11,6 +11,7 @@ from torch import Tensor
 from kwatra.base import InputError, generator_of
 from kwatra.source import Bag
 from kwatra.windows import channels_last, windows_at
+from synth.metamorphosis.patches.centers import CELLS
 from synth.metamorphosis.patches.correspondence import nearest, transported
 from synth.metamorphosis.patches.feature_points import feature_points
 from synth.metamorphosis.patches.neighborhoods import Neighborhoods, Weights, lattice, similarity
@@ -31,7 +32,8 @@ class Making:
 
     feature_weight: what the distance to features counts beside all colors together. transport: partners by optimal
     transport, or else nearest ones. warped: features are moved onto each other. scaled: elements are brought to one
-    size.
+    size. anchors: so many windows of each texture are, at most. cells: windows of pictures that lead into each other
+    lie so many times closer together than they are wide.
     """
 
     feature_weight: float = 1.0
@@ -39,6 +41,7 @@ class Making:
     warped: bool = True
     scaled: bool = True
     anchors: int = ANCHORS
+    cells: int = CELLS
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from flow.warps import displacement
 from kwatra import FreeWindows
 from kwatra.windows.metric import falloff
 from synth.metamorphosis.method import Report
-from synth.metamorphosis.patches.centers import quarters
+from synth.metamorphosis.patches.centers import spread
 from synth.metamorphosis.patches.detail import dilated
 from synth.metamorphosis.patches.model import Making, Matched, bends
 from synth.metamorphosis.patches.neighborhoods import Neighborhoods
@@ -76,7 +76,7 @@ class Passage:
         """
         shape = (images[0].shape[1], images[0].shape[2])
         ways = _ways(images, maps, search, wrap, report, factor)
-        corners = quarters(shape, (width, width), (wrap, wrap)).corners
+        corners = spread(shape, (width, width), (wrap, wrap), making.cells).corners
         places = [
             torch.stack([corners if way is None else _moved(corners, way, width, wrap) for way in row], 1)
             for row in ways

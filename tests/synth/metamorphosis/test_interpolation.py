@@ -1,5 +1,6 @@
 """Textures in between, whole: ends, sameness, films that stay, maps that are kept, and what is refused."""
 
+import weakref
 from typing import Any
 
 import numpy as np
@@ -101,6 +102,24 @@ def test_where_a_map_stays_so_does_the_film(pair: tuple[torch.Tensor, torch.Tens
     assert torch.equal(first, second)
     assert torch.equal(first[:, :, :56], third[:, :, :56])
     assert float((colors(third[:, :, 88:]) - colors(pair[1])).abs().max()) < 0.08
+
+
+def test_the_maps_of_a_film_are_looked_at_one_by_one(pair: tuple[torch.Tensor, torch.Tensor]) -> None:
+    class Maps(list[weakref.ref[torch.Tensor]]):
+        alive = 0
+
+        def __getitem__(self, number: Any) -> Any:
+            made = torch.full((SIZE, SIZE), float(number == 5))
+            self.append(weakref.ref(made))
+            Maps.alive = max(Maps.alive, sum(each() is not None for each in self))
+            return made
+
+        def __len__(self) -> int:
+            return 6
+
+    frames = synth.interpolate(list(pair), Maps(), **QUICK).frames
+    assert [float(frame.sub(pair[0]).abs().max()) < 1e-4 for frame in frames] == [True] * 5 + [False]
+    assert Maps.alive <= 2
 
 
 def test_three_textures_in_equal_parts(pair: tuple[torch.Tensor, torch.Tensor]) -> None:

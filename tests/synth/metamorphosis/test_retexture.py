@@ -12,7 +12,7 @@ from flow.animation import flow_term
 from kwatra import Exemplar, InputError, Level, Settings, optimize
 from synth.metamorphosis.bands import Bands
 from synth.metamorphosis.method import Film, Pair
-from synth.metamorphosis.recolor import Colors, recolored
+from synth.metamorphosis.recolor import Colors, barycenter, recolored
 from synth.metamorphosis.retexture import Retexture, Sources, morph_target, sureness
 
 
@@ -30,7 +30,7 @@ def test_colors_arrive_where_they_were_sent():
     made = Colors.of(recolored(a, own, other))
     torch.testing.assert_close(made.center, other.center, atol=1e-5, rtol=0)
     torch.testing.assert_close(made.covariance, other.covariance, atol=5e-5, rtol=0)
-    half, between = Colors.of(recolored(a, own, other, 0.5)), own.toward(other, 0.5)
+    half, between = Colors.of(recolored(a, own, other, 0.5)), barycenter((own, other), (0.5, 0.5))
     torch.testing.assert_close(half.center, between.center, atol=1e-5, rtol=0)
     torch.testing.assert_close(half.covariance, between.covariance, atol=5e-5, rtol=0)
     assert torch.equal(recolored(a, own, other, 0), a)
