@@ -1,6 +1,6 @@
 """Pictures moved along a flow."""
 
-from flow.warps.freeform import free_form
+from flow.warps.freeform import REPEATS, free_form
 from flow.warps.integration import again, displaced, displacement, followed, interpolated, jacobian
 from flow.warps.inverse import Lookup, lookup
 from flow.warps.seen import BORDER, end_point_error, seen
@@ -10,6 +10,7 @@ from flow.warps.warp import Warp, pixel_coordinates, warp
 
 __all__ = [
     "BORDER",
+    "REPEATS",
     "Lookup",
     "Smoothness",
     "Warp",

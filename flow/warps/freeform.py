@@ -22,8 +22,8 @@ from kwatra.base import InputError
 BOUND = 0.48
 """Share of a lattice's spacing that control points may move without a fold."""
 
-_REPEATS = 8
-"""So often a lattice is fitted to what is left, at the most."""
+REPEATS = 8
+"""So often a lattice is fitted at most to what its bound kept it from."""
 
 _GAIN = 0.98
 """And as long as less than this share of it is left by each."""
@@ -36,12 +36,15 @@ def free_form(
     tolerance: float = 0.5,
     finest: float = 1.0,
     wrap: bool = False,
+    repeats: int = REPEATS,
 ) -> Tensor:
     """The displacement (2, H, W) of every pixel of a frame, x first, that meets the displacements of some points.
 
     points (N, 2) and displacements (N, 2): x and y in pixels; points may lie outside of the frame, where the border's
     displacement holds. shape: (height, width). tolerance: px; lattices are refined, from one cell as wide as the frame
     down to cells of `finest` px, until every point arrives so near to where it should. wrap: the frame is periodic.
+    repeats: so often a lattice is fitted at most, until its bound keeps nothing back any more. With 1, points that
+    contradict each other within a cell are met in part; each repetition meets them better and swirls what lies between.
     Points that ask for a fold are met as far as none results.
 
     Raises InputError if points and displacements are not finite and of one shape (N, 2), or N is 0.
@@ -56,7 +59,7 @@ def free_form(
     place, target = points.double() + shift, points.double() + displacements.double()
     pixels = pixel_coordinates(shape, points.device).flatten(1).T.double()
     moved, extent = pixels + shift, torch.tensor([shape[1], shape[0]], dtype=torch.float64, device=points.device)
-    for lattice in _lattices(place, target, extent if wrap else extent - 1, tolerance, finest, wrap):
+    for lattice in _lattices(place, target, extent if wrap else extent - 1, tolerance, finest, wrap, repeats):
         moved = moved + lattice(moved)
     return (moved - pixels).T.reshape(2, *shape).to(points.dtype)
 
@@ -80,7 +83,7 @@ class _Lattice:
 
 
 def _lattices(
-    place: Tensor, target: Tensor, extent: Tensor, tolerance: float, finest: float, wrap: bool
+    place: Tensor, target: Tensor, extent: Tensor, tolerance: float, finest: float, wrap: bool, repeats: int
 ) -> list[_Lattice]:
     """Lattices, coarse to fine, each repeated while that brings the points (N, 2) nearer to their targets."""
     lattices: list[_Lattice] = []
@@ -88,7 +91,7 @@ def _lattices(
     far = float((target - place).norm(dim=1).max())
     while width >= finest and far > tolerance:
         cells = tuple(max(1, round(float(side) / width)) for side in extent)
-        for _ in range(_REPEATS):
+        for _ in range(repeats):
             lattice = _fitted(place, target - place, extent, (cells[0], cells[1]), wrap)
             nearer = place + lattice(place)
             rest, before = ((target - p).square().sum() for p in (nearer, place))

@@ -63,5 +63,6 @@ def _seeds(lonely: Array, here: Array, there: Array, size: tuple[int, int]) -> A
         return lonely
     points, ways = (torch.from_numpy(each.reshape(-1, 2)) for each in (here, there - here))
     middle = lonely.mean(1)
-    moved = warp(free_form(points, ways, size), torch.from_numpy(middle.T), "bilinear").T.numpy()
+    field = free_form(points, ways, size, repeats=1)  # smooth, where landmarks of neighbors contradict each other
+    moved = warp(field, torch.from_numpy(middle.T), "bilinear").T.numpy()
     return (middle + moved)[:, None] + SEED * (lonely - middle[:, None])

@@ -10,12 +10,11 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from flow.warps import free_form
 from kwatra.base import InputError
 from synth.metamorphosis.bands import dissolved
 from synth.metamorphosis.method import Film, Frames, Method, Pair, Report
 from synth.metamorphosis.patterns.correspondence import Correspondence, corresponding
-from synth.metamorphosis.patterns.film import FINEST, crowding, median, phases, warped, within
+from synth.metamorphosis.patterns.film import Warping, crowding, median, phases, touching, within
 from synth.metamorphosis.patterns.finding import Found, patterns_of
 from synth.metamorphosis.patterns.landmarks import Patterns
 from synth.metamorphosis.patterns.outlines import alike
@@ -68,6 +67,7 @@ class PatternMorph(Method):
         size = (a.shape[1], a.shape[2])
         ways, remarks = self._ways(pair, size, report)
         scale = crowding(ways) if self.scale_elements is None else self.scale_elements
+        warping = Warping(pair.tile, touching(ways))
 
         def landmarks(t: float) -> Tensor:
             moved, smaller = phases(within(t, self.warping), scale)
@@ -77,14 +77,14 @@ class PatternMorph(Method):
             for number, t in enumerate(times):
                 report("warping", 0.2 + 0.8 * number / len(times))
                 now = landmarks(t)
-                from_a, from_b = warped(a, landmarks(0), now, pair.tile), warped(b, landmarks(1), now, pair.tile)
+                from_a, from_b = warping.moved(a, landmarks(0), now), warping.moved(b, landmarks(1), now)
                 yield dissolved(from_a, from_b, within(t, self.dissolving), pair).to(pair.a.device)
 
         if self.scale_elements is None and scale < 1:
             remarks += (f"elements are crowded: they are scaled by {scale:.2f} while they move",)
 
         def motion() -> Tensor:
-            return _velocity(landmarks, max(1, len(times) - 1), size, pair.tile).to(pair.a.device)
+            return _velocity(landmarks, max(1, len(times) - 1), size, warping).to(pair.a.device)
 
         shown = frames() if self.median == 1 else median(list(frames()), self.median)
         return Film(Frames(shown, len(times)), tuple(times), motion, remarks=remarks)
@@ -108,11 +108,10 @@ class PatternMorph(Method):
         return ways, (*found, f"{ways.pairs} patterns are paired{grown}")
 
 
-def _velocity(landmarks: _Landmarks, steps: int, size: tuple[int, int], tile: bool) -> Tensor:
+def _velocity(landmarks: _Landmarks, steps: int, size: tuple[int, int], warping: Warping) -> Tensor:
     """The motion (N, 2, H, W) from each of N steps to the next, through the landmarks."""
     points = [landmarks(k / steps) for k in range(steps + 1)]
-    ways = [(points[k], points[k + 1] - points[k]) for k in range(steps)]
-    return torch.stack([free_form(here, way, size, finest=FINEST, wrap=tile).float() for here, way in ways])
+    return torch.stack([warping.displacement(points[k], points[k + 1], size) for k in range(steps)])
 
 
 PRESETS = dict.fromkeys(("fast", "default", "best"), PatternMorph())

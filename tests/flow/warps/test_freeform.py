@@ -54,6 +54,18 @@ def test_nothing_folds_below_the_bound(wrap: bool) -> None:
     assert smallest_jacobian(displacement) > 0
 
 
+def test_lattices_fitted_once_do_not_swirl_where_points_contradict_each_other() -> None:
+    """Rows 3 px apart ask for opposite ways of 5 px, less than a cell of 6 px can tell apart."""
+    x, y = torch.meshgrid(torch.arange(2.0, 96, 4), torch.arange(8.0, 64, 16), indexing="xy")
+    above = torch.stack([x, y], -1)
+    way = torch.where((y // 16) % 2 == 1, 5.0, -5.0)[..., None] * torch.tensor([1.0, 0.0])
+    points, ways = torch.cat([above, above + torch.tensor([0.0, 3.0])]), torch.cat([way, -way])
+    once, often = (
+        free_form(points.flatten(0, 1), ways.flatten(0, 1), SIZE, finest=5.0, repeats=repeats) for repeats in (1, 8)
+    )
+    assert float(once.norm(dim=0).max()) < 5 < float(often.norm(dim=0).max())
+
+
 def test_points_that_ask_for_a_fold_get_none() -> None:
     points = torch.tensor([[40.0, 30.0], [50.0, 30.0]])
     crossing = torch.tensor([[20.0, 0.0], [-20.0, 0.0]])

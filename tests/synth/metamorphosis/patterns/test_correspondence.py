@@ -7,7 +7,7 @@ import pytest
 
 from synth.metamorphosis.assignment import assigned
 from synth.metamorphosis.patterns.correspondence import SEED, corresponding
-from synth.metamorphosis.patterns.film import crowding, phases
+from synth.metamorphosis.patterns.film import crowding, phases, touching
 from synth.metamorphosis.patterns.outlines import alike, best_order, outline, resampled
 
 SIZE = (96, 96)
@@ -110,3 +110,12 @@ def test_crowded_patterns_shrink_then_move_then_grow() -> None:
     assert phases(0.2, 0.5) == pytest.approx((0.0, 0.5))
     assert phases(0.5, 0.5) == pytest.approx((0.5, 0.5))
     assert phases(1.0, 0.5) == pytest.approx((1.0, 1.0))
+
+
+def test_patterns_touch_where_most_are_nearer_than_a_cell() -> None:
+    apart = polygons(lattice())  # 12 px between them
+    near = polygons(lattice(), radius=10.5)
+    assert not touching(corresponding(apart, apart, SIZE, closed=False))
+    assert touching(corresponding(near, near, SIZE, closed=False))
+    assert touching(corresponding(apart, near, SIZE, closed=False))
+    assert not touching(corresponding(near[:1], near[:1], SIZE, closed=False))
