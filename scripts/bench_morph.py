@@ -5,8 +5,8 @@
     python scripts/bench_morph.py pairs/01_brick --methods blend control control+retexture
 
 A pair is a folder with a.png and b.png; of any other folder, those in it are taken. A method is one of kwatra morph,
-with +retexture if its frames are to be made texture again. The columns are those of `synth.metamorphosis.judging`, and
-cpu, the cpu seconds of the whole film.
+with +retexture if its frames are to be made texture again; pairs that it refuses are left out. The columns are those of
+`synth.metamorphosis.judging`, and cpu, the cpu seconds of the whole film.
 """
 
 import argparse
@@ -64,15 +64,19 @@ def bench(pairs: dict[str, tuple[Tensor, Tensor]], arguments: argparse.Namespace
             tables.progress(f"{name} {chosen}")
             method, plus, _ = chosen.partition("+")
             cpu = time.process_time()
-            made = synth.morph(
-                a,
-                b,
-                arguments.frames,
-                method=method,
-                retexture=bool(plus),
-                preset=arguments.preset,
-                seed=arguments.seed,
-            )
+            try:
+                made = synth.morph(
+                    a,
+                    b,
+                    arguments.frames,
+                    method=method,
+                    retexture=bool(plus),
+                    preset=arguments.preset,
+                    seed=arguments.seed,
+                )
+            except InputError as refusal:
+                print(f"{name} {chosen} is left out: {refusal}", file=sys.stderr)
+                continue
             cpu = time.process_time() - cpu
             frames = [(frame.clamp(0, 1) * 255).round() / 255 for frame in made.frames]
             file = "" if arguments.write is None else str(written(arguments.write / name / chosen, frames))
