@@ -8,8 +8,8 @@ and mend older seams. When all is laid, blocks are laid again where seams cost m
 and exemplar are multiples of `grain`, the coarsest level's pixel, so that every level of the pyramid can represent the
 start exactly.
 
-Where there are gaps between elements seams are hidden in them, and blocks overlap by so much that a seam can go around
-an element.
+Where there are gaps between elements seams are hidden in them, and blocks are larger and overlap by so much that a seam
+can go around an element.
 """
 
 import math
@@ -62,9 +62,6 @@ MISMATCH_FLOOR = 0.05
 
 OVERLAP = 0.25
 """The part of a block that lies on those before it: within it the seam is free to run."""
-
-WIDEST = 0.5
-"""The most of a block that lies on others, where that lets seams run along gaps between elements."""
 
 AGAIN, PATIENCE = 0.3, 6
 """Blocks are laid again at most so often, for each that was laid, and until so many in a row have not helped."""
@@ -122,10 +119,13 @@ class BlockStart:
             self._heed(self.gaps)
 
     def _heed(self, found: Gaps) -> None:
-        """Have seams hidden in gaps, and blocks overlap by enough for that."""
+        """Have seams hidden in gaps, and blocks overlap by enough for that; larger ones where they fit."""
         self.sheet.cost = found.cost
-        sides = zip(self.overlap, self.block, strict=True)
-        self.overlap = tuple(max(overlap, min(found.overlap, round(WIDEST * b))) for overlap, b in sides)
+        block, self.overlap = found.widened(self.block, self.overlap, self.exemplar.extent, self.grain)
+        block = tuple(min(b, self.sheet.longest(axis)) for axis, b in enumerate(block))
+        fitting, valid = self._that_fits(block)
+        if fitting == block:
+            self.block, self.valid = block, valid
 
     def _that_fits(self, block: tuple[int, ...]) -> tuple[tuple[int, ...], np.ndarray]:
         """The block, halved until it fits between the exemplar's holes, and where it may start (on the grain)."""

@@ -1,5 +1,6 @@
 """Seams along the gaps between elements, where a texture has any."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +14,7 @@ from kwatra.pieces.mosaic import Mosaic
 from kwatra.pieces.seams import Depth, SeamCost
 
 SURE = 0.1
-"""Ground that is less sure is taken for none."""
+"""Ground that hides seams less surely is taken for none."""
 
 AROUND = 1.2
 """Blocks overlap by so many elements: with less there often is no way around one."""
@@ -23,12 +24,35 @@ THROUGH = 0.1
 colors are alike. Tuned, with AROUND, on made stones and coins."""
 
 
+WIDEST = 0.5
+"""The most of a block that lies on others, where that lets seams run along gaps between elements."""
+
+LARGEST = 0.75
+"""The most of the exemplar that a block shows which has grown by its wider overlap, so that it adds as much as before.
+
+Made stones and coins are cut a quarter less often by blocks that grow, and nuts lose a sixth less of their quality."""
+
+
 class Gaps(NamedTuple):
     """What seams of a mosaic cost that are hidden in gaps, and by how many pixels blocks overlap to reach one."""
 
     mosaic: Mosaic
     cost: SeamCost
     overlap: int
+
+    def widened(
+        self, block: Sequence[int], overlap: Sequence[int], extent: Sequence[int], grain: Sequence[int]
+    ) -> tuple[tuple[int, ...], tuple[int, ...]]:
+        """Blocks, a multiple of grain, and their overlaps, so wide that seams can run along gaps, axis by axis.
+
+        extent: the exemplar's. Blocks grow as much as overlaps do, where it is large enough for that.
+        """
+        blocks, overlaps = [], []
+        for b, least, there, g in zip(block, overlap, extent, grain, strict=True):
+            wide = max(least, min(self.overlap, round(WIDEST * b)))
+            blocks.append(max(min(-(-(b + wide - least) // g) * g, int(LARGEST * there) // g * g), b))
+            overlaps.append(wide)
+        return tuple(blocks), tuple(overlaps)
 
     def cheaper(self, before: Tensor, after: Tensor) -> Tensor:
         """Where (boolean, *S) to go over from a source map (n, *S) to a later one, so that seams cost least."""
@@ -37,13 +61,14 @@ class Gaps(NamedTuple):
 
 
 def gaps(exemplar: Exemplar, mosaic: Mosaic, deviation: float) -> Gaps | None:
-    """The gaps of an exemplar of still images, None without any.
+    """The gaps of an exemplar of still images, None without any that hide seams.
 
     mosaic: its canvas; deviation: the standard deviation of its colors, in the mosaic's units.
     """
     ground = find_ground(exemplar)
-    if ground.sure < SURE:
+    hides = ground.sure * ground.plain
+    if hides < SURE:
         return None
-    depth = (1 - ground.sure * (1 - ground.depth)).astype(np.float32)
-    cost = SeamCost(mosaic, depth=Depth(mosaic.spread(depth), THROUGH * ground.sure * deviation))
-    return Gaps(mosaic, cost, round(AROUND * ground.sure * ground.size))
+    depth = (1 - hides * (1 - ground.depth)).astype(np.float32)
+    cost = SeamCost(mosaic, depth=Depth(mosaic.spread(depth), THROUGH * hides * deviation))
+    return Gaps(mosaic, cost, round(AROUND * hides * ground.size))

@@ -14,6 +14,7 @@ def test_the_ground_between_elements_is_found(name, size):
     made = MADE[name](128, size, 1)
     truth, found = made.numbers.numpy() == 0, find_ground(Exemplar.of(made.image))
     assert found.sure > 0.9
+    assert found.plain > 0.9
     # no element holds ground, but at its shaded rim, and there is a way around each
     inside = ndimage.distance_transform_edt(~truth)
     assert (found.depth[inside > 0.15 * size] > 0).mean() > 0.97
@@ -27,6 +28,19 @@ def test_light_and_dark_may_trade_places(name):
     light, dark = find_ground(Exemplar.of(image)), find_ground(Exemplar.of(1 - image))
     assert light.sure == pytest.approx(dark.sure, abs=0.05)
     assert np.abs(light.depth - dark.depth).mean() < 0.02
+
+
+def test_ground_of_several_colors_is_not_plain():
+    ground = MADE["coins"](128, 24, 0).numbers == 0
+    red = torch.arange(128).expand(128, 128) / 127
+    for share in (0.5, 0.6, 0.7, 1.0):
+        colors = torch.stack([0.5 + share * (red - 0.5), torch.zeros(128, 128), 0.5 - share * (red - 0.5)])
+        image = torch.where(ground, colors, 0.8)
+        found = find_ground(Exemplar.of(image))
+        here = torch.from_numpy(found.depth == 0)
+        part = sum(c[here].var(correction=0) for c in image) / sum(c.var(correction=0) for c in image)
+        assert found.plain == pytest.approx(float(((0.3 - part) / 0.1).clamp(0, 1)), abs=1e-4)
+    assert found.plain == 0
 
 
 @pytest.mark.parametrize("seed", range(3))

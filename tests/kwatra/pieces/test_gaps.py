@@ -31,6 +31,27 @@ def test_noise_has_no_gaps():
     assert gaps(start.exemplar, start.sheet.sources, 1.0) is None
 
 
+def test_blocks_grow_with_their_overlaps_where_the_exemplar_is_large_enough():
+    made = MADE["coins"](128, 24, 0)
+    start = BlockStart(Exemplar.of(made.image), (96, 96), (32, 32), (4, 4), torch.Generator(), how=Blocks())
+    found = start.gaps._replace(overlap=20)
+    assert found.widened((32, 64), (8, 16), (128, 80), (4, 4)) == ((40, 64), (16, 20))
+    assert found._replace(overlap=5).widened((32, 32), (8, 8), (128, 128), (4, 4)) == ((32, 32), (8, 8))
+    assert start.overlap == (16, 16)
+    assert start.block == (40, 40)
+
+
+def test_blocks_that_fit_between_holes_are_kept_where_larger_ones_do_not():
+    made = MADE["coins"](128, 24, 0)
+    mask = torch.ones(128, 128, dtype=torch.bool)
+    mask[:, ::34] = False
+    start = BlockStart(
+        Exemplar.of([made.image], masks=[mask]), (96, 96), (32, 32), (1, 1), torch.Generator(), how=Blocks()
+    )
+    assert start.block == (32, 32)
+    assert max(start.overlap) <= 16
+
+
 def test_em_undoes_no_seam_that_goes_around_elements(monkeypatch):
     made = MADE["stones"](128, 20, 0)
 
