@@ -7,6 +7,7 @@ from kwatra.base.resampling import turned
 from kwatra.base.seeds import generator_of
 from kwatra.base.sizes import whole_sizes
 from kwatra.base.solver import Solution, conjugate_gradients
+from kwatra.base.threads import in_threads
 
 __all__ = [
     "AVERAGE",
@@ -20,6 +21,7 @@ __all__ = [
     "enlarged",
     "factors_of",
     "generator_of",
+    "in_threads",
     "mean",
     "product",
     "resized",
