@@ -38,9 +38,10 @@ MANY, COVER = 8, 0.3
 """So many elements, on so much of the picture, are enough to be sure."""
 
 PLAIN, MIXED = 0.2, 0.3
-"""Ground hides seams whose colors vary by at most PLAIN of what the picture's do, and none that vary by MIXED. That of
-made stones varies by .2. Where nothing more than PLAIN is heeded, eight textures (nuts, rocks, paving, tomatoes,
-reptile skin, roof tiles, radishes, text) lose a tenth of their quality less."""
+"""Ground hides seams if its colors vary by at most PLAIN of what the picture's do, and none if by MIXED.
+
+That of made stones varies by up to .2, and they are cut twice as often where it counts less. Along ground that is a
+texture of its own (between pavers, tomatoes, bricks) hidden seams are seen: sixteen textures score .0628 for .0642."""
 
 RIM = 0.25
 """An element is as deep as can be so far from the ground, in sizes of an element."""
