@@ -30,7 +30,7 @@ WIDEST = 0.5
 LARGEST = 0.75
 """The most of the exemplar that a block shows which has grown by its wider overlap, so that it adds as much as before.
 
-Made stones and coins of 20 and 32 pixels are cut less often by blocks that grow, .106 for .138, and nuts score better."""
+Made stones and coins of 20 and 32 pixels are cut less by blocks that grow, .106 for .138; nuts score better."""
 
 
 class Gaps(NamedTuple):
