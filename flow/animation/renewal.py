@@ -8,8 +8,9 @@ of the exemplar are found that come closest to what is there; and of each block 
     U = sum_p max(wear(p) + tone(p) - tolerance, 0) + age(p) + lambda sum_p K(p) |x(p) - x+(p)|^2 + seams,
 
 by a minimum cut (a fusion of two labelings: Lempitsky, Rother, Roth and Blake 2010) in which old seams are remembered,
-so that a block may mend them. A seam costs what its copies differ by on both of its sides (thesis equation 1); wear
-and tone count where something has moved, and everything in variances of the exemplar.
+so that a block may mend them. A seam costs what its copies differ by on both of its sides (thesis equation 1), and
+where the exemplar has gaps between elements more if it does not run along them; wear and tone count where something
+has moved, and everything in variances of the exemplar.
 
 The cut has to guess the wear that a new copy will have: none in the block's middle, and toward its rim, where windows
 reach across, more and more what was there. So U is measured before and after, and a block that does not lower it is
@@ -37,7 +38,7 @@ from flow.animation.wear import Wear, Worn
 from flow.warps import pixel_coordinates
 from kwatra.base import mean, total
 from kwatra.cut import along
-from kwatra.pieces import Box, Cut, Patch, SeamCost, Sheet, box_sums
+from kwatra.pieces import Box, Cut, Hidden, Patch, Sheet, box_sums, hidden_seams
 
 _LEAST = 0.005
 """Blocks with less wear than this, on average, are left as they are."""
@@ -50,6 +51,9 @@ _AGAIN = 1 / 8
 
 _BETWEEN = 4
 """Blocks start at multiples of this many px, or closer where they are small, and flush with the frame's borders."""
+
+_ELEMENTS = 2
+"""Where seams are hidden between elements blocks are so many elements wide at least: smaller ones hold none whole."""
 
 Spot = tuple[slice, slice]
 _ALL = (slice(None), slice(None))
@@ -94,9 +98,11 @@ class Renewal:
         self.tones = Tones(film.strip, settings.tones)
         self.aging = Aging(film, settings.aging)
         self.read = Reading(exemplar, settings.interpolation)
-        self.blocks = Blocks(film, min(settings.block, *shape))
+        hidden = hidden_seams(film.strip) if film.motion is None else None
+        self.blocks = Blocks(film, min(_block(settings.block, hidden), *shape))
         self._share = exemplar.share
         self.stock = Coordinates(exemplar, self.wear.variance, settings.seam)
+        self._seams = self.stock.whole(hidden)
         self._pixels = pixel_coordinates(shape, exemplar.canvas.device)
         t = (torch.arange(self.blocks.size) - (self.blocks.size - 1) / 2) / (0.4 * self.blocks.size)
         bell = torch.exp(-t.square()).to(exemplar.canvas.device)
@@ -134,7 +140,7 @@ class Renewal:
         """A carried frame ready for renewal; arguments as of a call."""
         usable = inside & self.read.usable(source)
         image = self.read(source)
-        sheet = Sheet(self.stock, self.shape, (False, False), SeamCost(self.stock))
+        sheet = Sheet(self.stock, self.shape, (False, False), self._seams)
         sheet.places[:] = source.cpu().numpy()
         sheet.label[usable.cpu().numpy()] = 0
         for axis in range(2):
@@ -258,6 +264,13 @@ class Renewal:
         part = tuple(slice(s - f, s - f + e) for s, f, e in zip(box.start, first, box.extent, strict=True))
         inside: np.ndarray = cut.take[part]
         return inside
+
+
+def _block(size: int, hidden: Hidden | None) -> int:
+    """The side of blocks: that asked for, or what holds whole elements; at most half of the exemplar's."""
+    if hidden is None:
+        return size
+    return max(size, min(round(_ELEMENTS * hidden.size), min(hidden.depth.shape) // 2))
 
 
 def _starts(side: int, size: int) -> np.ndarray:

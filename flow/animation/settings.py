@@ -18,8 +18,8 @@ class Renewing:
     videos, how much of what the frame before is brighter or darker than the copies, over some px around, lasts. light:
     over how many px a step of light between two copies is spread; 0: it stays an edge. aging: what a video's texture
     costs that cannot live on; what soon cannot, a part of it. blocks: at most so many a frame, besides those that new
-    texture needs. block: their size. window, step: the windows whose energy is measured, and their distance.
-    interpolation: see `flow.warp`.
+    texture needs. block: their size, or that of two elements where there are gaps between them. window, step: the
+    windows whose energy is measured, and their distance. interpolation: see `flow.warp`.
     Energies are in variances of the exemplar, sizes in px. flow_weight and blocks were tuned on nuts and bricks that
     turn by 2 px a frame.
     """

@@ -4,11 +4,11 @@ from kwatra.pieces.again import Budget, lay_again
 from kwatra.pieces.blocks import BlockStart
 from kwatra.pieces.boxes import Box, box_sums
 from kwatra.pieces.fitting import Fit, totals
-from kwatra.pieces.gaps import Gaps, gaps
+from kwatra.pieces.gaps import Gaps, Hidden, gaps, hidden_seams
 from kwatra.pieces.keeping import cheaper
 from kwatra.pieces.mosaic import Mosaic
 from kwatra.pieces.regions import Regions
-from kwatra.pieces.seams import SeamCost
+from kwatra.pieces.seams import Depth, SeamCost
 from kwatra.pieces.sheet import Cut, Patch, Sheet
 from kwatra.pieces.start import block_start, repeated
 from kwatra.pieces.stock import Stock
@@ -18,8 +18,10 @@ __all__ = [
     "Box",
     "Budget",
     "Cut",
+    "Depth",
     "Fit",
     "Gaps",
+    "Hidden",
     "Mosaic",
     "Patch",
     "Regions",
@@ -30,6 +32,7 @@ __all__ = [
     "box_sums",
     "cheaper",
     "gaps",
+    "hidden_seams",
     "lay_again",
     "repeated",
     "totals",

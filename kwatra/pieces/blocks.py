@@ -119,10 +119,14 @@ class BlockStart:
             self._heed(self.gaps)
 
     def _heed(self, found: Gaps) -> None:
-        """Have seams hidden in gaps, and blocks overlap by enough for that; larger ones where they fit."""
+        """Have seams hidden in gaps, and blocks overlap by enough for that; larger ones where they fit.
+
+        Around an axis that wraps a block meets itself: there it grows to at most half of it.
+        """
         self.sheet.cost = found.cost
         block, self.overlap = found.widened(self.block, self.overlap, self.exemplar.extent, self.grain)
-        block = tuple(min(b, self.sheet.longest(axis)) for axis, b in enumerate(block))
+        most = [size // 2 if wraps else size for size, wraps in zip(self.shape, self.wraps, strict=True)]
+        block = tuple(max(min(new, m), old) for new, m, old in zip(block, most, self.block, strict=True))
         fitting, valid = self._that_fits(block)
         if fitting == block:
             self.block, self.valid = block, valid

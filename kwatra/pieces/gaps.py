@@ -12,6 +12,7 @@ from kwatra.exemplar import Exemplar
 from kwatra.pieces.keeping import cheaper
 from kwatra.pieces.mosaic import Mosaic
 from kwatra.pieces.seams import Depth, SeamCost
+from kwatra.pieces.stock import Array
 
 SURE = 0.1
 """Ground that hides seams less surely is taken for none."""
@@ -60,15 +61,33 @@ class Gaps(NamedTuple):
         return torch.from_numpy(cheaper(self.cost, *places)).to(before.device)
 
 
+class Hidden(NamedTuple):
+    """depth (*S): what seams cost at each place of an exemplar's canvas, 0 where they are hidden to 1.
+
+    hides: 0 to 1, how well the gaps hide them. size: that of an element, in pixels.
+    """
+
+    depth: Array
+    hides: float
+    size: float
+
+
+def hidden_seams(exemplar: Exemplar) -> Hidden | None:
+    """Where gaps between elements of still images hide seams, None if they do nowhere."""
+    ground = find_ground(exemplar)
+    hides = ground.sure * ground.plain
+    if hides < SURE:
+        return None
+    return Hidden((1 - hides * (1 - ground.depth)).astype(np.float32), hides, ground.size)
+
+
 def gaps(exemplar: Exemplar, mosaic: Mosaic, deviation: float) -> Gaps | None:
     """The gaps of an exemplar of still images, None without any that hide seams.
 
     mosaic: its canvas; deviation: the standard deviation of its colors, in the mosaic's units.
     """
-    ground = find_ground(exemplar)
-    hides = ground.sure * ground.plain
-    if hides < SURE:
+    hidden = hidden_seams(exemplar)
+    if hidden is None:
         return None
-    depth = (1 - hides * (1 - ground.depth)).astype(np.float32)
-    cost = SeamCost(mosaic, depth=Depth(mosaic.spread(depth), THROUGH * hides * deviation))
-    return Gaps(mosaic, cost, round(AROUND * hides * ground.size))
+    cost = SeamCost(mosaic, depth=Depth(mosaic.spread(hidden.depth).__getitem__, THROUGH * hidden.hides * deviation))
+    return Gaps(mosaic, cost, round(AROUND * hidden.hides * hidden.size))

@@ -123,6 +123,11 @@ class Mosaic:
         """The places one step (1 or -1) along an axis."""
         return np.clip(places + self.place_type(step * self.strides[axis]), 0, self.planes.shape[1] - 1)
 
+    def same(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+        """Whether places are the same."""
+        equal: np.ndarray = one == other
+        return equal
+
     def distance(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
         """The sum over channels of the absolute differences of quantized colors; int32."""
         total = np.zeros(np.broadcast_shapes(one.shape[1:], other.shape[1:]), np.int32)

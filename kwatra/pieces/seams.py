@@ -13,7 +13,7 @@ A seam is hidden where one of the two pixels that it parts, as they are then see
 ends there ends as elements do. So where it is known how deep in its element each place lies, a seam between A(s) and
 B(t) costs
 
-    (HIDDEN + (1 - HIDDEN) d) M + least d,    d the lesser depth of A(s) and B(t).
+    (hidden + (1 - hidden) d) M + least d,    d the lesser depth of A(s) and B(t).
 
 It then runs along the gaps of one side, and through elements of both nowhere, however alike their colors are.
 """
@@ -43,10 +43,14 @@ Steepness = Callable[[int, Sequence[Array]], Array]
 
 
 class Depth(NamedTuple):
-    """How deep in its element each place lies, by number, 0 (ground) to 1; least: what a seam costs there at least."""
+    """at: how deep in its element a place lies, 0 (ground) to 1, of many; least: what a seam costs there at least.
 
-    at: Array
+    hidden: the part of M that a seam costs along the ground; 1 makes only elements dearer.
+    """
+
+    at: Callable[[Array], Array]
     least: float
+    hidden: float = HIDDEN
 
 
 class SeamCost:
@@ -92,9 +96,10 @@ class SeamCost:
     def _priced(self, axis: int, match: Array, places: Sequence[Array], axes: int) -> Array:
         """What is asked for, from M and the places of A and B at s and t, where A(s) and B(t) are seen."""
         if self.depth is not None:
-            depth = np.minimum(self.depth.at[places[0]], self.depth.at[places[3]])
-            more = np.where(places[2] == places[3], 0, self.depth.least)  # a copy that goes on has no seam
-            return np.rint((HIDDEN + (1 - HIDDEN) * depth) * match + more * depth).astype(np.int32)
+            depth = np.minimum(self.depth.at(places[0]), self.depth.at(places[3]))
+            more = np.where(self.sources.same(places[2], places[3]), 0, self.depth.least)  # what goes on has no seam
+            hidden = self.depth.hidden
+            return np.rint((hidden + (1 - hidden) * depth) * match + more * depth).astype(np.int32)
         if self.steepness is None:
             return match
         scale = NORMALIZED_SCALE * (ACROSS_TIME if axis < axes - 2 else 1)

@@ -27,5 +27,8 @@ class Stock(Protocol):
     def beyond(self, places: Array, axis: int, step: int) -> Array:
         """The places at which the sources go on one step (1 or -1) along an axis."""
 
+    def same(self, one: Array, other: Array) -> Array:
+        """Whether places are the same, so that a copy goes on where the next pixel's place is reached by a step."""
+
     def distance(self, one: Array, other: Array) -> Array:
         """How unlike colors are: a metric, in whole numbers."""

@@ -70,3 +70,10 @@ def test_where_em_is_not_taken_pixels_are_the_exemplars_own():
     copied = made.image[(slice(None), *result.where)]
     assert float((result.image == copied).all(0).float().mean()) > 0.9
     assert torch.equal(result.stages[-1].image, result.image)
+
+
+def test_blocks_grow_to_at_most_half_of_an_axis_that_wraps():
+    made = MADE["coins"](128, 24, 0)
+    wraps, generator = (True, False), torch.Generator()
+    start = BlockStart(Exemplar.of(made.image), (64, 64), (30, 30), (1, 1), generator, wraps=wraps, how=Blocks())
+    assert start.block == (32, 37)

@@ -149,7 +149,7 @@ def test_seams_are_hidden_where_one_side_shows_ground():
     image = np.array([[[0, 0.2, 0.4, 0.6, 0.8, 1.0]]], np.float32)
     sources = Mosaic([image])
     depth = np.array([[0, 0, 0, 1, 1, 1]], np.float32)
-    cost = SeamCost(sources, depth=Depth(sources.spread(depth), 100.0))
+    cost = SeamCost(sources, depth=Depth(sources.spread(depth).__getitem__, 100.0))
     places = sources.places(0, [np.arange(1), np.arange(6)])[0]
     plain = SeamCost(sources)
 
@@ -165,7 +165,7 @@ def test_seams_are_hidden_where_one_side_shows_ground():
 def test_hidden_seams_are_remembered_as_they_cost(recomputed_seams):
     rng = np.random.default_rng(0)
     sources = Mosaic([rng.random((2, 9, 9), np.float32)])
-    depth = Depth(sources.spread(rng.random((9, 9), np.float32)), 200.0)
+    depth = Depth(sources.spread(rng.random((9, 9), np.float32)).__getitem__, 200.0)
     sheet = Sheet(sources, (16, 16), (False, True), SeamCost(sources, depth=depth))
     for _ in range(20):
         start = (int(rng.integers(0, 8)), int(rng.integers(0, 16)))

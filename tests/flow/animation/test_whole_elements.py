@@ -1,0 +1,43 @@
+"""Renewal keeps elements whole: blocks hold them, and seams go around them."""
+
+import numpy as np
+import torch
+from made import MADE
+
+from flow.animation.film import Film
+from flow.animation.renewal import Renewal
+from flow.animation.settings import Renewing
+from flow.animation.stock import COUNTS, THROUGH, Coordinates
+from kwatra import Exemplar
+from kwatra.pieces import SeamCost, hidden_seams
+
+SHAPE = (60, 64)
+
+
+def stones(size: int = 24) -> Exemplar:
+    return Exemplar.of(MADE["stones"](128, size, 0).image)
+
+
+def test_blocks_hold_whole_elements_where_there_are_gaps_between_them() -> None:
+    film = Film.of(stones())
+    found = hidden_seams(film.strip)
+    assert found is not None
+    assert Renewal(film, SHAPE, Renewing(block=24)).blocks.size == round(2 * found.size)
+    assert Renewal(film, SHAPE, Renewing(block=56)).blocks.size == 56
+    noise = torch.rand(3, 64, 64, generator=torch.Generator().manual_seed(0))
+    assert Renewal(Film.of(Exemplar.of(noise)), SHAPE, Renewing(block=24)).blocks.size == 24
+
+
+def test_a_seam_through_elements_costs_more_and_along_gaps_as_much_as_anywhere() -> None:
+    exemplar = stones()
+    stock, found = Coordinates(exemplar, 0.02, 1.2), hidden_seams(exemplar)
+    assert found is not None
+    plain, dearer = SeamCost(stock), stock.whole(found)
+    generator = np.random.default_rng(0)
+    s, t = generator.uniform(2, 125, (2, 2, 500)).astype(np.float32)
+    depth = np.minimum(*(found.depth[tuple(np.rint(at[::-1]).astype(int))] for at in (s, t)))
+    for axis in range(2):
+        once, more = (cost.seam(s, t, axis, 2) for cost in (plain, dearer))
+        assert np.abs(more - once - THROUGH * found.hides * 1.2 * COUNTS * depth).max() <= 1
+        ahead = stock.beyond(s, axis, 1) + 0.3  # a copy that is bent a little goes on, and has no seam
+        assert (dearer.seam(s, ahead, axis, 2) == plain.seam(s, ahead, axis, 2)).all()
