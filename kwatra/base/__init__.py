@@ -7,7 +7,6 @@ from kwatra.base.resampling import turned
 from kwatra.base.seeds import generator_of
 from kwatra.base.sizes import whole_sizes
 from kwatra.base.solver import Solution, conjugate_gradients
-from kwatra.base.threads import in_threads
 
 __all__ = [
     "AVERAGE",
@@ -21,7 +20,6 @@ __all__ = [
     "enlarged",
     "factors_of",
     "generator_of",
-    "in_threads",
     "mean",
     "product",
     "resized",

@@ -5,13 +5,12 @@ own, so bits do not depend on their number. Numba compiles a loop when it is fir
 """
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from functools import cached_property
 from itertools import pairwise
 from typing import Any, TypeVar
 
 import torch
-
-from kwatra.base.threads import in_threads
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -48,4 +47,6 @@ class Compiled:
             self._compiled(*arrays, 0, items)
             return
         ends = [items * k // threads for k in range(threads + 1)]
-        in_threads(lambda part: self._compiled(*arrays, *part), pairwise(ends))
+        with ThreadPoolExecutor(threads) as pool:
+            for done in [pool.submit(self._compiled, *arrays, low, high) for low, high in pairwise(ends)]:
+                done.result()

@@ -21,7 +21,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from kwatra.base import InputError, in_threads, mean
+from kwatra.base import InputError, mean
 from kwatra.elements import Lattice
 from kwatra.exemplar import Exemplar
 from kwatra.pieces.again import Budget, lay_again
@@ -146,7 +146,7 @@ class BlockStart:
         """Lay all blocks, row by row, and again where seams cost most."""
         for corner in product(*(self._starts(axis) for axis in range(len(self.shape)))):
             box = Box(corner, self.block).clipped(self.shape, self.sheet.periodic)
-            self._commit(min(self._cuts(box), key=lambda cut: cut[1])[0])
+            self._commit(min((self._cut(place, box, cost) for place, cost in self._choose(box)), key=lambda c: c[1])[0])
             self.laid += 1
         if self.aligned:
             regions = Regions(self.sheet, tuple(max(b // 2, 1) for b in self.block), self.generator)
@@ -175,7 +175,7 @@ class BlockStart:
             first = round((start - (block - extent) / 2) / g) * g
             corner.append(first if wraps else min(max(first, 0), max(size - block, 0) // g * g))
         box = Box(tuple(corner), self.block).clipped(self.shape, self.sheet.periodic)
-        cut = min((cut for cut, _ in self._cuts(box)), key=lambda cut: cut.price)
+        cut = min((self._cut(place, box, cost)[0] for place, cost in self._choose(box)), key=lambda cut: cut.price)
         if cut.price >= 0 or not cut.take.any():
             return False
         self._commit(cut)
@@ -269,10 +269,6 @@ class BlockStart:
         inside = ((corners >= 0) & (corners < np.array(same.shape)[:, None])).all(0)
         np.add.at(same, tuple(corners[:, inside]), 1.0)
         return same
-
-    def _cuts(self, box: Box) -> list[tuple[Cut, float]]:
-        """The blocks that may be laid in a box, each cut in, and their costs."""
-        return in_threads(lambda chosen: self._cut(chosen[0], box, chosen[1]), self._choose(box))
 
     def _cut(self, place: tuple[int, ...], box: Box, cost: float) -> tuple[Cut, float]:
         """A block cut in along the cheapest seam, and its cost with what of seams is seen: 1 for one in plain sight.
