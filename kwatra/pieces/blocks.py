@@ -121,14 +121,15 @@ class BlockStart:
     def _heed(self, found: Gaps) -> None:
         """Have seams hidden in gaps, and blocks overlap by enough for that; larger ones where they fit.
 
-        Around an axis that wraps a block meets itself: there it grows to at most half of it.
+        Around an axis that wraps a block meets itself: there it grows to at most half of it. Where elements stand on a
+        lattice, which keeps copies in step, none grows: tiles would be cut.
         """
         self.sheet.cost = found.cost
         block, self.overlap = found.widened(self.block, self.overlap, self.exemplar.extent, self.grain)
         most = [size // 2 if wraps else size for size, wraps in zip(self.shape, self.wraps, strict=True)]
         block = tuple(max(min(new, m), old) for new, m, old in zip(block, most, self.block, strict=True))
         fitting, valid = self._that_fits(block)
-        if fitting == block:
+        if fitting == block and self.lattice is None:
             self.block, self.valid = block, valid
 
     def _that_fits(self, block: tuple[int, ...]) -> tuple[tuple[int, ...], np.ndarray]:

@@ -4,6 +4,7 @@ from bench_elements import cut_elements
 from made import MADE
 
 from kwatra import Blocks, Exemplar, optimize
+from kwatra.elements import Lattice
 from kwatra.pieces import BlockStart, Gaps, gaps
 
 
@@ -77,3 +78,11 @@ def test_blocks_grow_to_at_most_half_of_an_axis_that_wraps():
     wraps, generator = (True, False), torch.Generator()
     start = BlockStart(Exemplar.of(made.image), (64, 64), (30, 30), (1, 1), generator, wraps=wraps, how=Blocks())
     assert start.block == (32, 37)
+
+
+def test_blocks_do_not_grow_where_elements_stand_on_a_lattice():
+    made = MADE["coins"](128, 24, 0)
+    lattice, generator = Lattice(24 * torch.eye(2), 1.0), torch.Generator()
+    start = BlockStart(Exemplar.of(made.image), (96, 96), (32, 32), (4, 4), generator, how=Blocks(), lattice=lattice)
+    assert start.block == (32, 32)
+    assert start.overlap == (16, 16)
