@@ -128,9 +128,10 @@ class BlockStart:
         block, self.overlap = found.widened(self.block, self.overlap, self.exemplar.extent, self.grain)
         most = [size // 2 if wraps else size for size, wraps in zip(self.shape, self.wraps, strict=True)]
         block = tuple(max(min(new, m), old) for new, m, old in zip(block, most, self.block, strict=True))
-        fitting, valid = self._that_fits(block)
-        if fitting == block and self.lattice is None:
-            self.block, self.valid = block, valid
+        if self.lattice is None:
+            fitting, valid = self._that_fits(block)
+            if fitting == block:
+                self.block, self.valid = block, valid
 
     def _that_fits(self, block: tuple[int, ...]) -> tuple[tuple[int, ...], np.ndarray]:
         """The block, halved until it fits between the exemplar's holes, and where it may start (on the grain)."""

@@ -8,7 +8,7 @@ from typing import Any, Generic
 import numpy as np
 
 from kwatra.base import InputError
-from synth.metamorphosis.method import Film, Frames, Report
+from synth.metamorphosis.method import Film, Frames, Report, silent
 from synth.metamorphosis.methods import DEFAULT, refuse_unused
 from synth.metamorphosis.methods import method as method_of
 from synth.metamorphosis.pairing import Given, Growth
@@ -91,7 +91,7 @@ def begun(
     known = method_of(method, preset, options)
     refuse_unused(method, "features", features is not None)
     refuse_unused(method, "tile", tile)
-    report = callback or _silent
+    report = callback or silent
     given: Given = Given.of(a, b, features, tile)
     pair = given.pair
     sized = None if size is None else known.of_size(_checked(size))
@@ -135,7 +135,3 @@ def _shares(report: Report, *parts: tuple[bool, float]) -> list[Report]:
 
 def _share(report: Report, begin: float, end: float) -> Report:
     return lambda what, part: report(what, begin + (end - begin) * part)
-
-
-def _silent(what: str, part: float) -> None:
-    """Tell nobody."""

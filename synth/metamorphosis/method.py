@@ -18,6 +18,10 @@ Report = Callable[[str, float], None]
 """Told what is being done and how much of all work is done, 0 to 1."""
 
 
+def silent(what: str, part: float) -> None:
+    """A report that nobody is told."""
+
+
 @dataclass(frozen=True)
 class Pair:
     """Two exemplars with the same number of channels.

@@ -10,7 +10,7 @@ import torch.nn.functional as F
 from torch import Tensor
 
 from kwatra.base import InputError
-from synth.metamorphosis.method import Frames, Report
+from synth.metamorphosis.method import Frames, Report, silent
 from synth.metamorphosis.methods import method as method_of
 from synth.metamorphosis.patches.method import PatchMorph, filmed
 from synth.metamorphosis.patches.pace import Pace
@@ -75,7 +75,7 @@ def interpolate(
     maps = None if features is None else tuple(torch.as_tensor(each).float() for each in features)
     count, shape, most = _looked_through(weights, images, size)
     between = method.between(images, maps, shape, tile, seed, most)
-    report = callback or _silent
+    report = callback or silent
     report("matching patches", 0.0)
     pace = Pace.of(between.finest, between.bands) if method.even and len(images) == 2 else None
     asked = (_weighting(weights, number, images, size) for number in range(count))
@@ -138,7 +138,3 @@ def _weighting(
 def _is_map(weight: float | Map) -> bool:
     """Whether it is a map of weights, or else one weight."""
     return isinstance(weight, (Tensor, np.ndarray)) and weight.ndim > 0
-
-
-def _silent(what: str, part: float) -> None:
-    """Tell nobody."""

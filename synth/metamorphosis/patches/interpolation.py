@@ -12,6 +12,7 @@ from torch import Tensor
 from kwatra import FreeWindows, SoftPixels
 from kwatra.base import InputError
 from synth.metamorphosis.bands import Bands, settled
+from synth.metamorphosis.method import silent
 from synth.metamorphosis.patches.arrangement import Arrangement
 from synth.metamorphosis.patches.centers import spread
 from synth.metamorphosis.patches.detail import Detail, Restoring, dilated
@@ -163,13 +164,13 @@ class Interpolation:
         coarse = min(self.shape) >= _COARSE and not (self.wrap and any(side % 2 for side in self.shape))
         pictures = [image for _, image in found]
         factor = 2 if coarse else 1
-        return Passage.of(pictures, maps, self._reach, self.making, self.search, self.wrap, _silent, factor)
+        return Passage.of(pictures, maps, self._reach, self.making, self.search, self.wrap, silent, factor)
 
     def along(self, passage: Passage, time: float) -> Tensor:
         """The image (C, H, W) of a film from A to B at a time between both: a texture like what the passage shows."""
         weighting = Weighting.even((1 - time, time), self.shape)
         shown = passage.at(weighting)
-        return self._followed(weighting, shown, torch.full_like(shown[:1], _FILM), passage.settled).image
+        return self._followed(weighting, shown, torch.full_like(shown[:1], _FILM), passage.same).image
 
     def _between(self, weighting: Weighting, before: tuple[Tensor, Tensor] | None) -> Frame:
         """The textures of a weighting; before: a mask (H, W), True where pixels are known, and those (C, H, W)."""
@@ -177,7 +178,7 @@ class Interpolation:
         if before is None and len(palette) == 1 and max(palette[0]) == 1:
             return Frame(pictures[palette[0].index(1)], weighting)
         start = self.passage.at(weighting)
-        kept = self.passage.settled
+        kept = self.passage.same
         for picture, values in zip(pictures, weighting.values, strict=True):
             alone = ~dilated(values < 1, self._reach)
             kept, start[:-1] = kept | alone, torch.where(alone, picture, start[:-1])
@@ -274,7 +275,3 @@ class Interpolation:
 def _mean(weighting: Weighting, where: Tensor) -> tuple[float, ...]:
     """The mean weights where a mask is True."""
     return tuple(weighting.values[:, where].double().mean(1).tolist())
-
-
-def _silent(what: str, part: float) -> None:
-    """Tell nobody."""

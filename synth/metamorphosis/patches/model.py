@@ -101,11 +101,8 @@ def matched(
     partners = _partners(bags, making.transport)
     anchor = torch.cat([torch.full((len(at),), number) for number, at in enumerate(corners)])
     centers = torch.cat([_centers(row, textures, corners, width) for row in partners])
-    there = back = None
-    if making.warped:
-        first = [torch.stack([at[own] for at, own in zip(corners, row, strict=True)], 1) for row in partners]
-        both = [bends(number, common, each, width) for number, each in enumerate(first)]
-        there, back = (torch.cat(way) for way in zip(*both, strict=True))
+    first = [torch.stack([at[own] for at, own in zip(corners, row, strict=True)], 1) for row in partners]
+    there, back = bends(common, first, width, making.warped)
     found = Neighborhoods(width, tuple(units), anchor, centers, there, back)
     return Matched(level, making.feature_weight, textures, found, colors)
 
@@ -153,9 +150,21 @@ def _centers(partners: Sequence[Tensor], textures: Sequence[Texture], corners: S
     return torch.stack(middles, 1)
 
 
-def bends(number: int, textures: Sequence[Texture], corners: Tensor, width: int) -> tuple[Tensor, Tensor]:
-    """See `Neighborhoods.there` and `back`; corners (N, n, 2): first pixels of N windows of one texture, by number, and
-    of their partners in all."""
+def bends(
+    textures: Sequence[Texture], corners: Sequence[Tensor], width: int, warped: bool
+) -> tuple[Tensor | None, Tensor | None]:
+    """See `Neighborhoods.there` and `back`, None unless warped.
+
+    corners: for each of n textures (N, n, 2), the first pixels of N of its windows, and of their partners in all.
+    """
+    if not warped:
+        return None, None
+    there, back = zip(*(_bends_of(number, textures, own, width) for number, own in enumerate(corners)), strict=True)
+    return torch.cat(there), torch.cat(back)
+
+
+def _bends_of(number: int, textures: Sequence[Texture], corners: Tensor, width: int) -> tuple[Tensor, Tensor]:
+    """Those of the windows of one texture, by number."""
     nodes = lattice(width)
     points = [
         feature_points(each.features, at, width, POINTS) for each, at in zip(textures, corners.unbind(1), strict=True)

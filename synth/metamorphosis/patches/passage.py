@@ -11,6 +11,7 @@ texture is wanted to be like. Weights may differ from place to place.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import torch
 import torch.nn.functional as F
@@ -85,10 +86,7 @@ class Passage:
         textures = tuple(
             _continued(Texture.of(image, each, 1.0, 1), margin, wrap) for image, each in zip(images, maps, strict=True)
         )
-        there = back = None
-        if making.warped:
-            both = [bends(number, textures, place + margin, width) for number, place in enumerate(places)]
-            there, back = (torch.cat(way) for way in zip(*both, strict=True))
+        there, back = bends(textures, [place + margin for place in places], width, making.warped)
         anchor = torch.arange(len(images)).repeat_interleave(len(corners))
         centers = torch.cat(places) + margin + width // 2
         found = Neighborhoods(width, (1.0,) * len(images), anchor, centers, there, back)
@@ -100,8 +98,8 @@ class Passage:
         """The pictures (C, H, W) themselves."""
         return tuple(part[:-1] for part in self._parts())
 
-    @property
-    def settled(self) -> Tensor:
+    @cached_property
+    def same(self) -> Tensor:
         """Where all pictures are the same, as far around as windows reach, so that nothing is to be made: (H, W)."""
         first, *others = self.pictures
         apart = torch.stack([(other - first).abs().amax(0) for other in others]).amax(0)

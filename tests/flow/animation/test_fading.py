@@ -100,6 +100,14 @@ def test_how_grainy_texture_is_is_told_and_heeded(monkeypatch: pytest.MonkeyPatc
     assert int(corner[0, 0]) >= 40  # of flat texture alone the mean fits better
 
 
+def test_what_fades_is_passed_on_from_frame_to_frame() -> None:
+    moving = {"exemplar": drops(), "field": flow.rotation(2.0), "shape": SHAPE, "renewing": QUICK}
+    state = [frame.state for frame in flow.animate(**moving, frames=5)][-1]
+    assert state.fading is not None
+    told, untold = (next(flow.animate(**moving, after=each)) for each in (state, replace(state, fading=None)))
+    assert not torch.equal(told.image, untold.image)
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_the_first_frame_of_a_scene_keeps_its_places(seed: int) -> None:
     noise = torch.rand(1, 6, 48, 56, generator=torch.Generator().manual_seed(0))
