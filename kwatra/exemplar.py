@@ -1,4 +1,4 @@
-"""What is copied from: images or videos of one texture, with their holes, transformed copies and pyramid.
+"""What is copied from: images or videos of one texture, with their holes, variants and pyramid.
 
 All images lie on one canvas, kept apart by gaps. A pixel of the canvas belongs to an image or to nobody; a window
 may be copied when all its pixels belong to the same image. Holes, gaps, and the corners that a rotation leaves
@@ -26,7 +26,7 @@ class Exemplar:
     canvas (C, *S) float32. owner (*S) float32: index of the image a pixel belongs to, -1 for nobody. origin
     (1 + n, *S) int64: where the pixel comes from in the images given to `of`, as (image, first axis, ..., last axis)
     in their full-resolution pixels. weights (C,): how much each channel counts in matching. turns (images, 2, 2): what
-    takes directions in the images given, x first, y down, to those in the copies on the canvas; None where none is
+    takes directions in the images given, x first, y down, to those in the variants on the canvas; None where none is
     mirrored or turned.
     """
 
@@ -51,7 +51,7 @@ class Exemplar:
         """An exemplar of one or more images (C, H, W) or videos (C, T, H, W) with the same number of channels.
 
         masks: per image a boolean (*S), True where texture may be copied from. mirror adds each image flipped along
-        its last axis; rotate adds copies turned by so many degrees (counterclockwise); scale adds copies resized by
+        its last axis; rotate adds variants turned by so many degrees (counterclockwise); scale adds variants resized by
         these factors. Raises InputError for empty, non-finite or mismatching input.
         """
         images = [images] if isinstance(images, Tensor) else list(images)
@@ -102,7 +102,7 @@ class Exemplar:
         return self.turns[owner].movedim((-2, -1), (0, 1))
 
     def places(self) -> Iterator[tuple[tuple[slice, ...], Tensor]]:
-        """The boxes on the canvas of the images that are not copies, and which pixels of a box are the image's."""
+        """The boxes on the canvas of the images as they were given, and which pixels of a box are the image's."""
         seen = set()
         for image in range(int(self.owner.max()) + 1):
             inside = self.owner == image
@@ -115,7 +115,7 @@ class Exemplar:
                 yield box, inside[box]
 
     def pictures(self) -> list[Tensor]:
-        """The images on the canvas that are not copies, cut out to the bounding boxes of what may be copied."""
+        """The images on the canvas as they were given, cut out to the bounding boxes of what may be copied."""
         return [self.canvas[(slice(None), *box)] for box, _ in self.places()]
 
     def coarser(self, factor: Sequence[int]) -> "Exemplar":
@@ -195,7 +195,7 @@ def _variants(piece: _Piece, mirror: bool, rotate: Sequence[float], scale: Seque
 def _resampled(piece: _Piece, degrees: float, factor: float) -> _Piece:
     """The piece turned by `degrees` counterclockwise and enlarged by `factor`, on a canvas that holds all of it."""
     if not (math.isfinite(degrees) and math.isfinite(factor) and 0.1 <= factor <= 10):
-        raise InputError(f"a copy is turned by {degrees} and scaled by {factor}; scales are 0.1 to 10")
+        raise InputError(f"a variant is turned by {degrees} and scaled by {factor}; scales are 0.1 to 10")
     angle = math.radians(degrees)
     cos, sin = (round(value, 12) for value in (math.cos(angle), math.sin(angle)))  # quarter turns are exact
     turn = torch.tensor([[cos, sin], [-sin, cos]]) @ piece.turn

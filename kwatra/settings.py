@@ -81,9 +81,9 @@ class Settings:
     in time). features: linear features psi compared beside color. start: "aligned" (blocks that continue each other),
     "blocks" (blocks at random), "windows" (the average of random windows, as in the thesis) or "terms" (of windows that
     please the terms alone, thesis 7.1). blocks: those of the first two. iterations: per planned level. search: how
-    windows are looked up. tolerance: a level ends when fewer than this share of the matches change. vote: what the
-    windows that cover a pixel make of it, see `kwatra.steps.votes`. layout: where windows lie, told the `Step`; asked
-    anew for every iteration. solver: how far a blend without a closed form is solved.
+    windows are looked up. vote: what the windows that cover a pixel make of it, see `kwatra.steps.votes`. layout: where
+    windows lie, told the `Step`; asked anew for every iteration. solver: how far a blend without a closed form is
+    solved.
     """
 
     levels: tuple[Level, ...] | None = None
@@ -94,7 +94,6 @@ class Settings:
     blocks: Blocks = Blocks()
     iterations: int = 4
     search: Search = Search()
-    tolerance: float = 0.005
     vote: Vote = mean
     layout: Callable[[Step], Layout] = regular
     solver: Solver = Solver()

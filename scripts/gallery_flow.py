@@ -196,7 +196,7 @@ def section_7(side: int) -> Tensor:
     """What can become of windows that overlap (7.2.1), under a flow to the right; each as a frame and slices in time.
 
     They agree, and flow as wanted: clouds that drift to the right. They agree, and do not flow so: clouds that drift
-    down. They flow so, and do not agree: these clouds with turned copies, and much weight on the flow, blur. They do
+    down. They flow so, and do not agree: these clouds with turned variants, and much weight on the flow, blur. They do
     neither: the same without the copies. Below, these clouds carried along the flow while they live on.
     """
     size, field, noise = (side, side), flow.uniform(1.0), torch.Generator().manual_seed(0)

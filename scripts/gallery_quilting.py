@@ -103,7 +103,7 @@ def figure_9(side: int) -> Tensor:
 
 
 def figure_10(side: int) -> Tensor:
-    """More variety from turned and mirrored copies: without and with."""
+    """More variety from turned and mirrored variants: without and with."""
     exemplar = picture(data.gravel(), side)
     ways = (QuiltSettings(), QuiltSettings(rotate=(90, 180, 270), mirror=True))
     return beside(exemplar, *[quilt(exemplar, (2 * side, 2 * side), way).image for way in ways])

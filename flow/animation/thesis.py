@@ -17,7 +17,7 @@ from flow.animation.drift import drift
 from flow.animation.term import flow_term
 from flow.fields import Field
 from flow.volume import VolumeFlow
-from flow.volume.copies import scales, turns
+from flow.volume.variants import scales, turns
 from flow.warps import lookup
 from kwatra import Exemplar, InputError, Level, Prepared, Result, Settings, optimize
 
@@ -42,7 +42,7 @@ def published(
 ) -> Iterator[Result]:
     """The frames, of `shape` (H, W), of thesis algorithm 3 or, of a video, of section 7.1.
 
-    exemplar: an Exemplar, or a tensor (C, H, W) or (C, T, H, W); of a video's tensor turned and scaled copies are used
+    exemplar: an Exemplar, or a tensor (C, H, W) or (C, T, H, W); turned and scaled variants of a video's tensor serve
     where the flow asks for directions or speeds that it lacks (section 7.3). weight: lambda. loop, mask (H, W), True
     where texture belongs: for videos. A picture's first frame is the one that `flow.animate` begins with, for the same
     seed; a video's frames are made all at once, before the first is given.
@@ -84,7 +84,7 @@ def _of_video(
     if shape[0] < 2:
         raise InputError(f"a video that flows as published is to have {shape[0]} frame; give at least 2")
     flows = torch.stack([field(number, shape[1:]) for number in range(shape[0] - (not loop))])
-    exemplar = with_copies(exemplar, flows) if isinstance(exemplar, Tensor) else exemplar
+    exemplar = with_variants(exemplar, flows) if isinstance(exemplar, Tensor) else exemplar
     whole = None if mask is None else mask.expand(shape)
     return _made(exemplar, VolumeFlow(flows, weight, loop, mask=whole), shape, seed, whole)
 
@@ -98,8 +98,8 @@ def _made(
         yield Result(image, made.source[:, number], made.where[:, number], made.energies, [], made.stopped)
 
 
-def with_copies(clip: Tensor, flows: Tensor) -> Exemplar:
-    """An exemplar of a clip (C, T, H, W), with the copies of it that flows (N, 2, H, W) ask for."""
+def with_variants(clip: Tensor, flows: Tensor) -> Exemplar:
+    """An exemplar of a clip (C, T, H, W), with the variants of it that flows (N, 2, H, W) ask for."""
     plain = Exemplar.of(clip)
     own, wanted = drift(plain).flatten(1), flows.transpose(0, 1).flatten(1)
     turned, scaled = turns(own, wanted), scales(own, wanted)

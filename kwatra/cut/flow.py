@@ -42,34 +42,34 @@ def _trees(left: Any, cap: Any, near: Any, back: Any) -> Any:
     seen, far = np.zeros(count, np.int64), np.zeros(count, np.int64)
     queue, queued = np.empty(count + 1, np.int32), np.zeros(count, np.bool_)
     orphans = np.empty(count + 1, np.int32)
-    state = np.zeros(3, np.int64)  # head and tail of the queue, time
+    counters = np.zeros(3, np.int64)  # head and tail of the queue, time
     for i in range(count):
         if left[i] != 0:
             tree[i], parent[i], far[i] = (SOURCE if left[i] > 0 else SINK), TERMINAL, 1
-            _activate(i, queue, queued, state)
-    while state[0] != state[1]:
-        i = queue[state[0]]
+            _activate(i, queue, queued, counters)
+    while counters[0] != counters[1]:
+        i = queue[counters[0]]
         while parent[i] != NONE:
-            state[2] += 1
-            d = _grown(i, tree, parent, cap, near, back, seen, far, queue, queued, state)
+            counters[2] += 1
+            d = _grown(i, tree, parent, cap, near, back, seen, far, queue, queued, counters)
             if d < 0:
                 break
             if tree[i] == SOURCE:
                 orphaned = _filled(i, d, left, cap, near, back, parent, orphans)
             else:
                 orphaned = _filled(near[i, d], back[d], left, cap, near, back, parent, orphans)
-            _adopted(orphaned, orphans, tree, parent, cap, near, back, seen, far, queue, queued, state)
-        state[0] = (state[0] + 1) % len(queue)
+            _adopted(orphaned, orphans, tree, parent, cap, near, back, seen, far, queue, queued, counters)
+        counters[0] = (counters[0] + 1) % len(queue)
         queued[i] = False
     return tree
 
 
 @jitted
-def _activate(i: Any, queue: Any, queued: Any, state: Any) -> None:
+def _activate(i: Any, queue: Any, queued: Any, counters: Any) -> None:
     if not queued[i]:
         queued[i] = True
-        queue[state[1]] = i
-        state[1] = (state[1] + 1) % len(queue)
+        queue[counters[1]] = i
+        counters[1] = (counters[1] + 1) % len(queue)
 
 
 @jitted
@@ -81,7 +81,7 @@ def _open(i: Any, d: Any, j: Any, tree: Any, cap: Any, back: Any) -> Any:
 @jitted
 def _grown(
     i: Any, tree: Any, parent: Any, cap: Any, near: Any, back: Any, seen: Any, far: Any, queue: Any, queued: Any,
-    state: Any,
+    counters: Any,
 ) -> Any:  # fmt: skip
     """Let i's tree take its free neighbors; the direction in which it touches the other tree, or -1."""
     for d in range(near.shape[1]):
@@ -90,7 +90,7 @@ def _grown(
             continue
         if parent[j] == NONE:
             tree[j], parent[j], seen[j], far[j] = tree[i], back[d], seen[i], far[i] + 1
-            _activate(j, queue, queued, state)
+            _activate(j, queue, queued, counters)
         elif tree[j] != tree[i]:
             return d
         elif seen[j] <= seen[i] and far[j] > far[i]:
@@ -164,10 +164,10 @@ def _rooted(k: Any, parent: Any, near: Any, seen: Any, far: Any, now: Any) -> An
 @jitted
 def _adopted(
     count: Any, orphans: Any, tree: Any, parent: Any, cap: Any, near: Any, back: Any, seen: Any, far: Any, queue: Any,
-    queued: Any, state: Any,
+    queued: Any, counters: Any,
 ) -> None:  # fmt: skip
     """Find every orphan a parent in its tree, the nearest to the terminal, or set it and its children free."""
-    now = state[2]
+    now = counters[2]
     while count > 0:
         count -= 1
         i = orphans[count]
@@ -194,7 +194,7 @@ def _adopted(
             if j < 0 or tree[j] != tree[i] or parent[j] == NONE:
                 continue
             if _open(j, back[d], i, tree[i], cap, back):
-                _activate(j, queue, queued, state)
+                _activate(j, queue, queued, counters)
             if parent[j] >= 0 and near[j, parent[j]] == i:
                 parent[j] = ORPHAN
                 orphans[count] = j

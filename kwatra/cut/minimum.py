@@ -31,46 +31,46 @@ Costs = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 def best_cut(
-    state: np.ndarray,
+    choice: np.ndarray,
     pairs: Sequence[Costs],
     taking: np.ndarray | None = None,
 ) -> np.ndarray:
-    """Which pixels take the new patch in the cheapest labeling; boolean, shaped as `state`.
+    """Which pixels take the new patch in the cheapest labeling; boolean, shaped as `choice`.
 
-    `state`: KEEP, TAKE, FREE or VOID per pixel. `pairs`: per axis the integer costs (a, b, c) of the pairs
-    (p, p + 1 along the axis), one shorter than `state` along that axis. `taking`: what a pixel costs more when it
-    takes than when it keeps, integer, shaped as `state`. Of several cheapest labelings the one that takes fewest
+    `choice`: KEEP, TAKE, FREE or VOID per pixel. `pairs`: per axis the integer costs (a, b, c) of the pairs
+    (p, p + 1 along the axis), one shorter than `choice` along that axis. `taking`: what a pixel costs more when it
+    takes than when it keeps, integer, shaped as `choice`. Of several cheapest labelings the one that takes fewest
     pixels.
     """
-    free = state == FREE
-    unary, arcs = _energy(state, pairs)
+    free = choice == FREE
+    unary, arcs = _energy(choice, pairs)
     if taking is not None:
         unary += taking
-    take = state == TAKE
+    take = choice == TAKE
     if (unary[free] < 0).any():
-        most = MOST_AT_ONCE if state.ndim < 3 else MOST_AT_ONCE // 3
+        most = MOST_AT_ONCE if choice.ndim < 3 else MOST_AT_ONCE // 3
         take[free] = solve_in_bands(unary, arcs, free, _solve, most)
     return take
 
 
-def seams_after(state: np.ndarray, take: np.ndarray, pairs: Sequence[Costs]) -> list[np.ndarray]:
+def seams_after(choice: np.ndarray, take: np.ndarray, pairs: Sequence[Costs]) -> list[np.ndarray]:
     """The cost of each pair, per axis, once the pixels in `take` have taken the new patch."""
     result = []
     for axis, (a, b, c) in enumerate(pairs):
-        p, q = along(axis, None, -1, state.ndim), along(axis, 1, None, state.ndim)
-        filled = (state != VOID)[p] & (state != VOID)[q]
+        p, q = along(axis, None, -1, choice.ndim), along(axis, 1, None, choice.ndim)
+        filled = (choice != VOID)[p] & (choice != VOID)[q]
         cost = np.where(take[p], np.where(take[q], 0, c), np.where(take[q], b, a))
         result.append(np.where(filled, cost, 0).astype(np.int32))
     return result
 
 
-def _energy(state: np.ndarray, pairs: Sequence[Costs]) -> tuple[np.ndarray, list[tuple[np.ndarray, np.ndarray]]]:
+def _energy(choice: np.ndarray, pairs: Sequence[Costs]) -> tuple[np.ndarray, list[tuple[np.ndarray, np.ndarray]]]:
     """Terminal weights (cost of taking minus cost of keeping) and, per axis, the arcs p -> q and q -> p."""
-    unary = np.zeros(state.shape, np.int64)
+    unary = np.zeros(choice.shape, np.int64)
     arcs = []
     for axis, (a, b, c) in enumerate(pairs):
-        p, q = along(axis, None, -1, state.ndim), along(axis, 1, None, state.ndim)
-        sp, sq = state[p], state[q]
+        p, q = along(axis, None, -1, choice.ndim), along(axis, 1, None, choice.ndim)
+        sp, sq = choice[p], choice[q]
         fp, fq = sp == FREE, sq == FREE
         both = fp & fq
         old = np.minimum(a, b + c)

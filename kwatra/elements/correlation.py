@@ -35,7 +35,7 @@ class Correlation:
 
 
 def pictures(exemplar: Exemplar) -> list[tuple[Tensor, Tensor]]:
-    """The exemplar's images that are not copies, (C, ..., H, W) float64, and where they may be looked at, (..., H, W).
+    """The exemplar's images as they were given, (C, ..., H, W) float64, and where they may be looked at, (..., H, W).
 
     What may not be looked at is 0.
     """

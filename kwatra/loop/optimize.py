@@ -18,13 +18,16 @@ from kwatra.base import enlarged
 from kwatra.exemplar import Exemplar
 from kwatra.levels import Level
 from kwatra.loop.scene import Estimate, Scene
-from kwatra.loop.task import Task
+from kwatra.loop.task import Task, task_of
 from kwatra.pieces import Gaps, block_start, repeated
 from kwatra.result import Progress, Result, Row, Stage
 from kwatra.settings import Settings
 from kwatra.source import Prepared, Texture, sourcemap
 from kwatra.steps import Step
 from kwatra.terms import Sum, TermLike
+
+SETTLED = 0.005
+"""A level ends when fewer than this share of its matches change."""
 
 Between = Callable[[Tensor, Step], Tensor]
 
@@ -51,7 +54,7 @@ def optimize(
     exemplar, never with their product. Raises InputError for what cannot be done, FloatingPointError should the energy
     or the image cease to be finite.
     """
-    task = Task.of(texture, shape, settings or Settings(), terms, mask, seed, start is not None)
+    task = task_of(texture, shape, settings or Settings(), terms, mask, seed, start is not None)
     if start is not None:
         task.check_start(start)
     begun = _begun(task, start)
@@ -115,7 +118,7 @@ def _uncut(begun: _Beginning, image: Tensor, where: Tensor, factors: tuple[int, 
 
 def _iterate(scene: Scene, estimate: Estimate, report: "_Report", between: Between | None) -> tuple[Estimate, str]:
     """EM iterations on one level until the matches settle or their number is spent; and why it stopped."""
-    level, tolerance = scene.level, scene.task.settings.tolerance
+    level = scene.level
     while estimate.iteration < level.iterations:
         estimate, row = scene.step(estimate)
         if not math.isfinite(estimate.energy):
@@ -126,11 +129,8 @@ def _iterate(scene: Scene, estimate: Estimate, report: "_Report", between: Betwe
                 raise FloatingPointError(f"`between` made pixels NaN or infinite in iteration {estimate.iteration}")
             estimate = replace(estimate, image=image)
         report.add(scene.number, estimate, row)
-        if estimate.changed < tolerance:
-            return (
-                estimate,
-                f"the matches settled: fewer than {tolerance:.1%} changed in iteration {estimate.iteration}",
-            )
+        if estimate.changed < SETTLED:
+            return estimate, f"the matches settled: fewer than {SETTLED:.1%} changed in iteration {estimate.iteration}"
     done = "the one iteration was" if level.iterations == 1 else f"all {level.iterations} iterations were"
     return estimate, f"{done} done"
 

@@ -32,32 +32,6 @@ class Task:
     generator: torch.Generator
     made: dict[tuple[int, ...], Controls] = field(default_factory=dict)
 
-    @classmethod
-    def of(
-        cls,
-        texture: Exemplar | Prepared | Texture,
-        shape: Sequence[int],
-        settings: Settings,
-        terms: TermLike | Sum | Sequence[TermLike | Sum],
-        mask: Tensor | None,
-        seed: int,
-        started: bool = False,
-    ) -> "Task":
-        """The task, checked; started: whether an image is given to begin with. InputError for what cannot be done."""
-        texture = Prepared(texture) if isinstance(texture, Exemplar) else texture
-        shape = whole_sizes(shape, _axes(texture, shape))
-        if mask is not None:
-            check_mask(mask, shape)
-            mask = None if bool(mask.all()) else mask
-        parts = parts_of(terms)
-        levels = _levels(texture, shape, settings, bool(parts) or started)
-        task = cls(texture, shape, settings, levels, parts, mask, generator_of(seed))
-        per_axis(settings.wrap, len(shape))
-        if settings.start == "terms" and not task.terms:
-            raise InputError("the start is 'terms' but there is no term; give one, or another start")
-        check_controls(task.controls((1,) * len(shape)), torch.zeros(task.channels, *shape, device=texture.device))
-        return task
-
     @property
     def wraps(self) -> tuple[bool, ...]:
         """Along which axes the output is periodic."""
@@ -83,6 +57,31 @@ class Task:
             )
         if not bool((start if self.mask is None else start[:, self.mask]).isfinite().all()):
             raise InputError("the start image holds NaN or infinite pixels; replace them first")
+
+
+def task_of(
+    texture: Exemplar | Prepared | Texture,
+    shape: Sequence[int],
+    settings: Settings,
+    terms: TermLike | Sum | Sequence[TermLike | Sum],
+    mask: Tensor | None,
+    seed: int,
+    started: bool = False,
+) -> Task:
+    """The task, checked; started: whether an image is given to begin with. InputError for what cannot be done."""
+    texture = Prepared(texture) if isinstance(texture, Exemplar) else texture
+    shape = whole_sizes(shape, _axes(texture, shape))
+    if mask is not None:
+        check_mask(mask, shape)
+        mask = None if bool(mask.all()) else mask
+    parts = parts_of(terms)
+    levels = _levels(texture, shape, settings, bool(parts) or started)
+    task = Task(texture, shape, settings, levels, parts, mask, generator_of(seed))
+    per_axis(settings.wrap, len(shape))
+    if settings.start == "terms" and not task.terms:
+        raise InputError("the start is 'terms' but there is no term; give one, or another start")
+    check_controls(task.controls((1,) * len(shape)), torch.zeros(task.channels, *shape, device=texture.device))
+    return task
 
 
 def _axes(texture: Texture, shape: Sequence[int]) -> int:

@@ -1,6 +1,6 @@
-"""What whole pixels are copied from: an exemplar, or it and its transformed copies, in one mosaic (thesis 3.4 A).
+"""What whole pixels are copied from: an exemplar, or it and its variants, in one mosaic (thesis 3.4 A).
 
-All copies lie side by side in one array with a rim of one repeated pixel each. A pixel of the output then remembers one
+All lie side by side in one array with a rim of one repeated pixel each. A pixel of the output then remembers one
 number, its place in the mosaic, and its patch's colour at a neighboring pixel is one stride away, rim included. So
 every patch has a colour next to each pixel it covers, which is what keeps the matching cost a metric at patch borders.
 """

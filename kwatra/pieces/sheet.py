@@ -143,18 +143,18 @@ class Sheet(Generic[S]):
         inner = tuple(
             slice(b - w, b - w + e) for b, w, e in zip(patch.box.start, window.start, patch.box.extent, strict=True)
         )
-        state = self._state(at, inner, must, must_not)
+        choice = self._choice(at, inner, must, must_not)
         new = self._patch_places(patch, window)
         remembered = [seams[at][along(k, None, -1, len(at))] for k, seams in enumerate(self.seams)]
         pairs = self.cost.pairs(self.places[each(at)], new, remembered)
         extra = None
         if taking is not None:
-            extra = np.zeros(state.shape, np.int64)
+            extra = np.zeros(choice.shape, np.int64)
             extra[inner] = taking
-        take = best_cut(state, pairs, extra)
-        seams = seams_after(state, take, pairs)
+        take = best_cut(choice, pairs, extra)
+        seams = seams_after(choice, take, pairs)
         change = summed(seams) - summed(a for a, _, _ in pairs)
-        more = 0 if extra is None else int(extra[take & (state == FREE)].sum())
+        more = 0 if extra is None else int(extra[take & (choice == FREE)].sum())
         return Cut(patch, at, take, new, seams, change, change + more)
 
     def commit(self, cut: Cut) -> None:
@@ -170,7 +170,7 @@ class Sheet(Generic[S]):
         self.patches.append(cut.patch)
         self.total += cut.change
 
-    def _state(
+    def _choice(
         self,
         at: tuple[np.ndarray, ...],
         inner: tuple[slice, ...],
@@ -178,15 +178,15 @@ class Sheet(Generic[S]):
         must_not: np.ndarray | None,
     ) -> np.ndarray:
         filled = self.label[at] >= 0
-        state = np.where(filled, KEEP, VOID)
+        choice = np.where(filled, KEEP, VOID)
         core = np.where(filled[inner], FREE, TAKE)
         if must is not None:
             core[must] = TAKE
         if must_not is not None:
             core[must_not] = np.where(filled[inner][must_not], KEEP, VOID)
         core[self.fixed[at][inner]] = KEEP
-        state[inner] = core
-        return state
+        choice[inner] = core
+        return choice
 
     def _patch_places(self, patch: Patch, window: Box) -> np.ndarray:
         steps = zip(window.start, window.stop, patch.box.start, patch.box.stop, patch.shift, strict=True)

@@ -47,8 +47,8 @@ class CheapestSeams:
         places = labels.of(ballot, heaviest.window, list(heaviest.inside))
         for window, inside, there in ballot.layout.coverings():
             window, there, *inside = torch.broadcast_tensors(window, there, *inside)
-            state = _inner(window.cpu().numpy(), there.cpu().numpy())
-            places = labels.laid(places, labels.of(ballot, window, list(inside)), state)
+            choice = _inner(window.cpu().numpy(), there.cpu().numpy())
+            places = labels.laid(places, labels.of(ballot, window, list(inside)), choice)
         where = labels.mosaic.coordinates(places)[1]
         image = source.exemplar.canvas[(slice(None), *torch.from_numpy(where).long().to(mass.device))]
         return Pull(image * mass, mass)
@@ -77,10 +77,10 @@ class _Labels:
         """What is minimized."""
         return int(self.unlike(places).sum()) + summed(self.cost.within(places))
 
-    def laid(self, old: np.ndarray, new: np.ndarray, state: np.ndarray) -> np.ndarray:
-        """The cheapest of old and new places, taken together where `state` leaves it free."""
+    def laid(self, old: np.ndarray, new: np.ndarray, choice: np.ndarray) -> np.ndarray:
+        """The cheapest of old and new places, taken together where `choice` leaves it free."""
         pairs = self.cost.pairs(old, new, self.cost.within(old))
-        take = best_cut(state, pairs, self.unlike(new) - self.unlike(old))
+        take = best_cut(choice, pairs, self.unlike(new) - self.unlike(old))
         return np.where(take, new, old)
 
 

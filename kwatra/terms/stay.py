@@ -28,8 +28,8 @@ REACH = 0.25
 class Stay(Term):
     """Windows prefer their own place: one from a quarter of the frame away costs `weight` times the texture's variance.
 
-    weight: >= 0 and finite. Needs a texture that is an exemplar. Copies of an exemplar (mirrored, turned, scaled) have
-    the places of the pixels that they are made of.
+    weight: >= 0 and finite. Needs a texture that is an exemplar. Its variants (mirrored, turned, scaled) have the
+    places of the pixels that they are made of.
     """
 
     weight: float

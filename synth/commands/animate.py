@@ -64,8 +64,8 @@ def add(commands: Subparsers) -> None:
         "where the exemplar needs it (default: EXEMPLAR_FIELD.mp4 in this folder)")  # fmt: skip
     add("--also", action="append", default=[], metavar="NAME=FILE", help="carry a map of the exemplar along, frame by "
         "frame, to OUT_NAME; with several exemplars NAME=FILE1,FILE2; may be given again")  # fmt: skip
-    add("--mirror", action="store_true", help="use mirrored copies of the exemplar too")
-    add("--rotate", type=numbers, default=(), metavar="DEG,...", help="use rotated copies too (--rotate=-90,90; "
+    add("--mirror", action="store_true", help="use mirrored variants of the exemplar too")
+    add("--rotate", type=numbers, default=(), metavar="DEG,...", help="use rotated variants too (--rotate=-90,90; "
         "default: none, but for videos with --published those that the flow asks for)")  # fmt: skip
     add_scale(parser)
     add("--fps", type=rate, metavar="F", help=f"frames a second of a video (default: as the exemplar, or {_FPS:g})")
@@ -94,7 +94,8 @@ def _obstacle(text: str) -> "Path | tuple[float, ...]":
 
 def run(arguments: argparse.Namespace) -> str:
     """Check everything, work, write everything; returns the summary."""
-    from synth.commands.animate_inputs import frames_of, length_of, name_of, read_inputs
+    from synth.commands.animate_flow import name_of
+    from synth.commands.animate_inputs import frames_of, read_inputs
 
     set_up(arguments)
     if arguments.loop is not None and arguments.fill_from is not None:
@@ -116,7 +117,7 @@ def run(arguments: argparse.Namespace) -> str:
     job = Framewise(
         arguments,
         inputs.tracks(output),
-        length_of(arguments, _FRAMES),
+        inputs.asked.length(arguments, _FRAMES),
         inputs.shape,
         inputs.settings,
         inputs.rate or _FPS,

@@ -12,11 +12,11 @@ from torch import Tensor
 import flow
 from kwatra import Exemplar
 from kwatra.base import InputError
+from synth.commands.animate_flow import AskedFlow
 from synth.commands.animate_maps import Along, read_along
-from synth.commands.checks import check_size, refuse_unused
+from synth.commands.checks import check_size
 from synth.commands.framewise import Track, digest, versions
 from synth.io.alpha import premultiplied, straight
-from synth.io.flows import FLOW_SUFFIXES, field_of, read_flow
 from synth.io.images import Picture, read_image, read_mask
 from synth.io.kinds import Kind
 from synth.io.raising import raised
@@ -24,7 +24,6 @@ from synth.io.videos import is_video, read_video
 from synth.texture.form import Form
 from synth.texture.normals import is_normal
 from synth.texture.work import PRESETS
-from synth.words import counted
 
 Shape = tuple[int, int]
 
@@ -40,16 +39,18 @@ class Inputs:
     """What an animation is made of.
 
     exemplars: of one kind, (C, H, W) each, or one (C, T, H, W) of a video, of which rate says how many frames play in a
-    second. field: bent around the obstacle. shape: (H, W) of the frames. mask (H, W): False where the obstacle is; None
-    where there is none. first: the pixels of a picture to begin with. form: takes the exemplars' pixels to [0, 1] and
-    back. background (C, H, W): what is seen where there is no texture; None where nothing is. maps: what goes along.
-    settings: all that decides what the frames look like, by names that a user knows; of files, what they hold.
+    second. asked: the flow as --flow has it; field: the same, bent around the obstacle. shape: (H, W) of the frames.
+    mask (H, W): False where the obstacle is; None where there is none. first: the pixels of a picture to begin with.
+    form: takes the exemplars' pixels to [0, 1] and back. background (C, H, W): what is seen where there is no texture;
+    None where nothing is. maps: what goes along. settings: all that decides what the frames look like, by names that a
+    user knows; of files, what they hold.
 
     Pixels are mixed with their colors multiplied by alpha, so that what cannot be seen colors nothing.
     """
 
     exemplars: list[Tensor]
     kind: Kind
+    asked: AskedFlow
     field: flow.Field
     shape: Shape
     mask: Tensor | None
@@ -106,10 +107,9 @@ def read_inputs(arguments: argparse.Namespace, output: Path) -> Inputs:
     drawn = read_mask(arguments.obstacle) if isinstance(arguments.obstacle, Path) else None
     given = {arguments.obstacle: drawn, arguments.first: None if first is None else first.pixels,
              arguments.background: behind}  # fmt: skip
-    shape = _shape(arguments, given, _size(exemplars[0]) if exemplars[0].ndim == 4 else _SIZE)
-    if not _is_file(arguments.flow):
-        refuse_unused(arguments, ["resample"], f"stretches a file's flow but {arguments.flow} is made for any size")
-    field = field_of(arguments.flow, arguments.speed, arguments.resample)
+    asked = AskedFlow.read(arguments)
+    shape = _shape(arguments, given, asked, _size(exemplars[0]) if exemplars[0].ndim == 4 else _SIZE)
+    field = asked.field(arguments.speed, arguments.resample)
     mask = None if arguments.obstacle is None else _mask(arguments.obstacle, drawn, shape)
     field = field if mask is None else flow.around(field, mask)
     mixed = [_mixed(exemplar, kind) for exemplar in exemplars]
@@ -117,16 +117,16 @@ def read_inputs(arguments: argparse.Namespace, output: Path) -> Inputs:
     maps = [read_along(request, exemplars, output) for request in arguments.also]
     turned = [along.name for along in maps if is_normal(along.name)]
     if turned and (arguments.mirror or arguments.rotate):
-        raise InputError(f"--also {turned[0]} holds directions, which do not turn with copies of the exemplar; leave "
+        raise InputError(f"--also {turned[0]} holds directions, which do not turn with variants of the exemplar; leave "
                          "out --mirror and --rotate, or that map")  # fmt: skip
     settings = {
         "exemplar": " ".join(digest(exemplar, kind) for exemplar in exemplars),
-        **_settings(arguments, shape, mask, first),
+        **_settings(arguments, asked, shape, mask, first),
         "--background": "None" if behind is None else digest(behind, kind),
         "--also": " ".join(along.digest for along in maps),
     }
     form: Form[Tensor] = Form.of(mixed)
-    return Inputs(mixed, kind, field, shape, mask, begin, form, behind, maps, settings, rate)
+    return Inputs(mixed, kind, asked, field, shape, mask, begin, form, behind, maps, settings, rate)
 
 
 def _mixed(exemplar: Tensor, kind: Kind) -> Tensor:
@@ -136,38 +136,20 @@ def _mixed(exemplar: Tensor, kind: Kind) -> Tensor:
     return torch.stack([premultiplied(frame, kind) for frame in exemplar.unbind(1)], 1)
 
 
-def length_of(arguments: argparse.Namespace, usual: int) -> int:
-    """How many frames to make: as asked, or as far as a flow in time leads, or else the usual number.
-
-    Raises InputError for more than the flow leads to; a loop needs one that leads back.
-    """
-    asked: int | None = arguments.loop or arguments.frames
-    flows = read_flow(arguments.flow).flow if _is_file(arguments.flow) else None
-    if flows is None or flows.ndim == 3 or len(flows) == 1:
-        return asked or usual
-    most = len(flows) if arguments.loop else len(flows) + 1
-    if asked is not None and asked > most:
-        raise InputError(
-            f"{arguments.flow} holds {len(flows)} flows, which lead to {counted(most, 'frame')}, but {asked} are "
-            f"asked for; give --{'loop' if arguments.loop else 'frames'} {most} or less, or a longer flow"
-        )
-    return asked or most
-
-
 def frames_of(
     arguments: argparse.Namespace, inputs: Inputs, total: int, after: flow.State | None
 ) -> Iterator[flow.Frame]:
     """The frames to make, none of them made yet, up to `total`; those behind a state."""
     device = arguments.device
     pixels = [inputs.form.normalized(exemplar) for exemplar in inputs.exemplars]
-    copies = {"mirror": arguments.mirror, "rotate": arguments.rotate, "scale": arguments.scale or ()}
-    exemplar = Exemplar.of(pixels, **copies, device=device)
+    variants = {"mirror": arguments.mirror, "rotate": arguments.rotate, "scale": arguments.scale or ()}
+    exemplar = Exemplar.of(pixels, **variants, device=device)
     if arguments.published:
-        return _published(arguments, inputs, exemplar if any(copies.values()) else pixels[0].to(device), total, after)
+        return _published(arguments, inputs, exemplar if any(variants.values()) else pixels[0].to(device), total, after)
     also = None
     if inputs.maps:
         values = zip(*(along.values for along in inputs.maps), strict=True)
-        also = Exemplar.of([torch.cat(each) for each in values], **copies, device=device)
+        also = Exemplar.of([torch.cat(each) for each in values], **variants, device=device)
     first = None if inputs.first is None else inputs.form.normalized(inputs.first).to(device)
     make, more = (flow.animate, {"enter": arguments.fill_from}) if arguments.loop is None else (flow.loop, {})
     return make(
@@ -206,11 +188,10 @@ def _published(
 
 
 def _settings(
-    arguments: argparse.Namespace, shape: Shape, mask: Tensor | None, first: Picture | None
+    arguments: argparse.Namespace, asked: AskedFlow, shape: Shape, mask: Tensor | None, first: Picture | None
 ) -> dict[str, str]:
-    recorded = _is_file(arguments.flow)
     return {
-        "--flow": hashlib.sha256(Path(arguments.flow).read_bytes()).hexdigest() if recorded else arguments.flow,
+        "--flow": asked.digest,
         "--speed": str(arguments.speed),
         "--size": "x".join(map(str, shape[::-1])),
         "--loop": str(arguments.loop),
@@ -223,11 +204,6 @@ def _settings(
         **{f"--{name}": str(getattr(arguments, name)) for name in ("mirror", "rotate", "scale", "device")},
         **versions(),
     }
-
-
-def name_of(text: str) -> str:
-    """What a flow is called in a file's name."""
-    return Path(text).stem if _is_file(text) else text.replace(":", "")
 
 
 def _read_exemplars(arguments: argparse.Namespace) -> tuple[list[Tensor], Kind, Tensor | None, float | None]:
@@ -252,12 +228,14 @@ def _read_first(path: Path, exemplar_path: Path, wanted: Kind) -> Picture:
     return first
 
 
-def _shape(arguments: argparse.Namespace, given: Mapping[Path, Tensor | None], default: Shape) -> Shape:
+def _shape(
+    arguments: argparse.Namespace, given: Mapping[Path, Tensor | None], asked: AskedFlow, default: Shape
+) -> Shape:
     """(H, W): as asked, or that of the files, which must all have it, but for a flow that may be stretched."""
     sizes = {path: _size(image) for path, image in given.items() if image is not None}
-    recorded = Path(arguments.flow)
-    if _is_file(arguments.flow):
-        default = _size(read_flow(recorded).flow)
+    recorded = Path(asked.text)
+    if asked.size is not None:
+        default = asked.size
         if not arguments.resample:
             sizes = {recorded: default} | sizes
     shape = arguments.size or next(iter(sizes.values()), default)
@@ -287,10 +265,6 @@ def _mask(obstacle: Obstacle, drawn: Tensor | None, shape: Shape) -> Tensor:
     if not bool(mask.any()):
         raise InputError(f"{name} covers the whole frame; leave some room for the texture")
     return mask
-
-
-def _is_file(text: str) -> bool:
-    return Path(text).suffix.lower() in FLOW_SUFFIXES
 
 
 def _size(image: Tensor) -> Shape:

@@ -188,8 +188,8 @@ def add_tile(parser: argparse.ArgumentParser) -> None:
 
 def add_scale(parser: argparse.ArgumentParser) -> None:
     """Add --scale, in the one way in which all commands read it."""
-    parser.add_argument("--scale", type=scales, metavar="F,F,...|A:B", help="use scaled copies of the exemplar too: of "
-        "these sizes, or of five from A to B times its own")  # fmt: skip
+    parser.add_argument("--scale", type=scales, metavar="F,F,...|A:B", help="use scaled variants of the exemplar too: "
+        "of these sizes, or of five from A to B times its own")  # fmt: skip
 
 
 def add_common(

@@ -68,26 +68,26 @@ def add(commands: Subparsers) -> None:
     add("--edges", action=argparse.BooleanOptionalAction, help="let seams prefer busy places: normalize their cost by "
         "the gradient (default: for videos only)")  # fmt: skip
     add_tile(parser)
-    _add_copies(parser)
+    _add_variants(parser)
     add_blending(parser, "default: 0, and 1 for videos")
     _add_video(parser)
     add("--seams", type=file, metavar="FILE", help="also write the result with its seams drawn in red")
     add("--map", type=file, metavar="FILE", help="also write where each pixel is from: .npy, int32, (exemplar, y, x); "
-        "of a video (copy, t, y, x)")  # fmt: skip
+        "of a video (variant, t, y, x)")  # fmt: skip
     add("--also", action="append", default=[], metavar="NAME=FILE", help="images: carry a map of the exemplar along, "
         "exactly, to OUT_NAME; with several exemplars NAME=FILE1,FILE2; may be given again")  # fmt: skip
     add("--seed", type=whole(0), default=0, metavar="N", help="another seed, another result (default: 0)")
     add_common(parser, device=False, verbose=True)
 
 
-def _add_copies(parser: Parser) -> None:
+def _add_variants(parser: Parser) -> None:
     """What else than the exemplar itself is copied from."""
     add = parser.add_argument
-    add("--rotate", type=numbers, nargs="?", const=(90.0, 180.0, 270.0), metavar="DEG,...", help="use rotated copies "
+    add("--rotate", type=numbers, nargs="?", const=(90.0, 180.0, 270.0), metavar="DEG,...", help="use rotated variants "
         "too (without angles, as the last argument: by quarter turns; --rotate=-20,20)")  # fmt: skip
-    add("--mirror", action="store_true", help="use mirrored copies too")
+    add("--mirror", action="store_true", help="use mirrored variants too")
     add_scale(parser)
-    add("--perspective", action="store_true", help="use only scaled copies: the first scale at the top, the last at "
+    add("--perspective", action="store_true", help="use only scaled variants: the first scale at the top, the last at "
         "the bottom")  # fmt: skip
 
 

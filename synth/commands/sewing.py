@@ -50,12 +50,12 @@ def extra_writers(arguments: argparse.Namespace, result: "Quilt", rate: float = 
         else:
             writers[arguments.seams] = io.image_writer(arguments.seams, drawn, seams_kind())
     if result.image.ndim == 4 and arguments.map is not None:
-        writers[arguments.map] = io.npy_writer(_copies(result).astype("int32"))
+        writers[arguments.map] = io.npy_writer(_variants(result).astype("int32"))
     return writers
 
 
-def _copies(result: "Quilt") -> "Array":
-    """Of which copy, and where there, each pixel is: (copy, t, y, x) by (4, T, H, W)."""
+def _variants(result: "Quilt") -> "Array":
+    """Of which variant, and where there, each pixel is: (variant, t, y, x) by (4, T, H, W)."""
     import numpy as np
 
     return np.concatenate([result.source.numpy()[None], result.offset.numpy() + np.indices(result.patch.shape)])

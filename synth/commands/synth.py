@@ -75,13 +75,13 @@ def add(commands: Subparsers) -> None:
     add("--start", type=file, metavar="IMAGE", help="image to start from, of the size to make")
     add("--levels", type=levels, metavar="SCALE:WIDTH,...", help='"4:32,2:16,1:8": windows 32 wide at 1/4 size, and '
         'so on; or "thesis", the levels of Kwatra\'s thesis (default: planned from the exemplar)')  # fmt: skip
-    add("--mirror", action="store_true", help="use mirrored copies of the exemplars too")
-    add("--rotate", type=numbers, default=(), metavar="DEG,...", help="use rotated copies too (--rotate=-90,90)")
+    add("--mirror", action="store_true", help="use mirrored variants of the exemplars too")
+    add("--rotate", type=numbers, default=(), metavar="DEG,...", help="use rotated variants too (--rotate=-90,90)")
     add_scale(parser)
     add("--progress-images", type=file, metavar="DIR", help="write the image after each level into this folder")
     add("--energy", type=file, metavar="FILE", help="write the energy per iteration as .csv or drawn as .png")
     add("--map", type=file, metavar="FILE", help="write where each pixel comes from: .npy int32 (exemplar, y, x) by "
-        "(3, H, W), a fourth row where copies are turned; or 16-bit .png with R = x, G = y, B = exemplar")  # fmt: skip
+        "(3, H, W), a fourth row where they are turned; or 16-bit .png with R = x, G = y, B = exemplar")  # fmt: skip
     add("--also", action="append", default=[], metavar="NAME=FILE", help="carry a map of the exemplar along, exactly, "
         "to OUT_NAME; with several exemplars NAME=FILE1,FILE2; may be given again")  # fmt: skip
     add_guides(parser)

@@ -37,6 +37,10 @@ class Recording:
             return filled(self.flow, self.known)
         return torch.stack([filled(flow, known) for flow, known in zip(self.flow, self.known, strict=True)])
 
+    def field(self, speed: float | None = None, resample: bool = False) -> Field:
+        """The field of the filled flow; speed and resample as of `field_of`."""
+        return sampled(self.filled(), resample, speed)
+
 
 def read_flow(path: str | Path) -> Recording:
     """Read a flow file; what it is, its ending says.
@@ -71,7 +75,7 @@ def field_of(text: str | Path, speed: float | None = None, resample: bool = Fals
     another size. Raises InputError for what is neither, and as `read_flow` does.
     """
     if Path(text).suffix.lower() in FLOW_SUFFIXES:
-        return sampled(read_flow(text).filled(), resample, speed)
+        return read_flow(text).field(speed, resample)
     if str(text).partition(":")[0] not in NAMES:
         raise InputError(
             f"{str(text)!r} names no flow; give one of {', '.join(NAMES)}, "

@@ -37,9 +37,9 @@ class QuiltSettings:
     much a source region costs for being used already. `refine`: at most so many refinement patches; `patience`: stop
     after so many in a row that lowered nothing; `seconds`: or after this time (then the result depends on the machine).
     `normalized`: cost M' (equation 5) for M (equation 1). `tile`: the picture repeats without a seam.
-    `rotate`: also copies turned by these angles, in degrees counterclockwise. `mirror`: also mirrored ones, but not
+    `rotate`: also variants turned by these angles, in degrees counterclockwise. `mirror`: also mirrored ones, but not
     where they would fold the picture about a line.
-    `scale`: also copies of these sizes, 1 as large as the exemplar; `perspective`: only these, from the first at the
+    `scale`: also variants of these sizes, 1 as large as the exemplar; `perspective`: only these, from the first at the
     top to the last at the bottom (figure 11).
     `feather`: blend seams by a Gaussian of so many pixels, and twice as many frames. `spline`: blend them by
     multi-resolution splining.
@@ -83,8 +83,8 @@ class QuiltSettings:
 class Quilt:
     """A synthesis and how it is sewn; S is the output's shape, (H, W) or (T, H, W), and d its length.
 
-    `image` (C, *S) float32. `source` (*S,): which copy of the exemplar each pixel is from. `offset` (d, *S) int32: its
-    place in that copy minus its place in the output, in the order of the axes. `patch` (*S,): the patch it came with.
+    `image` (C, *S) float32. `source` (*S,): which variant of the exemplar each pixel is from. `offset` (d, *S) int32:
+    its place there minus its place in the output, in the order of the axes. `patch` (*S,): the patch it came with.
     `seams` (d, *S) float32: the cost of the seam between a pixel and the next along each axis, 0 where there is none,
     in units of colour range (equation 1, 1 is black against white). `cost`: their sum. `history`: that sum before
     refining and after each refinement step. `stopped`: why refining ended.

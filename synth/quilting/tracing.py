@@ -15,9 +15,9 @@ def origins(result: Quilt, exemplars: Sequence[Tensor], settings: QuiltSettings)
     """
     place = result.offset.numpy() + np.indices(result.patch.shape)
     found = np.empty((3, *result.patch.shape), np.int64)
-    copies = result.source.numpy()
+    sources = result.source.numpy()
     for number, (home, variant, _) in enumerate(variants_of(exemplars, settings)):
-        here, size = copies == number, np.array(exemplars[home].shape[-2:])[:, None]
+        here, size = sources == number, np.array(exemplars[home].shape[-2:])[:, None]
         center = (np.array(variant.image.shape[-2:])[:, None] - 1) / 2
         there = np.rint(variant.matrix @ (place[:, here] - center) + (size - 1) / 2).astype(np.int64)
         found[0, here] = home

@@ -42,7 +42,7 @@ def synthesize(
     directions. loop: of a video, the last frame leads into the first. stay: how strongly what belongs somewhere in the
     frame stays there (see `kwatra.Stay`); None: a video does where its statistics depend on the place. start: an image
     of the output's size to improve, instead of beginning anew. levels: (factor, window width) pairs, coarse to fine, or
-    "thesis". mirror, rotate (degrees, counterclockwise), scale (factors): also copy from such copies of the exemplar.
+    "thesis". mirror, rotate (degrees, counterclockwise), scale (factors): also copy from such variants of the exemplar.
     terms: control terms; their values are those of the exemplar scaled so that its least value is 0 and its largest
     is 1. mask: boolean, of the output's size, True where texture belongs. guide: a map of the exemplar (one for each)
     and one of the output, of one kind and any number of channels: where the output's has a value, texture goes

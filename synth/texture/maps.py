@@ -2,7 +2,7 @@
 
 A map is carried along by lookup: output pixel p gets the map's value at the exemplar pixel that p came from. Values,
 dtype and bit depth stay exact. A map whose name begins with normal holds directions, which are turned where the
-exemplar's mirrored or turned copies were used (`synth.texture.normals`).
+exemplar's mirrored or turned variants were used (`synth.texture.normals`).
 """
 
 import re

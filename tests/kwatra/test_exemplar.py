@@ -44,7 +44,7 @@ def test_rotation_is_counterclockwise():
     assert (spot - center).tolist() == pytest.approx([-7, 7], abs=1.6)  # up and to the right
 
 
-def test_scaled_copy_has_the_scaled_size_and_the_same_mean():
+def test_scaled_variant_has_the_scaled_size_and_the_same_mean():
     smooth = torch.linspace(0, 1, 40).expand(1, 40, 40).contiguous()
     exemplar = Exemplar.of(smooth, scale=(0.5,))
     copy = exemplar.canvas[0][exemplar.owner == 1]

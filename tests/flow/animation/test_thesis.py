@@ -6,7 +6,7 @@ from torch import Tensor
 
 import flow
 from flow.animation.term import blended
-from flow.animation.thesis import with_copies
+from flow.animation.thesis import with_variants
 from kwatra import Exemplar, InputError, optimize
 from kwatra.terms.algebra import parts_of
 
@@ -134,8 +134,8 @@ def test_a_video_is_made_as_a_volume_of_equation_29() -> None:
 
 def test_a_video_that_moves_another_way_is_turned() -> None:
     down = flow.uniform(1.0, 90)(0, (24, 28))[None]
-    assert int(with_copies(drifting(), down).owner.max()) == 1
-    assert int(with_copies(drifting(), flow.uniform(1.0)(0, (24, 28))[None]).owner.max()) == 0
+    assert int(with_variants(drifting(), down).owner.max()) == 1
+    assert int(with_variants(drifting(), flow.uniform(1.0)(0, (24, 28))[None]).owner.max()) == 0
 
 
 def test_what_is_not_published_is_refused() -> None:

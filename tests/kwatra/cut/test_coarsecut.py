@@ -12,46 +12,46 @@ def problem(shape: tuple[int, ...], seed: int):
     """Two patches that differ by smooth noise, the first kept at one end, the second wanted at the other."""
     rng = np.random.default_rng(seed)
     difference = 1 + np.abs(ndimage.gaussian_filter(rng.standard_normal(shape), 3) * 2000).astype(int)
-    state = np.full(shape, FREE)
-    state[0], state[-1] = KEEP, TAKE
+    choice = np.full(shape, FREE)
+    choice[0], choice[-1] = KEEP, TAKE
     pairs = []
     for axis in range(len(shape)):
         p = np.take(difference, range(shape[axis] - 1), axis)
         q = np.take(difference, range(1, shape[axis]), axis)
         pairs.append((np.zeros_like(p), p + q, p + q))
-    return state, pairs
+    return choice, pairs
 
 
-def cost(state, take, pairs) -> int:
-    return sum(int(s.sum()) for s in seams_after(state, take, pairs))
+def cost(choice, take, pairs) -> int:
+    return sum(int(s.sum()) for s in seams_after(choice, take, pairs))
 
 
 @pytest.mark.parametrize(("shape", "most"), [((33, 40), 1.25), ((17, 16, 21), 1.01)])
 @pytest.mark.parametrize("seed", range(4))
 def test_a_banded_cut_is_nearly_as_cheap_as_the_exact_one(shape, most, seed, monkeypatch) -> None:
-    state, pairs = problem(shape, seed)
-    exact = cost(state, best_cut(state, pairs), pairs)
+    choice, pairs = problem(shape, seed)
+    exact = cost(choice, best_cut(choice, pairs), pairs)
     monkeypatch.setattr(cut, "MOST_AT_ONCE", 200)
-    take = best_cut(state, pairs)
+    take = best_cut(choice, pairs)
     assert take[-1].all()
     assert not take[0].any()
-    assert exact <= cost(state, take, pairs) <= most * exact
+    assert exact <= cost(choice, take, pairs) <= most * exact
 
 
 def test_a_free_way_of_some_width_is_found(monkeypatch) -> None:
-    state, pairs = problem((48, 40), 0)
+    choice, pairs = problem((48, 40), 0)
     for _, b, c in pairs:
         b[20:30], c[20:30] = 0, 0
     monkeypatch.setattr(cut, "MOST_AT_ONCE", 400)
-    assert cost(state, best_cut(state, pairs), pairs) == 0
+    assert cost(choice, best_cut(choice, pairs), pairs) == 0
 
 
 @pytest.mark.parametrize(("shape", "calls"), [((40, 40), 1), ((10, 16, 10), 2)])
 def test_in_three_dimensions_cuts_are_banded_sooner(shape, calls, monkeypatch) -> None:
-    state, pairs = problem(shape, 0)
+    choice, pairs = problem(shape, 0)
     sizes = []
     monkeypatch.setattr(cut, "MOST_AT_ONCE", 3000)
     solve = cut._solve
     monkeypatch.setattr(cut, "_solve", lambda *problem: (sizes.append(problem[2].sum()), solve(*problem))[1])
-    best_cut(state, pairs)
+    best_cut(choice, pairs)
     assert len(sizes) == calls

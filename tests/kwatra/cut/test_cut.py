@@ -14,7 +14,7 @@ from kwatra.cut.minimum import FREE, KEEP, TAKE, VOID, best_cut, seams_after
 def random_problem(rng, shape, metric=True):
     """States and pair costs as a canvas would make them: three or more 'patches' as random colours per pixel."""
     dims = len(shape)
-    state = rng.choice([KEEP, TAKE, FREE, FREE, FREE, VOID], size=shape)
+    choice = rng.choice([KEEP, TAKE, FREE, FREE, FREE, VOID], size=shape)
     pairs = []
     for axis in range(dims):
         less = tuple(n - (d == axis) for d, n in enumerate(shape))
@@ -22,18 +22,18 @@ def random_problem(rng, shape, metric=True):
         b, c = np.abs(at - bt)
         a = np.abs(at[0] - old[0]) if not metric else np.minimum(np.abs(old[0] - old[1]), b + c)
         pairs.append((a * rng.integers(0, 2, less), b, c))
-    return state, pairs
+    return choice, pairs
 
 
-def brute_force(state, pairs, truncated=False):
-    free = np.argwhere(state == FREE)
+def brute_force(choice, pairs, truncated=False):
+    free = np.argwhere(choice == FREE)
     if truncated:
         pairs = [(np.minimum(a, b + c), b, c) for a, b, c in pairs]
     best = None
-    for choice in itertools.product([False, True], repeat=len(free)):
-        take = state == TAKE
-        take[tuple(free.T)] = choice
-        cost = sum(int(s.sum()) for s in seams_after(state, take, pairs))
+    for taken in itertools.product([False, True], repeat=len(free)):
+        take = choice == TAKE
+        take[tuple(free.T)] = taken
+        cost = sum(int(s.sum()) for s in seams_after(choice, take, pairs))
         best = cost if best is None else min(best, cost)
     return best
 
@@ -42,20 +42,20 @@ def brute_force(state, pairs, truncated=False):
 @pytest.mark.parametrize("seed", range(12))
 def test_cut_equals_the_best_of_all_labelings(shape, seed):
     rng = np.random.default_rng(seed)
-    state, pairs = random_problem(rng, shape)
-    take = best_cut(state, pairs)
-    assert sum(int(s.sum()) for s in seams_after(state, take, pairs)) == brute_force(state, pairs)
-    assert take[state == TAKE].all()
-    assert not take[(state == KEEP) | (state == VOID)].any()
+    choice, pairs = random_problem(rng, shape)
+    take = best_cut(choice, pairs)
+    assert sum(int(s.sum()) for s in seams_after(choice, take, pairs)) == brute_force(choice, pairs)
+    assert take[choice == TAKE].all()
+    assert not take[(choice == KEEP) | (choice == VOID)].any()
 
 
 @pytest.mark.parametrize("seed", range(12))
 def test_without_the_triangle_inequality_the_cut_still_never_costs_more_than_keeping_all(seed):
     rng = np.random.default_rng(seed)
-    state, pairs = random_problem(rng, (3, 4), metric=False)
-    state[(state == TAKE) | (state == VOID)] = FREE
-    take = best_cut(state, pairs)
-    after = sum(int(s.sum()) for s in seams_after(state, take, pairs))
+    choice, pairs = random_problem(rng, (3, 4), metric=False)
+    choice[(choice == TAKE) | (choice == VOID)] = FREE
+    take = best_cut(choice, pairs)
+    after = sum(int(s.sum()) for s in seams_after(choice, take, pairs))
     assert after <= sum(int(a.sum()) for a, _, _ in pairs)
 
 
@@ -89,8 +89,8 @@ def test_large_cuts_solved_in_bands_stay_near_the_best(monkeypatch):
 
     rng = np.random.default_rng(0)
     shape = (24, 26)
-    state = np.full(shape, FREE)
-    state[:, 0], state[:, -1] = KEEP, TAKE
+    choice = np.full(shape, FREE)
+    choice[:, 0], choice[:, -1] = KEEP, TAKE
     pairs = []
     for axis in range(2):
         less = tuple(n - (d == axis) for d, n in enumerate(shape))
@@ -98,38 +98,38 @@ def test_large_cuts_solved_in_bands_stay_near_the_best(monkeypatch):
         pairs.append((np.zeros_like(cost), cost, cost))
 
     def cost_of(take):
-        return sum(int(s.sum()) for s in seams_after(state, take, pairs))
+        return sum(int(s.sum()) for s in seams_after(choice, take, pairs))
 
-    exact = cost_of(best_cut(state, pairs))
+    exact = cost_of(best_cut(choice, pairs))
     monkeypatch.setattr(cut, "MOST_AT_ONCE", 150)
-    banded = cost_of(best_cut(state, pairs))
+    banded = cost_of(best_cut(choice, pairs))
     assert exact <= banded <= 1.5 * exact
 
 
 @pytest.mark.parametrize("seed", range(12))
 def test_with_a_cost_of_taking_the_cut_is_still_the_best_of_all_labelings(seed):
     rng = np.random.default_rng(seed)
-    state, pairs = random_problem(rng, (3, 4))
-    taking = rng.integers(-80, 80, state.shape)
+    choice, pairs = random_problem(rng, (3, 4))
+    taking = rng.integers(-80, 80, choice.shape)
 
     def cost_of(take):
-        return sum(int(s.sum()) for s in seams_after(state, take, pairs)) + int(taking[take & (state == FREE)].sum())
+        return sum(int(s.sum()) for s in seams_after(choice, take, pairs)) + int(taking[take & (choice == FREE)].sum())
 
-    free = np.argwhere(state == FREE)
+    free = np.argwhere(choice == FREE)
     every = []
-    for choice in itertools.product([False, True], repeat=len(free)):
-        take = state == TAKE
-        take[tuple(free.T)] = choice
+    for taken in itertools.product([False, True], repeat=len(free)):
+        take = choice == TAKE
+        take[tuple(free.T)] = taken
         every.append(cost_of(take))
-    take = best_cut(state, pairs, taking)
+    take = best_cut(choice, pairs, taking)
     assert cost_of(take) == min(every)
-    assert take[state == TAKE].all()
-    assert not take[(state == KEEP) | (state == VOID)].any()
-    assert cost_of(best_cut(state, pairs)) >= min(every)
+    assert take[choice == TAKE].all()
+    assert not take[(choice == KEEP) | (choice == VOID)].any()
+    assert cost_of(best_cut(choice, pairs)) >= min(every)
 
 
 def test_taking_alone_decides_where_there_are_no_seams():
-    state = np.full((4, 5), FREE)
+    choice = np.full((4, 5), FREE)
     zero = [np.zeros((3, 5), int), np.zeros((4, 4), int)]
     taking = np.random.default_rng(0).integers(-9, 10, (4, 5))
-    assert (best_cut(state, [(z, z, z) for z in zero], taking=taking) == (taking < 0)).all()
+    assert (best_cut(choice, [(z, z, z) for z in zero], taking=taking) == (taking < 0)).all()

@@ -92,18 +92,18 @@ def test_where_terms_want_something_the_index_keeps_being_asked():
     exemplar = Exemplar.of(noise(96, 96))
     wanted = noise(80, 80, seed=9)
     term = SoftPixels(wanted, torch.full((1, 80, 80), 0.3))
-    settings = Settings(levels=(Level(1, 8, 5),), search=Search(exact_pairs=0), tolerance=0)
+    settings = Settings(levels=(Level(1, 8, 5),), search=Search(exact_pairs=0))
     rows = optimize(exemplar, (80, 80), settings=settings, terms=term, seed=1).energies
     assert {row["route"] for row in rows} == {"coherent"}
     assert rows[-1]["soft pixels"] < 0.8 * rows[0]["soft pixels"]
-    deaf = Settings(levels=(Level(1, 8, 5, route="coherent"),), search=Search(exact_pairs=0), tolerance=0)
+    deaf = Settings(levels=(Level(1, 8, 5, route="coherent"),), search=Search(exact_pairs=0))
     alone = optimize(exemplar, (80, 80), settings=deaf, terms=term, seed=1).energies
     assert rows[-1]["total"] < 0.95 * alone[-1]["total"]
 
 
 def test_random_windows_are_no_copies_to_go_by():
     exemplar = Exemplar.of(noise(64, 64))
-    settings = Settings(levels=(Level(1, 8, 4),), start="windows", search=Search(exact_pairs=0), tolerance=0)
+    settings = Settings(levels=(Level(1, 8, 4),), start="windows", search=Search(exact_pairs=0))
     rows = optimize(exemplar, (64, 64), settings=settings).energies
     assert {row["route"] for row in rows} == {"approximate"}
     blocks = Settings(levels=(Level(1, 8, 4),), search=Search(exact_pairs=0))

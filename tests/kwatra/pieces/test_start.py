@@ -8,7 +8,7 @@ from skimage import data
 from torch import Tensor
 
 from kwatra import Blocks, Exemplar, InputError, Settings, optimize
-from kwatra.loop.task import Task
+from kwatra.loop.task import task_of
 from kwatra.pieces import BlockStart, block_start, blocks
 from kwatra.pieces.start import block_size
 from kwatra.terms.controls import Wish
@@ -192,7 +192,7 @@ def laid(monkeypatch, exemplar, shape):
     starts, run = [], BlockStart.run
     with monkeypatch.context() as patched:
         patched.setattr(BlockStart, "run", lambda self: starts.append(self) or run(self))
-        block_start(Task.of(exemplar, shape, Settings(), (), None, 0), exemplar)
+        block_start(task_of(exemplar, shape, Settings(), (), None, 0), exemplar)
     return starts[0]
 
 

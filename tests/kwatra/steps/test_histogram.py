@@ -51,7 +51,7 @@ def test_between_is_applied_after_every_blend():
         seen.append((step.number, step.iteration, step.exemplar.shape, tuple(step.where.shape)))
         return match_histogram(image, step)
 
-    settings = Settings(levels=(Level(2, 8, 2), Level(1, 8, 2)), tolerance=0)
+    settings = Settings(levels=(Level(2, 8, 2), Level(1, 8, 2)))
     image = optimize(Exemplar.of(z), (32, 32), settings=settings, between=between).image
     assert seen == [(k, i, s, (2, *s)) for k, s in enumerate([(16, 16), (32, 32)]) for i in (1, 2)]
     assert torch.equal(image.flatten().sort().values, z.flatten().sort().values)

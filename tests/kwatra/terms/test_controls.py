@@ -196,7 +196,7 @@ def test_an_operator_from_outside_smooths_beside_hard_pixels_and_mask():
 
 def test_what_the_solver_did_not_reach_stands_in_the_energies():
     def residuals(**solver):
-        settings = Settings(levels=(Level(1, 8, 2),), tolerance=0, solver=Solver(**solver))
+        settings = Settings(levels=(Level(1, 8, 2),), solver=Solver(**solver))
         found = optimize(Exemplar.of(texture(48, 48)), (40, 40), settings=settings, terms=Smooth(1000.0))
         return [row["residual"] for row in found.energies]
 

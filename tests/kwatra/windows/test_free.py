@@ -91,7 +91,7 @@ def test_windows_may_move_from_iteration_to_iteration():
         voted.append(ballot.layout)
         return mean(ballot)
 
-    settings = Settings(levels=(Level(1, 8, 4),), layout=wandering, tolerance=0, vote=vote)
+    settings = Settings(levels=(Level(1, 8, 4),), layout=wandering, vote=vote)
     free = optimize(exemplar, (32, 32), settings=settings)
     assert asked == [0, 1, 2, 3, 4]
     assert all(one is other for one, other in zip(voted, given, strict=True))

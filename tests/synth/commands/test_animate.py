@@ -11,6 +11,7 @@ import flow
 from kwatra import Exemplar
 from synth import Kind, read_image, write_image
 from synth.cli import main
+from synth.io import flow_formats
 from synth.io.images import read_array
 from synth.io.videos import read_video
 from synth.texture.work import PRESETS
@@ -67,6 +68,13 @@ def test_output_goes_to_the_current_folder_named_after_exemplar_and_flow(folder:
     assert main(["animate", "deep/mud.png", "--flow", "wind.flo", "--frames", "2", "--preset", "fast"]) == 0
     assert read_video("mud_uniform90.mp4").frames.shape == (3, 2, *SHAPE)
     assert read_video("mud_wind.mp4").frames.shape == (3, 2, 30, 36)  # the flow's own size
+
+
+def test_a_flow_file_is_read_once(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    read, opened = flow_formats.READERS[".flo"], []
+    monkeypatch.setitem(flow_formats.READERS, ".flo", lambda path: opened.append(path) or read(path))
+    assert main(["animate", "sand.png", "--flow", "wind.flo", "--frames", "2", "--preset", "fast"]) == 0
+    assert opened == [Path("wind.flo")]
 
 
 @pytest.mark.parametrize(

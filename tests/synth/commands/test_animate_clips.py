@@ -67,7 +67,7 @@ def test_copies_of_the_exemplar_are_used_on_request(clip: torch.Tensor, folder: 
     assert main([*command[:-1], "3", "-o", "out", "--resume"]) == 2
 
 
-def test_maps_of_directions_are_not_turned_with_copies(clip: torch.Tensor, folder: Path, capsys) -> None:
+def test_maps_of_directions_are_not_turned_with_variants(clip: torch.Tensor, folder: Path, capsys) -> None:
     write_video("normals", clip, 10.0, GRAY)
     assert main([*VIDEO, "--also", "normal=normals", "--mirror", "-o", "out"]) == 2
     assert "--also normal holds directions" in capsys.readouterr().err

@@ -93,7 +93,7 @@ def test_everything_at_once(folder: Path) -> None:
     assert read_image("levels/level_2_scale1_width8.png").pixels.shape == (3, 48, 64)
     source = np.load("m.npy")
     assert source.dtype == np.int32
-    assert source.shape == (4, 48, 64)  # the fourth row: how mirrored copies lie
+    assert source.shape == (4, 48, 64)  # the fourth row: how mirrored variants lie
     assert set(np.unique(source[0])) <= {0, 1}
     assert source.min() >= 0
     assert source[1:3].max() < 64

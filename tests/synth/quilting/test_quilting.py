@@ -80,7 +80,7 @@ def test_a_tile_says_where_each_pixel_is_from() -> None:
 
 
 @pytest.mark.parametrize(("height", "width", "angle"), [(40, 60, 20), (60, 40, 20), (50, 50, 45), (30, 80, -70)])
-def test_a_turned_copy_is_the_largest_upright_rectangle(height: int, width: int, angle: float) -> None:
+def test_a_turned_variant_is_the_largest_upright_rectangle(height: int, width: int, angle: float) -> None:
     y, x = torch.meshgrid(torch.arange(height) * 1.0, torch.arange(width) * 1.0, indexing="ij")
     turned = rotated(torch.stack([x, y]), angle)
     high, wide = turned.shape[1:]

@@ -48,7 +48,7 @@ def test_normals_are_those_of_the_height_that_was_made(options: dict, down: bool
     assert (turned[~copied] == made.take(normals_of(height, down))[~copied]).all()
 
 
-def test_without_copies_nothing_is_turned() -> None:
+def test_without_variants_nothing_is_turned() -> None:
     image = np.rint(255 * surface(48)).astype(np.uint8)
     made = synthesize(image, (48, 48), preset="fast", scale=(0.8,))
     assert made.turns is None

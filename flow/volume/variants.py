@@ -1,7 +1,7 @@
-"""Copies of a video whose texture moves as the flow asks, where the video's own does not (thesis section 7.3).
+"""Variants of a video whose texture moves as the flow asks, where the video's own does not (thesis section 7.3).
 
 The search can only find motion that is there. So where the flow has directions that the video lacks, quarter turns of
-the video bring them, which resample nothing; and where it has another speed, a scaled copy does.
+the video bring them, which resample nothing; and where it has another speed, a scaled one does.
 """
 
 import torch
@@ -37,7 +37,7 @@ def turns(own: Tensor, wanted: Tensor) -> tuple[float, ...]:
 
 
 def scales(own: Tensor, wanted: Tensor) -> tuple[float, ...]:
-    """The factor, from 1/2 to 2, by which a copy of a video that moves by `own` is nearest in speed to what is wanted.
+    """The factor, from 1/2 to 2, by which to scale a video that moves by `own` for the speed nearest to what is wanted.
 
     None where their speeds are alike or nothing moves. Both (2, N), x first, in px per frame.
     """

@@ -6,7 +6,7 @@ from torch import Tensor
 
 import flow
 from flow.animation.drift import drift
-from flow.volume.copies import scales, turns
+from flow.volume.variants import scales, turns
 from kwatra import Exemplar
 
 RIGHT, DOWN, LEFT, UP = ((2.0, 0.0), (0.0, 2.0), (-2.0, 0.0), (0.0, -2.0))
