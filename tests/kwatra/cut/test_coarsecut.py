@@ -5,7 +5,7 @@ import pytest
 from scipy import ndimage
 
 from kwatra.cut import minimum as cut
-from kwatra.cut.minimum import FREE, KEEP, TAKE, best_cut, seams_after
+from kwatra.cut import FREE, KEEP, TAKE, best_cut, seams_after
 
 
 def problem(shape: tuple[int, ...], seed: int):
