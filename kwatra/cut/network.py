@@ -6,6 +6,7 @@ any axis of any number of dimensions.
 This module is compiled by numba when first used, so it is imported where a cut is solved.
 """
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -62,8 +63,8 @@ def _small(choice: Array) -> Array:
 
 def _lines(values: Array, axis: int) -> Array:
     """A view of values (a copy, where they are not contiguous) as (before, along, behind) an axis."""
-    behind = int(np.prod(values.shape[axis + 1 :]))
-    return np.ascontiguousarray(values).reshape(-1, values.shape[axis], behind)
+    before, behind = math.prod(values.shape[:axis]), math.prod(values.shape[axis + 1 :])
+    return np.ascontiguousarray(values).reshape(before, values.shape[axis], behind)
 
 
 @jitted

@@ -74,7 +74,7 @@ class Mosaic:
 
     def matching_at(self, places: np.ndarray) -> np.ndarray:
         """Colours (C, *places.shape) at places of the mosaic, in the units of `matching`."""
-        return self.planes[:, places].astype(np.float32) / np.float32(LEVELS) - np.float32(0.5)
+        return self.colors(places).astype(np.float32) / np.float32(LEVELS) - np.float32(0.5)
 
     def nowhere(self, shape: tuple[int, ...]) -> np.ndarray:
         """Places for pixels that have none yet."""
@@ -117,7 +117,7 @@ class Mosaic:
 
     def colors(self, places: np.ndarray) -> np.ndarray:
         """Quantized colors (C, *places.shape) at places."""
-        return self.planes[:, places]
+        return self.planes.take(places, axis=1)
 
     def beyond(self, places: np.ndarray, axis: int, step: int) -> np.ndarray:
         """The places one step (1 or -1) along an axis."""
