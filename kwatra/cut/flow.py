@@ -1,4 +1,5 @@
-"""Minimum cut of a network by pushing a preflow (Goldberg and Tarjan 1988, "A new approach to the maximum-flow problem").
+"""Minimum cut of a network by pushing a preflow (Goldberg and Tarjan 1988, "A new approach to the maximum-flow
+problem").
 
 The network is a grid: every node has the same few directions, direction d leads back as `back[d]`. Arcs from the source
 are filled at once, and what has arrived at a node is pushed on towards the sink, along arcs that are not full, to

@@ -22,7 +22,7 @@ from kwatra.cut.bands import Arcs, solve_in_bands
 from kwatra.cut.choices import FREE, TAKE
 
 MOST_AT_ONCE = 100_000
-"""Cuts over more free pixels than this are solved coarse to fine (coarsecut.py): faster, and bounded in memory. In
+"""Cuts over more free pixels than this are solved coarse to fine (kwatra.cut.bands): faster, and bounded in memory. In
 three dimensions a third of it is the limit, for there a flow takes far longer."""
 
 Costs = tuple[np.ndarray, np.ndarray, np.ndarray]

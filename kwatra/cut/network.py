@@ -42,8 +42,8 @@ def table(arcs: Sequence[tuple[Array, Array]], free: Array) -> tuple[Array, Arra
     capacity = np.zeros((np.count_nonzero(free), 2 * free.ndim), np.int64)
     neighbor = np.full(capacity.shape, -1, np.int32)
     for axis, (ahead, back) in enumerate(arcs):
-        lines = (_lines(v, axis) for v in (node, ahead, back))
-        _joined(*lines, axis, 2 * free.ndim - 1 - axis, capacity, neighbor)
+        nodes, one, other = (_lines(v, axis) for v in (node, ahead, back))
+        _joined(nodes, one, other, capacity, neighbor, axis, 2 * free.ndim - 1 - axis)
     return capacity, neighbor
 
 
@@ -93,7 +93,7 @@ def _priced(choice: Any, a: Any, b: Any, c: Any, weight: Any, ahead: Any, back: 
 
 
 @jitted
-def _joined(node: Any, ahead: Any, back: Any, behind: Any, before: Any, capacity: Any, neighbor: Any) -> None:
+def _joined(node: Any, ahead: Any, back: Any, capacity: Any, neighbor: Any, behind: Any, before: Any) -> None:
     for i in range(ahead.shape[0]):
         for j in range(ahead.shape[1]):
             for k in range(ahead.shape[2]):
