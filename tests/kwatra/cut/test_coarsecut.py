@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from kwatra.cut import minimum as cut
 from kwatra.cut import FREE, KEEP, TAKE, best_cut, seams_after
+from kwatra.cut import minimum as cut
 
 
 def problem(shape: tuple[int, ...], seed: int):

@@ -7,8 +7,8 @@ import pytest
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from kwatra.cut.flow import sink_side
 from kwatra.cut import FREE, KEEP, TAKE, VOID, best_cut, seams_after
+from kwatra.cut.flow import sink_side
 
 
 def random_problem(rng, shape, metric=True):
