@@ -87,13 +87,13 @@ class Detail:
 
 
 def strength(image: Tensor, textures: Sequence[Tensor], weights: Weights) -> float:
-    """How strong the faintest octave of an image's detail is beside that between textures (C, H, W); 1: as strong.
+    """How strong the strongest octave of an image's detail is beside that between textures (C, H, W); 1: equal.
 
     Three octaves of a Laplacian pyramid (Burt and Adelson, The Laplacian pyramid as a compact image code, 1983); what
     lies between the textures': see `synth.metamorphosis.recolor.barycenter`. Sizes may differ.
     """
     octaves = zip(*(_octaves(each) for each in (image, *textures)), strict=True)
-    return min(
+    return max(
         float(own.covariance.trace() / barycenter(theirs, weights).covariance.trace()) ** 0.5
         for own, *theirs in octaves
     )

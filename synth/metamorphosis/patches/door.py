@@ -12,8 +12,7 @@ from torch import Tensor
 from kwatra.base import InputError
 from synth.metamorphosis.method import Frames, Report, silent
 from synth.metamorphosis.methods import method as method_of
-from synth.metamorphosis.patches.method import PatchMorph, filmed
-from synth.metamorphosis.patches.pace import Pace
+from synth.metamorphosis.patches.method import PatchMorph
 from synth.metamorphosis.patches.weighting import Weighting, checked_weights
 from synth.texture.form import Form, Image
 
@@ -77,15 +76,10 @@ def interpolate(
     between = method.between(images, maps, shape, tile, seed, most)
     report = callback or silent
     report("matching patches", 0.0)
-    pace = Pace.of(between.finest, between.bands) if method.even and len(images) == 2 else None
-    asked = (_weighting(weights, number, images, size) for number in range(count))
-    paced = asked if pace is None else (weighting.paced(pace) for weighting in asked)
-    if method.independent:
-        made = filmed(paced, count, between.published, None, report)
-    else:
-        made = filmed(paced, count, between.still, between.onward, report)
+    weightings = (_weighting(weights, number, images, size) for number in range(count))
+    made = method.frames(between, weightings, count, report)
     frames = Frames((form.restored(frame.image.cpu()) for frame in made), count)
-    return Interpolated(frames, between.found.maps, (between.found.remark,))
+    return Interpolated(frames, between.found.maps, method.remarks(between))
 
 
 def _method(preset: str, options: dict[str, Any]) -> PatchMorph:

@@ -127,8 +127,6 @@ class Interpolation:
     def onward(self, frame: Frame, weighting: Weighting) -> Frame:
         """What a frame becomes at another weighting; away from where that changes it stays as it is, to the bit."""
         changed = (frame.weighting.values != weighting.values).any(0)
-        if not bool(changed.any()):
-            return frame
         return self._between(weighting, None if bool(changed.all()) else (~dilated(changed, self._reach), frame.image))
 
     def published(self, weighting: Weighting) -> Frame:

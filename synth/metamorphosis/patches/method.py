@@ -2,20 +2,20 @@
 
 The paper makes each image from noise, and so does `independent`. Else each frame, and each still or map, is a texture
 like what `Passage` shows at its time, so a film begins in A, ends in B, what moves does so smoothly, and where a map
-gives a texture all the weight it is as good as that texture synthesized. Where A and B cancel each other halfway in a
-film (dark lines on light lines), each frame is what the one before becomes when its patches are shown at their next
-weights, where they lie: such a film ends as a texture of B.
+gives a texture all the weight it is as good as that texture synthesized. Where A and B cancel each other there (dark
+lines on light lines), the first frame is made as published, and each other is what the one before becomes when its
+patches are shown at their next weights, where they lie: such a film ends as a texture of B.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
+import torch
 from torch import Tensor
 
 from kwatra.base import InputError
 from synth.metamorphosis.method import Film, Frames, Method, Pair, Report
 from synth.metamorphosis.pairing import Growth
-from synth.metamorphosis.patches.detail import strength
 from synth.metamorphosis.patches.interpolation import PUBLISHED, Frame, Interpolation, Pyramid
 from synth.metamorphosis.patches.model import Making
 from synth.metamorphosis.patches.pace import Pace
@@ -30,9 +30,7 @@ CARRYING = Synthesis(rejected=0.0, iterations=2, relaxed=False, mean_shift=False
 FOLLOWING = replace(CARRYING, free_centers=False)
 """Beside a wish free centers gain nothing."""
 
-FAINT = 0.9
-"""Detail that is fainter than this halfway was lost where A and B were laid over each other; on seven pairs of
-photographs it is .98 or more, on white hexagons that become orange ones .76."""
+CANCELING = "the textures cancel each other where they lie, so frames are made from patches alone and end as a texture"
 
 
 @dataclass(frozen=True)
@@ -68,39 +66,56 @@ class PatchMorph(Method):
         shape = self.size or (pair.a.shape[1], pair.a.shape[2])
         between = self.between((pair.a, pair.b), _features(pair), shape, pair.tile, seed)
         report("matching patches", 0.0)
-        remarks = [between.found.remark]
-        alone = len(times) == 1 or self.independent
-        frames = None if alone else self._led(between, pair, times, seed, report)
-        if frames is None:
-            frames = self._made(between, times, report)
-            remarks += [] if alone else ["A and B cancel each other halfway, so the film ends as a texture of B"]
-        return Film(Frames(frames, len(times)), tuple(times), remarks=tuple(remarks), features=between.found.maps)
+        passage = None if len(times) == 1 or self.independent else self._passage(between, pair, seed, report)
+        if passage is None or passage.cancels:
+            weightings = (Weighting.even((1 - time, time), shape) for time in times)
+            made: Iterator[Tensor] = (frame.image for frame in self.frames(between, weightings, len(times), report))
+            remarks = self.remarks(between)
+        else:
+            made = _passing(between, passage, times, report)
+            remarks = (between.found.remark,)
+        return Film(Frames(made, len(times)), tuple(times), remarks=remarks, features=between.found.maps)
 
-    def _made(self, between: Interpolation, times: Sequence[float], report: Report) -> Iterator[Tensor]:
-        """Frames each of which is made by itself, or else of the one before."""
-        weightings = [Weighting.even((1 - time, time), between.shape) for time in times]
-        if self.even:
-            pace = Pace.of(between.finest, between.bands)
-            weightings = [weighting.paced(pace) for weighting in weightings]
-        if self.independent or len(times) > 1:
-            onward = None if self.independent else between.carried
-            return (frame.image for frame in filmed(weightings, len(times), between.published, onward, report))
-        return (frame.image for frame in filmed(weightings, len(times), between.still, None, report))
+    def frames(
+        self,
+        between: Interpolation,
+        weightings: Iterable[Weighting],
+        count: int,
+        report: Report,
+    ) -> Iterator[Frame]:
+        """A frame for each of `count` weightings, one by one; the frame before, where weightings are the same.
 
-    def _led(
-        self, between: Interpolation, pair: Pair, times: Sequence[float], seed: int, report: Report
-    ) -> Iterator[Tensor] | None:
-        """Frames that begin in A and end in B, both synthesized first if frames have another size; None: see FAINT."""
+        Each is like what the passage shows. Where textures cancel each other there the first is made as published, and
+        others are what the one before becomes; if independent, all are made as published.
+        """
+        begin, onward = between.still, between.onward
+        if self.independent or between.passage.cancels:
+            begin, onward = between.published, between.carried
+        pace = Pace.of(between.finest, between.bands) if self.even and len(between.images) == 2 else None
+        frame: Frame | None = None
+        for number, weighting in enumerate(weightings):
+            report(f"frame {number + 1} of {count}", number / count)
+            paced = weighting if pace is None else weighting.paced(pace)
+            if frame is None or self.independent:
+                frame = begin(paced)
+            elif not torch.equal(frame.weighting.values, paced.values):
+                frame = onward(frame, paced)
+            yield frame
+        report("done", 1.0)
+
+    def remarks(self, between: Interpolation) -> tuple[str, ...]:
+        """Sentences for a person on how `frames` are made."""
+        cancel = not self.independent and between.passage.cancels
+        return (between.found.remark, *((CANCELING,) if cancel else ()))
+
+    def _passage(self, between: Interpolation, pair: Pair, seed: int, report: Report) -> Passage:
+        """What leads from A to B, both synthesized first if frames have another size."""
         maps = between.found.maps
         if between.shape != tuple(pair.a.shape[1:]):
             pair = Growth("default", seed, str(pair.a.device))(pair, between.shape, report)
             maps = replace(between, images=(pair.a, pair.b), features=_features(pair)).found.maps
         images = (pair.a, pair.b)
-        passage = Passage.of(images, maps, self.pyramid[-1][1], self.making, SEARCHES[self.search], pair.tile, report)
-        halfway = between.along(passage, 0.5)
-        if strength(halfway, between.images, (0.5, 0.5)) < FAINT:
-            return None
-        return _passing(between, passage, {0.0: pair.a, 0.5: halfway, 1.0: pair.b}, times, report)
+        return Passage.of(images, maps, self.pyramid[-1][1], self.making, SEARCHES[self.search], pair.tile, report)
 
     def between(
         self,
@@ -133,34 +148,17 @@ class PatchMorph(Method):
         return replace(self, size=size)
 
 
-def _passing(
-    between: Interpolation, passage: Passage, known: dict[float, Tensor], times: Sequence[float], report: Report
-) -> Iterator[Tensor]:
-    """The frames at some times, of which some are known."""
+def _passing(between: Interpolation, passage: Passage, times: Sequence[float], report: Report) -> Iterator[Tensor]:
+    """The frames at some times."""
+    ends = dict(zip((0.0, 1.0), passage.pictures, strict=True))
     for number, time in enumerate(times):
         report(f"frame {number + 1} of {len(times)}", number / len(times))
-        yield known[time] if time in known else between.along(passage, time)
+        yield ends[time] if time in ends else between.along(passage, time)
     report("done", 1.0)
 
 
 def _features(pair: Pair) -> tuple[Tensor, Tensor] | None:
     return None if pair.features_a is None or pair.features_b is None else (pair.features_a, pair.features_b)
-
-
-def filmed(
-    weightings: Iterable[Weighting],
-    count: int,
-    begin: Callable[[Weighting], Frame],
-    onward: Callable[[Frame, Weighting], Frame] | None,
-    report: Report,
-) -> Iterator[Frame]:
-    """A frame for each of `count` weightings: what the one before becomes by `onward`, or, without that, begun."""
-    frame: Frame | None = None
-    for number, weighting in enumerate(weightings):
-        report(f"frame {number + 1} of {count}", number / count)
-        frame = begin(weighting) if frame is None or onward is None else onward(frame, weighting)
-        yield frame
-    report("done", 1.0)
 
 
 PRESETS = {

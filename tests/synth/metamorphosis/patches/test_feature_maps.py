@@ -35,6 +35,17 @@ def test_joints_are_found_dark_or_bright(dark: bool) -> None:
     assert found.kind in found.remark
 
 
+def test_joints_are_whole_where_they_are_many_and_some_are_faint() -> None:
+    """Joints that are a third of all pixels, those around dark cells with half of the contrast."""
+    _, joint = grid(12, True)
+    generator = torch.Generator().manual_seed(1)
+    cells = torch.where(torch.rand(6, 6, generator=generator) < 0.5, 0.45, 0.7)
+    cell = ((torch.arange(64) + 8) // 12).clamp(max=5)
+    image = torch.where(joint, 0.1, cells[cell][:, cell])[None] + 0.02 * torch.rand(1, 64, 64, generator=generator)
+    away = torch.from_numpy(distance_transform_edt(~find_features([image]).maps[0].numpy()))
+    assert float(away[joint].quantile(0.95)) <= 3
+
+
 def test_a_map_of_what_is_there_tells_more_than_one_of_something_else() -> None:
     image, joint = grid(16, True)
     other = torch.zeros_like(joint)
