@@ -44,6 +44,6 @@ def _number(text: str, meaning: str | None, number: str) -> dict[str, float]:
         value = int(number) if meaning == "seed" else float(number)
     except ValueError:
         value = math.nan
-    if not math.isfinite(value):
+    if not -math.inf < value < math.inf:  # of a number that may be longer than a float's
         raise InputError(f"{text!r} has no number for its {meaning}; write it as in uniform:90 or noise:7")
     return {meaning: value}
