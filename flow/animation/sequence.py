@@ -235,9 +235,9 @@ class Motion:
         old = old.onward(self.film, look, before.inside)
         changed = known & ((new - source).square().sum(0) >= JUMP**2) & self.read.usable(source)
         above, below = (self._picture(at, known) for at in (source, old.below))
-        wanted = old.mixed(above, below) + old.shade
+        wanted = old.mixed(above, below, known, self.channels) + old.shade
         fading = old.replaced(source, changed, left_of(self.film, self.renewing.inertia))
-        image = fading.mixed(copies, torch.where(changed, above, below))
+        image = fading.mixed(copies, torch.where(changed, above, below), known, self.channels)
         shade = shaded(wanted, image, known, self.renewing.shades)
         shade[self.channels :] = 0
         return self._within(image + shade), replace(fading, shade=shade)

@@ -42,11 +42,11 @@ def test_what_lies_below_flows_lives_on_and_fades() -> None:
     image = torch.zeros(1, *SHAPE)
     nothing = Fading.nothing(here, image)
     above, below = torch.rand(2, 1, *SHAPE)
-    assert torch.equal(nothing.mixed(above, below), above)
+    assert torch.equal(nothing.mixed(above, below, inside, 1), above)
     changed = here[0] < 20
     one = nothing.replaced(here, changed, 0.5)
     assert torch.equal(one.share, torch.where(changed, 0.5, 0.0))
-    assert torch.allclose(one.mixed(above, below), torch.where(changed, (above + below) / 2, above))
+    assert torch.allclose(one.mixed(above, below, inside, 0), torch.where(changed, (above + below) / 2, above))
     later = replace(one, shade=torch.ones_like(image)).onward(film, look, inside)
     assert torch.allclose(later.share[:, 1:], one.share[:, :-1])  # carried by one px to the right
     there = film.onward(here[:, 10:20, 9:19])
@@ -55,6 +55,23 @@ def test_what_lies_below_flows_lives_on_and_fades() -> None:
     assert torch.allclose(two.share, later.share / 2)
     assert torch.equal(Fading.unpacked(two.packed).below, two.below)
     assert torch.equal(Fading.unpacked(two.packed).shade, two.shade)
+
+
+@pytest.mark.parametrize("share", [0.2, 0.5, 0.8])
+def test_details_do_not_fade_with_what_is_mixed(share: float) -> None:
+    above, below = 0.5 + 0.1 * torch.randn(2, 2, 96, 96, generator=torch.Generator().manual_seed(0))
+    below[0] = 0.5 + 2 * (below[0] - 0.5)
+    known = torch.ones(96, 96, dtype=torch.bool)
+    known[:, :20] = False
+    above[:, ~known] = below[:, ~known] = 9.0
+    fading = Fading(torch.zeros(2, 96, 96), torch.where(known, share, 0.0), torch.zeros(2, 96, 96))
+    seen = fading.mixed(above, below, known, 1)[:, known]
+    wanted = (1 - share) * above[0, known].var() + share * below[0, known].var()
+    assert float(seen[0].var() / wanted) == pytest.approx(1, abs=0.08)
+    plain = ((1 - share) * above + share * below)[:, known]
+    assert float(seen[0].mean()) == pytest.approx(float(plain[0].mean()), abs=2e-3)
+    assert torch.allclose(seen[1], plain[1])  # a map that goes along
+    assert torch.allclose(fading.mixed(above, above, known, 2), above, atol=1e-5)
 
 
 def test_what_is_replaced_fades_as_fast_as_the_clip_forgets() -> None:
