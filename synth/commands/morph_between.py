@@ -98,7 +98,7 @@ def check_features(paths: "Sequence[Path] | None", count: int, overwrite: bool) 
         io.check_output(path, synth.Kind(*MASK), overwrite)
 
 
-def _weights(arguments: argparse.Namespace, count: int) -> "tuple[float, ...] | list[Tensor]":
+def _weights(arguments: argparse.Namespace, count: int) -> "tuple[float, ...] | Sequence[Tensor]":
     """Weights of the textures, or the map of each frame; InputError unless they are given once."""
     given = [name for name in ("map", "weights", "at") if getattr(arguments, name) is not None]
     if len(given) != 1:
@@ -111,24 +111,18 @@ def _weights(arguments: argparse.Namespace, count: int) -> "tuple[float, ...] | 
             f"--map leads from A to B but there are {count} textures; give --weights, or two textures"
         )
     path = getattr(arguments, given[0])
-    maps = _maps(path)
-    if given == ["map"]:
-        return [each[:3].mean(0) for each in maps]
-    channels = len(maps[0])
-    if channels < count or channels > count + 1:
-        raise synth.InputError(
-            f"{path} has {counted(channels, 'channel')} but there are {count} textures; give an image with one channel "
-            "for each (red, green, blue for three)"
-        )
-    return [each[:count] for each in maps]
 
+    def shown(image: "Tensor") -> "Tensor":
+        if given == ["map"]:
+            return image[:3].mean(0)
+        if not count <= len(image) <= count + 1:
+            raise synth.InputError(
+                f"{path} has {counted(len(image), 'channel')} but there are {count} textures; give an image with one "
+                "channel for each (red, green, blue for three)"
+            )
+        return image[:count]
 
-def _maps(path: Path) -> "list[Tensor]":
-    """The images of a file, or the frames of a video or folder, in [0, 1]."""
-    if io.is_video(path):
-        return list(io.read_video(path).frames.unbind(1))
-    picture = io.read_image(path)
-    return [picture.pixels]
+    return io.Reel(path, shown) if io.is_video(path) else [shown(io.read_image(path).pixels)]
 
 
 def _kind(paths: "Sequence[Path]", pictures: "Sequence[Picture]") -> "Kind":

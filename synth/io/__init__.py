@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from synth.io.numpy_files import npy_writer
     from synth.io.outputs import Writer, bytes_writer, check_writable, staged, write_files
     from synth.io.raising import raised
+    from synth.io.reels import Reel
     from synth.io.videos import VIDEO_SUFFIXES, Clip, check_video_output, is_video, read_video, video_writer
 
 __all__ = [
@@ -33,6 +34,7 @@ __all__ = [
     "FramesFolder",
     "Kind",
     "Picture",
+    "Reel",
     "Writer",
     "array_writer",
     "bytes_writer",
@@ -72,6 +74,7 @@ __getattr__, __dir__ = lazy(
         "FramesFolder": "synth.io.frames",
         "Kind": "synth.io.kinds",
         "Picture": "synth.io.images",
+        "Reel": "synth.io.reels",
         "Writer": "synth.io.outputs",
         "array_writer": "synth.io.images",
         "bytes_writer": "synth.io.outputs",

@@ -6,6 +6,7 @@ repeats the last. A folder of PNG frames keeps every value.
 """
 
 from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -103,10 +104,26 @@ def check_video_output(path: str | Path, overwrite: bool) -> None:
         raise InputError(f"{path} holds more than frames and is not replaced; name another folder")
 
 
-def _read_folder(path: Path, rate: float) -> Clip:
+def frame_names(path: Path) -> list[Path]:
+    """The images of a folder in the order of their names; InputError if there are none."""
     names = sorted(p for p in path.iterdir() if _is_frame(p))
     if not names:
         raise InputError(f"{path} holds no images; give a folder of frames, an .mp4 or a .gif")
+    return names
+
+
+def file_frames(path: Path, aloud: bool = True) -> Iterator[Tensor]:
+    """The frames (C, H, W) of a video file, one by one; InputError as for `read_video`, some after the last frame.
+
+    aloud: what of the file is not kept is told.
+    """
+    with _opened(path) as container:
+        for array in _decoded(path, container, aloud):
+            yield _pixels(array)
+
+
+def _read_folder(path: Path, rate: float) -> Clip:
+    names = frame_names(path)
     first = read_image(names[0])
     frames = torch.empty(first.pixels.shape[0], len(names), *first.pixels.shape[1:])
     for t, name in enumerate(names):
@@ -129,6 +146,24 @@ def _size(pixels: Tensor) -> str:
 
 
 def _read_file(path: Path) -> Clip:
+    with _opened(path) as container:
+        stream = container.streams.video[0]
+        rate = float(stream.average_rate or 25)
+        arrays = []
+        for array in _decoded(path, container):
+            arrays.append(array)
+            if len(arrays) * array.shape[0] * array.shape[1] > MOST_PIXELS:
+                raise InputError(f"{path} has more than 2^28 pixels in all its frames; give a shorter or smaller video")
+        clear = has_alpha(stream)
+    frames = torch.empty(arrays[0].shape[2], len(arrays), *arrays[0].shape[:2])
+    for t, array in enumerate(arrays):
+        frames[:, t] = _pixels(array)
+    return Clip(frames, rate, _WITH_ALPHA if clear else _COLORS)
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[Any]:
+    """A video file's container; InputError for what is none, or if it breaks off."""
     import av
 
     if not path.exists():
@@ -137,23 +172,35 @@ def _read_file(path: Path) -> Clip:
         with av.open(str(path)) as container:
             if not container.streams.video:
                 raise InputError(f"{path} holds no video; give an .mp4, a .gif or a folder of frames")
-            stream = container.streams.video[0]
-            rate = float(stream.average_rate or 25)
-            clear = has_alpha(stream)
-            decoded = frames_with_alpha(container, stream) if clear else container.decode(stream)
-            arrays, times = _decoded(path, decoded, "rgba" if clear else "rgb24")
-            _check_whole(path, container, times)
-            _tell(path, bool(container.streams.audio), times, rate)
+            yield container
     except (av.FFmpegError, OSError) as error:
         raise InputError(f"{path} is no video that can be read ({error}); give an .mp4, a .gif or a folder") from error
-    if len({array.shape for array in arrays}) > 1:
-        raise InputError(f"{path} has frames of differing sizes; all frames must have one size")
-    if not arrays:
+
+
+def _decoded(path: Path, container: Any, aloud: bool = True) -> Iterator[np.ndarray]:
+    """Frames (H, W, 3 or 4), one by one; after the last InputError for what is not whole or has frames unlike.
+
+    aloud: what of the file is not kept is told.
+    """
+    stream, shape, times = container.streams.video[0], None, list[float]()
+    clear = has_alpha(stream)
+    for frame in frames_with_alpha(container, stream) if clear else container.decode(stream):
+        array = frame.to_ndarray(format="rgba" if clear else "rgb24")
+        times += [] if frame.time is None else [frame.time]
+        if shape not in (None, array.shape):
+            raise InputError(f"{path} has frames of differing sizes; all frames must have one size")
+        shape = array.shape
+        yield array
+    _check_whole(path, container, times)
+    if aloud:
+        _tell(path, bool(container.streams.audio), times, float(stream.average_rate or 25))
+    if shape is None:
         raise InputError(f"{path} has no frames; give a longer video")
-    frames = torch.empty(arrays[0].shape[2], len(arrays), *arrays[0].shape[:2])
-    for t, array in enumerate(arrays):
-        frames[:, t] = torch.from_numpy(array).permute(2, 0, 1) / 255
-    return Clip(frames, rate, _WITH_ALPHA if clear else _COLORS)
+
+
+def _pixels(array: np.ndarray) -> Tensor:
+    """A decoded frame (H, W, C) as (C, H, W) in [0, 1]."""
+    return torch.from_numpy(array).permute(2, 0, 1) / 255
 
 
 def _check_whole(path: Path, container: Any, times: list[float]) -> None:
@@ -181,18 +228,6 @@ def _tell(path: Path, loud: bool, times: list[float], rate: float) -> None:
     if len(gaps) and 0 < gaps.min() * _EVEN < gaps.max():
         each = f"{gaps.min():.3g} to {gaps.max():.3g} s each"
         note(f"{path} shows its frames for {each}; all are taken to last alike, {rate:.4g} a second")
-
-
-def _decoded(path: Path, frames: Iterable[Any], form: str) -> tuple[list[np.ndarray], list[float]]:
-    """Frames (H, W, 3 or 4), and the times in s at which those that tell it are shown."""
-    arrays: list[np.ndarray] = []
-    times: list[float] = []
-    for frame in frames:
-        arrays.append(frame.to_ndarray(format=form))
-        times += [] if frame.time is None else [frame.time]
-        if len(arrays) * frame.width * frame.height > MOST_PIXELS:
-            raise InputError(f"{path} has more than 2^28 pixels in all its frames; give a shorter or smaller video")
-    return arrays, times
 
 
 def _bytes(frames: Iterable[Tensor], alpha: bool = False) -> Iterator[np.ndarray]:
