@@ -65,6 +65,7 @@ class Interpolation:
     of frames. wrap: they tile. synthesis: of a frame as published; carrying: of one that the one before becomes;
     following: of one that is like what a passage shows.
     statistics: detail that blends take away is given back. search: how thoroughly textures are brought onto each other.
+    preset: with which they are synthesized at the size of frames.
     weightings: how many are told apart in one frame. Raises InputError for maps or textures that will not do.
     """
 
@@ -80,6 +81,7 @@ class Interpolation:
     seed: int
     statistics: bool
     search: Search
+    preset: str = "default"
     weightings: int = 1
 
     def __post_init__(self) -> None:
@@ -266,7 +268,7 @@ class Interpolation:
         if shape == tuple(image.shape[1:]):
             lines = torch.meshgrid(*map(torch.arange, shape), indexing="ij")
             return torch.stack(lines), image
-        made = synthesize(image.cpu(), shape, tile=self.wrap, seed=self.seed)
+        made = synthesize(image.cpu(), shape, tile=self.wrap, preset=self.preset, seed=self.seed)
         return torch.as_tensor(made.source)[1:].long(), made.image.to(image)
 
 

@@ -42,7 +42,7 @@ class PatchMorph(Method):
     one before becomes. statistics: detail that blends take away is given back (section 4.5). even: a frame not led
     by its time is as far on its way, by measure, as its time says; or else the time is the share of B in its
     neighborhoods. independent: every frame is made by itself, as published. search: how thoroughly A is brought
-    onto B in a film: "fast", "default" or "best".
+    onto B in a film, and textures are synthesized where frames have another size: "fast", "default" or "best".
     size: (height, width) of frames, by default that of A.
     """
 
@@ -112,7 +112,7 @@ class PatchMorph(Method):
         """What leads from A to B, both synthesized first if frames have another size."""
         maps = between.found.maps
         if between.shape != tuple(pair.a.shape[1:]):
-            pair = Growth("default", seed, str(pair.a.device))(pair, between.shape, report)
+            pair = Growth(self.search, seed, str(pair.a.device))(pair, between.shape, report)
             maps = replace(between, images=(pair.a, pair.b), features=_features(pair)).found.maps
         images = (pair.a, pair.b)
         return Passage.of(images, maps, self.pyramid[-1][1], self.making, SEARCHES[self.search], pair.tile, report)
@@ -140,6 +140,7 @@ class PatchMorph(Method):
             seed,
             self.statistics,
             SEARCHES["fast" if self.search == "default" else self.search],
+            self.search,
             weightings,
         )
 
@@ -163,7 +164,7 @@ def _features(pair: Pair) -> tuple[Tensor, Tensor] | None:
 
 PRESETS = {
     "fast": PatchMorph(
-        Making(anchors=600, cells=2),
+        Making(anchors=600, cells=2, points=20),
         Synthesis(iterations=2, relaxed=False),
         following=replace(FOLLOWING, iterations=1),
         pyramid=((2, 17), (1, 17)),

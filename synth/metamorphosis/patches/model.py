@@ -22,9 +22,6 @@ from synth.metamorphosis.recolor import Colors, barycenter, recolored
 ANCHORS = 2000
 """So many windows of each texture are anchors, at most."""
 
-POINTS = 32
-"""So many points of a window's features are matched."""
-
 
 @dataclass(frozen=True)
 class Making:
@@ -33,7 +30,7 @@ class Making:
     feature_weight: what the distance to features counts beside all colors together. transport: partners by optimal
     transport, or else nearest ones. warped: features are moved onto each other. scaled: elements are brought to one
     size. anchors: so many windows of each texture are, at most. cells: windows of pictures that lead into each other
-    lie so many times closer together than they are wide.
+    lie so many times closer together than they are wide. points: so many of a window's features are matched, at most.
     """
 
     feature_weight: float = 1.0
@@ -42,6 +39,7 @@ class Making:
     scaled: bool = True
     anchors: int = ANCHORS
     cells: int = CELLS
+    points: int = 32
 
 
 @dataclass(frozen=True)
@@ -102,7 +100,7 @@ def matched(
     anchor = torch.cat([torch.full((len(at),), number) for number, at in enumerate(corners)])
     centers = torch.cat([_centers(row, textures, corners, width) for row in partners])
     first = [torch.stack([at[own] for at, own in zip(corners, row, strict=True)], 1) for row in partners]
-    there, back = bends(common, first, width, making.warped)
+    there, back = bends(common, first, width, making)
     found = Neighborhoods(width, tuple(units), anchor, centers, there, back)
     return Matched(level, making.feature_weight, textures, found, colors)
 
@@ -151,23 +149,27 @@ def _centers(partners: Sequence[Tensor], textures: Sequence[Texture], corners: S
 
 
 def bends(
-    textures: Sequence[Texture], corners: Sequence[Tensor], width: int, warped: bool
+    textures: Sequence[Texture], corners: Sequence[Tensor], width: int, making: Making
 ) -> tuple[Tensor | None, Tensor | None]:
     """See `Neighborhoods.there` and `back`, None unless warped.
 
     corners: for each of n textures (N, n, 2), the first pixels of N of its windows, and of their partners in all.
     """
-    if not warped:
+    if not making.warped:
         return None, None
-    there, back = zip(*(_bends_of(number, textures, own, width) for number, own in enumerate(corners)), strict=True)
+    there, back = zip(
+        *(_bends_of(number, textures, own, width, making.points) for number, own in enumerate(corners)), strict=True
+    )
     return torch.cat(there), torch.cat(back)
 
 
-def _bends_of(number: int, textures: Sequence[Texture], corners: Tensor, width: int) -> tuple[Tensor, Tensor]:
+def _bends_of(
+    number: int, textures: Sequence[Texture], corners: Tensor, width: int, most: int
+) -> tuple[Tensor, Tensor]:
     """Those of the windows of one texture, by number."""
     nodes = lattice(width)
     points = [
-        feature_points(each.features, at, width, POINTS) for each, at in zip(textures, corners.unbind(1), strict=True)
+        feature_points(each.features, at, width, most) for each, at in zip(textures, corners.unbind(1), strict=True)
     ]
     pairs = [torch.zeros(2, len(corners), len(nodes), 2) for _ in textures]
     for other in range(len(textures)):

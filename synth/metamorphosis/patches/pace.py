@@ -18,7 +18,7 @@ from synth.metamorphosis.bands import Bands, settled
 from synth.metamorphosis.patches.model import Matched
 
 _KNOTS = 5
-_WINDOWS, _WIDTH = 300, 7
+_WINDOWS, _WIDTH = 150, 7
 
 
 @dataclass(frozen=True)
