@@ -17,7 +17,7 @@ NOWHERE = -1e3
 COUNTS = 10_000
 """Costs are counted in whole numbers, so many to one variance of the exemplar."""
 
-THROUGH = 0.5
+MIXING = 0.5
 """What a seam through an element costs more, in deviations of the exemplar. Chosen by looking at stones of 48 px and
 nuts that turn by 2 px a frame: with 0.1 corners of other stones are left on them. Along gaps seams cost what they cost
 elsewhere: where they are cheap, as in a first frame, chips of nuts are scattered over the ground."""
@@ -49,7 +49,7 @@ class Coordinates:
             at: Array = hidden.depth[y.clip(0, rows - 1), x.clip(0, columns - 1)]
             return at
 
-        return SeamCost(self, depth=Depth(depth, THROUGH * hidden.hides * self._cost * COUNTS, hidden=1.0))
+        return SeamCost(self, depth=Depth(depth, MIXING * hidden.hides * self._cost * COUNTS, hidden=1.0))
 
     def nowhere(self, shape: tuple[int, ...]) -> Array:
         """Coordinates for pixels that show nothing."""

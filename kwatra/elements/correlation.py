@@ -15,7 +15,7 @@ from kwatra.base import total
 from kwatra.exemplar import Exemplar
 
 EDGE_SIGMA = 1.0
-"""Edges are sought in a picture blurred by this many pixels."""
+"""Edges are sought in a picture blurred by this many pixels, as is usual."""
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ LEAST_OVERLAP = 0.1
 """Lags are trusted at which at least this share of the pictures overlaps: one and a half periods are enough."""
 
 STRONGEST = 24
-"""Vectors are sought among so many peaks."""
+"""Vectors are sought among so many peaks: a bound on time."""
 
 NEAR = 2
 """A lattice is judged at its points up to so many vectors away along each."""

@@ -28,7 +28,7 @@ from kwatra.pieces.again import Budget, lay_again
 from kwatra.pieces.boxes import Box, box_sums
 from kwatra.pieces.charges import NEAR, charged, shown_near, step_cost
 from kwatra.pieces.fitting import Fit, continued
-from kwatra.pieces.gaps import Gaps, gaps
+from kwatra.pieces.gaps import LARGEST, Gaps, gaps
 from kwatra.pieces.mosaic import Mosaic
 from kwatra.pieces.regions import Regions
 from kwatra.pieces.seams import SeamCost
@@ -125,9 +125,9 @@ class BlockStart:
         lattice, which keeps copies in step, none grows: tiles would be cut.
         """
         self.sheet.cost = found.cost
-        block, self.overlap = found.widened(self.block, self.overlap, self.exemplar.extent, self.grain)
-        most = [size // 2 if wraps else size for size, wraps in zip(self.shape, self.wraps, strict=True)]
-        block = tuple(max(min(new, m), old) for new, m, old in zip(block, most, self.block, strict=True))
+        sides = zip(self.exemplar.extent, self.shape, self.wraps, strict=True)
+        room = [min(LARGEST * there, size / 2 if wraps else size) for there, size, wraps in sides]
+        block, self.overlap = found.widened(self.block, self.overlap, room, self.grain)
         if self.lattice is None:
             fitting, valid = self._that_fits(block)
             if fitting == block:

@@ -20,10 +20,9 @@ SURE = 0.1
 AROUND = 1.2
 """Blocks overlap by so many elements: with less there often is no way around one."""
 
-THROUGH = 0.1
+CUTTING = 0.1
 """What a seam through an element costs at least, in standard deviations of the exemplar: a cut is seen even where
 colors are alike. Tuned, with AROUND, on made stones and coins."""
-
 
 WIDEST = 0.5
 """The most of a block that lies on others, where that lets seams run along gaps between elements."""
@@ -42,16 +41,16 @@ class Gaps(NamedTuple):
     overlap: int
 
     def widened(
-        self, block: Sequence[int], overlap: Sequence[int], extent: Sequence[int], grain: Sequence[int]
+        self, block: Sequence[int], overlap: Sequence[int], room: Sequence[float], grain: Sequence[int]
     ) -> tuple[tuple[int, ...], tuple[int, ...]]:
         """Blocks, a multiple of grain, and their overlaps, so wide that seams can run along gaps, axis by axis.
 
-        extent: the exemplar's. Blocks grow as much as overlaps do, where it is large enough for that.
+        room: to how many pixels blocks may grow; they do so as much as overlaps.
         """
         blocks, overlaps = [], []
-        for b, least, there, g in zip(block, overlap, extent, grain, strict=True):
+        for b, least, most, g in zip(block, overlap, room, grain, strict=True):
             wide = max(least, min(self.overlap, round(WIDEST * b)))
-            blocks.append(max(min(-(-(b + wide - least) // g) * g, int(LARGEST * there) // g * g), b))
+            blocks.append(max(min(-(-(b + wide - least) // g) * g, int(most) // g * g), b))
             overlaps.append(wide)
         return tuple(blocks), tuple(overlaps)
 
@@ -89,5 +88,5 @@ def gaps(exemplar: Exemplar, mosaic: Mosaic, deviation: float) -> Gaps | None:
     hidden = hidden_seams(exemplar)
     if hidden is None:
         return None
-    cost = SeamCost(mosaic, depth=Depth(mosaic.spread(hidden.depth).__getitem__, THROUGH * hidden.hides * deviation))
+    cost = SeamCost(mosaic, depth=Depth(mosaic.spread(hidden.depth).__getitem__, CUTTING * hidden.hides * deviation))
     return Gaps(mosaic, cost, round(AROUND * hidden.hides * hidden.size))

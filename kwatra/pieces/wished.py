@@ -13,7 +13,7 @@ from kwatra.pieces.stock import Array
 from kwatra.terms import Wish
 
 MOST = 1000.0
-"""What a pixel may miss of a wish, in variances; more counts as this."""
+"""What a pixel may miss of a wish, in variances; more counts as this, so that costs stay whole numbers of 32 bits."""
 
 
 class Wished(NamedTuple):

@@ -20,7 +20,7 @@ from torch import Tensor
 from kwatra.scoring.nearest import PART, Nearest, Windows
 
 BINS = 8
-"""Bins to a side of an exemplar image for the entropy of use."""
+"""Bins to a side of an exemplar image for the entropy of use: it defines the figure."""
 
 
 @dataclass(frozen=True)

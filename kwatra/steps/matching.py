@@ -31,7 +31,7 @@ from kwatra.windows import Layout, channels_last, windows_at
 from kwatra.windows.flat import continued
 
 SETTLED = 1e-7
-"""Squared distance (mean over a window, colors in [0, 1]) up to which a match counts as a verbatim copy."""
+"""Squared distance (mean over a window, colors in [0, 1]) up to which a match counts as a verbatim copy: rounding."""
 
 PARTIAL = 4
 """So many times more candidates are compared where the descriptor is a guess: for partly masked windows, and where

@@ -8,7 +8,7 @@ Distances are rms per pixel and channel, so a floor of 1/1000 of the color range
 from torch import Tensor
 
 FLOOR = 1e-6
-"""What is added to a squared distance (colors in [0, 1]), so that the weight of a copy is finite."""
+"""What is added to a squared distance (colors in [0, 1]), so that the weight of a copy is finite: a guard."""
 
 
 def rho(squared: Tensor, r: float) -> Tensor:

@@ -21,7 +21,8 @@ SCENE = 0.5
 """From this dependence on the place on a clip is a scene: clips of water, fire, smoke and fish have .75 to 1."""
 
 REACH = 0.25
-"""From this share of the frame away a window costs the term's weight, in variances of the exemplar."""
+"""From this share of the frame away a window costs the term's weight, in variances of the exemplar: what the weight is
+meant by, so that only STAYING was chosen."""
 
 
 @dataclass(frozen=True)

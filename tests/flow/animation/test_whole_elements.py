@@ -7,7 +7,7 @@ from made import MADE
 from flow.animation.film import Film
 from flow.animation.renewal import Renewal
 from flow.animation.settings import Renewing
-from flow.animation.stock import COUNTS, THROUGH, Coordinates
+from flow.animation.stock import COUNTS, MIXING, Coordinates
 from kwatra import Exemplar
 from kwatra.pieces import SeamCost, hidden_seams
 
@@ -38,6 +38,6 @@ def test_a_seam_through_elements_costs_more_and_along_gaps_as_much_as_anywhere()
     depth = np.minimum(*(found.depth[tuple(np.rint(at[::-1]).astype(int))] for at in (s, t)))
     for axis in range(2):
         once, more = (cost.seam(s, t, axis, 2) for cost in (plain, dearer))
-        assert np.abs(more - once - THROUGH * found.hides * 1.2 * COUNTS * depth).max() <= 1
+        assert np.abs(more - once - MIXING * found.hides * 1.2 * COUNTS * depth).max() <= 1
         ahead = stock.beyond(s, axis, 1) + 0.3  # a copy that is bent a little goes on, and has no seam
         assert (dearer.seam(s, ahead, axis, 2) == plain.seam(s, ahead, axis, 2)).all()

@@ -36,8 +36,8 @@ def test_blocks_grow_with_their_overlaps_where_the_exemplar_is_large_enough():
     made = MADE["coins"](128, 24, 0)
     start = BlockStart(Exemplar.of(made.image), (96, 96), (32, 32), (4, 4), torch.Generator(), how=Blocks())
     found = start.gaps._replace(overlap=20)
-    assert found.widened((32, 64), (8, 16), (128, 80), (4, 4)) == ((40, 64), (16, 20))
-    assert found._replace(overlap=5).widened((32, 32), (8, 8), (128, 128), (4, 4)) == ((32, 32), (8, 8))
+    assert found.widened((32, 64), (8, 16), (96, 60), (4, 4)) == ((40, 64), (16, 20))
+    assert found._replace(overlap=5).widened((32, 32), (8, 8), (96, 96), (4, 4)) == ((32, 32), (8, 8))
     assert start.overlap == (16, 16)
     assert start.block == (40, 40)
 
@@ -78,6 +78,8 @@ def test_blocks_grow_to_at_most_half_of_an_axis_that_wraps():
     wraps, generator = (True, False), torch.Generator()
     start = BlockStart(Exemplar.of(made.image), (64, 64), (30, 30), (1, 1), generator, wraps=wraps, how=Blocks())
     assert start.block == (32, 37)
+    start = BlockStart(Exemplar.of(made.image), (60, 64), (24, 24), (4, 4), generator, wraps=wraps, how=Blocks())
+    assert start.block == (28, 32)  # on the grain
 
 
 def test_blocks_do_not_grow_where_elements_stand_on_a_lattice():
