@@ -72,7 +72,7 @@ def dissolved(a: Tensor, b: Tensor, part: float, pair: Pair) -> Tensor:
     """
     if part in (0, 1):
         return b if part else a
-    return bands_at(pair, part).given_to(torch.lerp(a, b, part)).clamp(0, 1)
+    return settled(torch.lerp(a, b, part), bands_at(pair, part).given_to)
 
 
 def _split(image: Tensor, wrap: bool) -> list[Tensor]:

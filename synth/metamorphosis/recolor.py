@@ -37,10 +37,10 @@ class Colors:
         return cls(center, covariance + _FLOOR * torch.eye(len(values), dtype=torch.float64, device=image.device))
 
 
-def transport(own: Colors, other: Colors) -> Tensor:
-    """The matrix T (C, C) that turns one Gaussian's deviations into the other's."""
-    root, inverse = _power(own.covariance, 0.5), _power(own.covariance, -0.5)
-    return inverse @ _power(root @ other.covariance @ root, 0.5) @ inverse
+def transport(own: Tensor, other: Tensor) -> Tensor:
+    """The matrix T (C, C) that turns deviations of one covariance (C, C) into those of another."""
+    root, inverse = _power(own, 0.5), _power(own, -0.5)
+    return inverse @ _power(root @ other @ root, 0.5) @ inverse
 
 
 def barycenter(colors: Sequence[Colors], weights: Sequence[float]) -> Colors:
@@ -52,8 +52,8 @@ def barycenter(colors: Sequence[Colors], weights: Sequence[float]) -> Colors:
     center = torch.stack([weight * each.center for each, weight in zip(colors, weights, strict=True)]).sum(0)
     found = colors[int(max(range(len(colors)), key=lambda number: weights[number]))].covariance
     for _ in range(_ROUNDS):
-        own = Colors(center, found)
-        move = torch.stack([w * transport(own, each) for each, w in zip(colors, weights, strict=True)]).sum(0)
+        ways = (w * transport(found, each.covariance) for each, w in zip(colors, weights, strict=True))
+        move = torch.stack(list(ways)).sum(0)
         found = move @ found @ move.T
     return Colors(center, found)
 
@@ -63,7 +63,7 @@ def recolored(image: Tensor, own: Colors, other: Colors, part: float = 1.0) -> T
     if part == 0:
         return image
     values = image.flatten(1).double()
-    moved = other.center + transport(own, other) @ (values - own.center)
+    moved = other.center + transport(own.covariance, other.covariance) @ (values - own.center)
     return torch.lerp(values, moved, part).to(image).view_as(image)
 
 

@@ -185,7 +185,7 @@ def _given(covariance: Tensor, count: int) -> tuple[Tensor, Tensor]:
 def _move(own: Tensor, goal: Tensor) -> Tensor:
     """The matrix that turns values of one covariance into such of another, by the shortest way, but no gain too far."""
     unit, floor = _LEAST_VARIANCE / _UNSEEN, _LEAST_VARIANCE * torch.eye(len(own)).to(own)
-    moved = transport(*(Colors(own[:, :1], covariance * unit + floor) for covariance in (own, goal)))
+    moved = transport(*(covariance * unit + floor for covariance in (own, goal)))
     gains, axes = torch.linalg.eigh((moved + moved.T) / 2)
     return (axes * gains.clamp(1 / _GAIN, _GAIN)) @ axes.T
 

@@ -1,10 +1,12 @@
 """The film of masks: elements that move and change shape, none blended with another.
 
-Elements of A and of B are paired by the least summed way. A pair's shape is the signed distance to its outline,
-interpolated between the two outlines laid over each other by their centroids; its place is on the straight line
-between those. What has no partner grows from nothing, or shrinks.
+Elements of A and of B are paired by the least summed way. A pair's place is on the straight line between the
+centroids; it is stretched as turns the one's covariance into the other's (optimal transport of Gaussians, `recolor`),
+a part of the way; and its shape there is the signed distance to its outline, interpolated between the two outlines so
+laid over each other. What has no partner grows from nothing, or shrinks.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,79 +15,142 @@ from numpy.typing import NDArray
 from scipy import ndimage
 from torch import Tensor
 
-from flow.warps import free_form
+from flow.warps import filled
 from synth.metamorphosis.assignment import assigned
 from synth.metamorphosis.elements import labeled
+from synth.metamorphosis.recolor import transport
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-_FINEST = 6.0
+_APART = 2.0
+"""Px: about the width of what is left between elements that come to overlap. Less than the 1 + sqrt(2) that elements of
+A or of B are apart that meet at a corner, so that their own masks stay."""
 
 
 @dataclass(frozen=True)
 class _Shape:
-    """An element's signed distance (H, W), above 0 inside, and its centroid (2,), x first."""
+    """An element's signed distance (H, W), above 0 inside; its centroid (2,) and covariance (2, 2), y first."""
 
     distance: Array
     center: Array
+    covariance: Array
+
+    @classmethod
+    def of(cls, inside: Mask) -> "_Shape":
+        """That of an element (H, W)."""
+        distance = ndimage.distance_transform_edt(inside) - ndimage.distance_transform_edt(~inside)
+        pixels = np.argwhere(inside).astype(float)
+        own = np.eye(2) / 12  # a pixel's
+        return cls(np.asarray(distance), pixels.mean(0), np.cov(pixels.T, bias=True) + own)
+
+
+@dataclass(frozen=True)
+class _Way:
+    """An element from its shape in A to that in B, which are one where it has no partner.
+
+    stretch (2, 2): what deviations from the centroid in A are multiplied by in B. sunk: by how much its distances are
+    less in A and in B: by more than it is deep where it is not.
+    """
+
+    a: _Shape
+    b: _Shape
+    stretch: Array
+    sunk: tuple[float, float]
+
+    @classmethod
+    def of(cls, a: _Shape | None, b: _Shape | None) -> "_Way":
+        """From A's to B's; None where there is no partner."""
+        if a is not None and b is not None:
+            return cls(a, b, transport(*map(torch.from_numpy, (a.covariance, b.covariance))).numpy(), (0.0, 0.0))
+        only = b if a is None else a
+        assert only is not None
+        depth = float(only.distance.max()) + 1
+        return cls(only, only, np.eye(2), (0.0, depth) if b is None else (depth, 0.0))
+
+    def distance(self, t: float) -> Array:
+        """The signed distance (H, W) at a time."""
+        sunk = (1 - t) * self.sunk[0] + t * self.sunk[1]
+        if t in (0, 1):
+            return (self.b if t else self.a).distance - sunk
+        a, b = (_read(shape.distance, *self.back(t, end)) for end, shape in enumerate((self.a, self.b)))
+        return (1 - t) * a + t * b - sunk
+
+    def back(self, now: float, before: float) -> tuple[Array, Array]:
+        """What leads from places at one time to those at another: a matrix (2, 2), and what is added then (2,)."""
+        matrix = self._stretched(before) @ np.linalg.inv(self._stretched(now))
+        return matrix, self._center(before) - matrix @ self._center(now)
+
+    def _center(self, t: float) -> Array:
+        return (1 - t) * self.a.center + t * self.b.center
+
+    def _stretched(self, t: float) -> Array:
+        return (1 - t) * np.eye(2) + t * self.stretch
 
 
 @dataclass(frozen=True)
 class MovingMasks:
-    """Pairs of elements' shapes in A and B; None where there is no partner. `MovingMasks.of` two masks."""
+    """The ways of all elements in a frame of (height, width); how many px they cover in A and in B.
 
-    pairs: tuple[tuple[_Shape | None, _Shape | None], ...]
+    `MovingMasks.of` two masks.
+    """
+
+    ways: tuple[_Way, ...]
     size: tuple[int, int]
+    covered: tuple[int, int]
 
     @classmethod
     def of(cls, mask_a: Mask, mask_b: Mask) -> "MovingMasks":
         """From the masks (H, W) of A and B, of one size."""
-        a, b = _shapes(mask_a), _shapes(mask_b)
+        a, b = (list(_shapes(mask)) for mask in (mask_a, mask_b))
         rows, columns = assigned(*(np.array([shape.center for shape in shapes]) for shapes in (a, b)))
-        pairs: list[tuple[_Shape | None, _Shape | None]] = [(a[i], b[j]) for i, j in zip(rows, columns, strict=True)]
-        pairs += [(a[i], None) for i in sorted(set(range(len(a))) - set(rows))]
-        pairs += [(None, b[j]) for j in sorted(set(range(len(b))) - set(columns))]
-        return cls(tuple(pairs), (mask_a.shape[0], mask_a.shape[1]))
+        ways = [_Way.of(a[i], b[j]) for i, j in zip(rows, columns, strict=True)]
+        ways += [_Way.of(a[i], None) for i in sorted(set(range(len(a))) - set(rows))]
+        ways += [_Way.of(None, b[j]) for j in sorted(set(range(len(b))) - set(columns))]
+        covered = [sum(int((shape.distance > 0).sum()) for shape in shapes) for shapes in (a, b)]
+        return cls(tuple(ways), (mask_a.shape[0], mask_a.shape[1]), (covered[0], covered[1]))
 
     def at(self, t: float) -> Mask:
         """The mask (H, W) at a time from 0, that of A, to 1, that of B."""
-        inside = np.zeros(self.size, bool)
-        for a, b in self.pairs:
-            inside |= _between(a, b, t) > 0
-        return inside
+        return self._owners(t) >= 0
 
-    def motion(self, begin: float, end: float) -> Tensor:
-        """The displacement (2, H, W) of the elements, and all between them, from one time to another."""
-        moved = [(a.center, b.center) for a, b in self.pairs if a is not None and b is not None]
-        here, there = (torch.tensor(np.array([(1 - t) * p + t * q for p, q in moved])) for t in (begin, end))
-        return free_form(here, there - here, self.size, finest=_FINEST).float()
+    def back(self, now: float, before: float) -> Tensor:
+        """Where (2, H, W), x first, pixels of a frame were at another time.
+
+        Those of an element move with it, those between elements with the nearest element.
+        """
+        owners = self._owners(now)
+        places = np.mgrid[: self.size[0], : self.size[1]].astype(float)
+        moved = np.zeros_like(places)
+        for number in np.unique(owners[owners >= 0]):
+            matrix, added = self.ways[number].back(now, before)
+            inside = owners == number
+            moved[:, inside] = matrix @ places[:, inside] + added[:, None] - places[:, inside]
+        moved = filled(torch.from_numpy(moved), torch.from_numpy(owners >= 0)).numpy()
+        return torch.from_numpy((places + moved)[::-1].copy()).float()
+
+    def _owners(self, t: float) -> NDArray[np.int64]:
+        """The number (H, W) of the element that each pixel belongs to, -1 between them.
+
+        That is the one it is deepest in, if by more than _APART deeper than in any other: elements that come to overlap
+        stay apart. All are grown alike, or shrunk, until they cover as much as is on the way from A to B.
+        """
+        deepest, second, owners = np.full(self.size, -np.inf), np.full(self.size, -np.inf), np.full(self.size, -1)
+        for number, way in enumerate(self.ways):
+            distance = way.distance(t)
+            owners[distance > deepest] = number
+            second = np.maximum(second, np.minimum(distance, deepest))
+            deepest = np.maximum(deepest, distance)
+        depth = np.where(deepest - second > _APART, deepest, -np.inf)
+        cover = round((1 - t) * self.covered[0] + t * self.covered[1])
+        return np.where(depth > np.sort(depth, axis=None)[-cover - 1], owners, -1)
 
 
-def _shapes(mask: Mask) -> list[_Shape]:
+def _shapes(mask: Mask) -> Iterator[_Shape]:
     labels = labeled(mask)
-    centers = ndimage.center_of_mass(mask, labels, range(1, labels.max() + 1))
-    return [_Shape(_signed(labels == number), np.array(center)[::-1]) for number, center in enumerate(centers, 1)]
+    return (_Shape.of(labels == number) for number in range(1, labels.max() + 1))
 
 
-def _signed(inside: Mask) -> Array:
-    return np.asarray(ndimage.distance_transform_edt(inside) - ndimage.distance_transform_edt(~inside))
-
-
-def _between(a: _Shape | None, b: _Shape | None, t: float) -> Array:
-    """The signed distance (H, W) of an element on its way; without partner it sinks by its depth."""
-    if a is None or b is None:
-        only, gone = (b, 1 - t) if a is None else (a, t)
-        assert only is not None
-        return only.distance - gone * (only.distance.max() + 1)
-    if t in (0, 1):
-        return b.distance if t else a.distance
-    way = b.center - a.center
-    return (1 - t) * _moved(a.distance, t * way) + t * _moved(b.distance, (t - 1) * way)
-
-
-def _moved(distance: Array, way: Array) -> Array:
-    """A signed distance moved by (x, y)."""
-    if not way.any():
-        return distance
-    return np.asarray(ndimage.shift(distance, way[::-1], order=1, mode="nearest"))
+def _read(distance: Array, matrix: Array, added: Array) -> Array:
+    """A signed distance read at other places: matrix times the pixel, and what is added."""
+    return np.asarray(ndimage.affine_transform(distance, matrix, added, order=1, mode="nearest"))

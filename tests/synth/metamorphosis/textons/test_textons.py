@@ -8,6 +8,7 @@ import torch
 from skimage import measure
 from torch import Tensor
 
+from flow.warps import pixel_coordinates
 from kwatra import InputError
 from synth.metamorphosis.method import Film, Pair
 from synth.metamorphosis.textons import MovingMasks, TextonMorph, checked, colored, found
@@ -58,13 +59,41 @@ def test_masks_of_a_texture_to_itself_stay() -> None:
     moving = MovingMasks.of(discs(), discs())
     for t in (0.0, 0.3, 1.0):
         assert np.array_equal(moving.at(t), discs())
-    assert not moving.motion(0.0, 1.0).any()
+    assert torch.allclose(moving.back(1.0, 0.3), pixel_coordinates(SIZE), atol=1e-4)
 
 
 def test_elements_of_masks_move_and_are_not_blended() -> None:
     moving = MovingMasks.of(discs(), discs(4))
     assert (moving.at(0.5) != discs(2)).mean() < 0.02
-    assert float((moving.motion(0.0, 1.0)[0] - 4).abs().max()) < 0.6
+    ways = moving.back(1.0, 0.0) - pixel_coordinates(SIZE)
+    assert torch.allclose(ways, torch.tensor([-4.0, 0.0]).view(2, 1, 1).expand_as(ways), atol=0.1)
+
+
+def boxes(*sides: tuple[int, int, int, int]) -> np.ndarray:
+    """Whether pixels (48, 56) lie in boxes of top, bottom, left and right."""
+    inside = np.zeros(SIZE, bool)
+    for top, bottom, left, right in sides:
+        inside[top:bottom, left:right] = True
+    return inside
+
+
+def test_elements_are_stretched_from_one_shape_to_the_other() -> None:
+    """A box becomes one twice as wide, a box all the way, and carries what is in it along."""
+    moving = MovingMasks.of(boxes((16, 32, 8, 24)), boxes((16, 32, 20, 52)))
+    assert (moving.at(0.5) != boxes((16, 32, 14, 38))).mean() < 0.01
+    assert torch.allclose(moving.back(1.0, 0.0)[:, 20, 24], torch.tensor([9.75, 20.0]), atol=0.1)
+
+
+def test_elements_on_their_way_cover_what_is_between_and_do_not_merge() -> None:
+    """Two flat boxes above each other become two high ones side by side: straight on they would overlap."""
+    flat, high = boxes((14, 22, 10, 46), (26, 34, 10, 46)), boxes((6, 42, 16, 24), (6, 42, 30, 44))
+    moving = MovingMasks.of(flat, high)
+    assert np.array_equal(moving.at(0.0), flat)
+    assert np.array_equal(moving.at(1.0), high)
+    for t in (0.25, 0.5, 0.75):
+        inside = moving.at(t)
+        assert measure.label(inside, connectivity=1).max() == 2
+        assert inside.sum() == pytest.approx((1 - t) * flat.sum() + t * high.sum(), abs=16)
 
 
 def test_an_element_without_partner_grows() -> None:
