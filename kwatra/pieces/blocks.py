@@ -26,7 +26,7 @@ from kwatra.elements import Lattice
 from kwatra.exemplar import Exemplar
 from kwatra.pieces.again import Budget, lay_again
 from kwatra.pieces.boxes import Box, box_sums
-from kwatra.pieces.charges import NEAR, charged, shown_near, step_cost
+from kwatra.pieces.charges import NEAR, charged, kept_in_step, shown_near, step_cost
 from kwatra.pieces.fitting import Fit, continued
 from kwatra.pieces.gaps import LARGEST, Gaps, gaps
 from kwatra.pieces.mosaic import Mosaic
@@ -208,11 +208,8 @@ class BlockStart:
             others = mismatch[self.valid]
         least = max(others.min(), MISMATCH_FLOOR), max(np.quantile(others, GOOD), MISMATCH_FLOOR)
         scale = math.sqrt(math.prod(least))
-        used = self._on_grain(box_sums(self.used, self.block)) / math.prod(self.block)
         away = charged(self.places, box.start, self.valid.shape, self.grain, self.exemplar.canvas.device)
-        cost = (mismatch + away / self.variance) / scale
-        cost = cost + self.how.usage * (used - self.used.mean()) + self.continuation * again
-        cost = cost + self._out_of_step(box, known, at) + self._nearby(box, same)
+        cost = (mismatch + away / self.variance) / scale + self._repetition(box, known, at, same)
         flat = np.where(self.valid, cost, math.inf).ravel()
         wished = self.wish is not None and self.wish.anything(at)
         if self.how.seams > 1 and self.aligned and known.any() and not wished:
@@ -224,24 +221,24 @@ class BlockStart:
         corners = np.stack(np.unravel_index(picks, cost.shape), 1) * np.array(self.grain)
         return [(tuple(corner), float(flat[pick])) for corner, pick in zip(corners.tolist(), picks, strict=True)]
 
-    def _nearby(self, box: Box, same: np.ndarray) -> np.ndarray | float:
-        """What blocks of a still cost, shaped as `valid`, whose content is shown nearby already.
+    def _repetition(self, box: Box, known: np.ndarray, at: tuple[np.ndarray, ...], same: np.ndarray) -> np.ndarray:
+        """What blocks cost, shaped as `valid`, for what was shown before, and for leaving the lattice.
 
-        same: how many pixels a block shows where they are shown already.
+        same: how many pixels a block shows where they are shown already: it then continues a copy.
         """
-        if not self.aligned or len(self.shape) != 2:
-            return 0.0
-        shown = shown_near(self.sheet, box, max(self.block), self.used.shape)
-        near: np.ndarray = self._on_grain(box_sums(shown, self.block))
-        return NEAR / math.prod(self.block) * (near - same)
-
-    def _out_of_step(self, box: Box, known: np.ndarray, at: tuple[np.ndarray, ...]) -> np.ndarray | float:
-        """What blocks cost, shaped as `valid`, that are not in step with the copy which most of what is known is."""
+        used = self._on_grain(box_sums(self.used, self.block)) / math.prod(self.block)
+        shown: np.ndarray = self.how.usage * (used - self.used.mean()) + self.continuation * (same > 0)
+        if self.aligned and len(self.shape) == 2:
+            near = shown_near(self.sheet, box, max(self.block), self.used.shape)
+            shown = shown + NEAR / math.prod(self.block) * (self._on_grain(box_sums(near, self.block)) - same)
         if self.lattice is None or not known.any():
-            return 0.0
+            return shown
+        # in step with the copy which most of what is known is
         most = self.sheet.patches[int(np.bincount(self.sheet.label[at][known]).argmax())]
         first = [float(b - s) for b, s in zip(box.start, most.shift, strict=True)]
-        return step_cost(self.lattice, first, self.valid.shape, self.grain)
+        return kept_in_step(
+            self.lattice, step_cost(self.lattice, first, self.valid.shape, self.grain), shown, self.valid
+        )
 
     def _on_grain(self, values: np.ndarray) -> np.ndarray:
         """Values for all corners, of those at which a block may start."""

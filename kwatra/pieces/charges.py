@@ -54,6 +54,18 @@ def step_cost(lattice: Lattice, first: Sequence[float], shape: tuple[int, ...], 
     return cost
 
 
+def kept_in_step(lattice: Lattice, step: Array, shown: Array, valid: Array) -> Array:
+    """What blocks cost for being out of step (`step_cost`), and for what was `shown` before, both (*shape).
+
+    What was shown before is no reason to leave the lattice: it counts from the least that it costs among `valid` blocks
+    in step. Of an exemplar of two periods hardly more than one block is, which else costs more than one beside it.
+    """
+    near = valid & (step <= STEP * lattice.regularity / 2)
+    more = np.maximum(shown - shown[near].min(), 0) if near.any() else shown
+    cost: Array = more + step
+    return cost
+
+
 def shown_near(sheet: Sheet[Mosaic], box: Box, reach: int, shape: Sequence[int]) -> Array:
     """How much of an exemplar of some shape is shown around a box: 1 for a pixel in it, 0 from `reach` away from it."""
     around = Box(tuple(s - reach for s in box.start), tuple(e + 2 * reach for e in box.extent))

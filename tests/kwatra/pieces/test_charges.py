@@ -4,7 +4,7 @@ import torch
 
 from kwatra.elements import Lattice
 from kwatra.pieces import Box, Mosaic, Patch, SeamCost, Sheet
-from kwatra.pieces.charges import STEP, charged, shown_near, step_cost
+from kwatra.pieces.charges import STEP, charged, kept_in_step, shown_near, step_cost
 
 GRID = Lattice(torch.tensor([[0.0, 8.0], [6.0, 0.0]], dtype=torch.float64), 0.5)
 
@@ -20,6 +20,15 @@ def test_blocks_in_step_cost_nothing_and_others_what_the_regularity_is(grain):
     np.testing.assert_allclose(cost[in_step], 0, atol=1e-12)
     assert cost[(abs(down % 6 - 3) < 1) | (abs(right % 8 - 4) < 1)].min() > 0.49 * STEP
     assert cost.max() <= 0.5 * STEP
+
+
+def test_what_was_shown_before_is_no_reason_to_leave_the_lattice():
+    step = np.array([[0.0, 0.01, 0.2], [0.24, 0.0, 0.25]])
+    shown = np.array([[0.5, 0.7, -0.1], [0.0, 0.1, 0.9]])
+    valid = np.array([[True, True, True], [True, False, True]])
+    cost = kept_in_step(GRID, step, shown, valid)  # in step are the first two and one that is not valid
+    np.testing.assert_allclose(cost, [[0, 0.21, 0.2], [0.24, 0, 0.65]])
+    np.testing.assert_allclose(kept_in_step(GRID, step + 0.3, shown, valid), shown + step + 0.3)  # none is in step
 
 
 def test_places_charge_for_each_corner_on_the_grain():

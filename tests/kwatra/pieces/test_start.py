@@ -217,3 +217,17 @@ def test_an_exactly_periodic_picture_is_continued_exactly(shape):
     assert not torch.equal(
         optimize(Exemplar.of(nearly), shape, seed=3).image, optimize(Exemplar.of(nearly), shape).image
     )
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_two_periods_of_an_ornament_are_continued_by_whole_periods(seed):
+    generator = torch.Generator().manual_seed(seed)
+    cell = torch.rand(3, 32, 30, generator=generator)
+    cell[:, 16:26] = cell[:, :10]  # courses that are alike half a period on
+    cell[:, :, 15:25] = cell[:, :, :10]
+    picture = cell.repeat(1, 3, 3)[:, :60, :57]
+    result = optimize(
+        Exemplar.of(picture + 0.1 * torch.randn(picture.shape, generator=generator)), (90, 100), seed=seed
+    )
+    y, x = (result.source[1 + axis] - torch.arange(n).unsqueeze(1 - axis) for axis, n in enumerate((90, 100)))
+    assert bool(((y - y[0, 0]) % 32 == 0).all() & ((x - x[0, 0]) % 30 == 0).all())
