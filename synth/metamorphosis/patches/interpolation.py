@@ -22,7 +22,7 @@ from synth.metamorphosis.patches.neighborhoods import Weights
 from synth.metamorphosis.patches.passage import Passage
 from synth.metamorphosis.patches.statistics import Statistics, mixed, step
 from synth.metamorphosis.patches.synthesis import Synthesis
-from synth.metamorphosis.patches.textures import common_units
+from synth.metamorphosis.patches.textures import at_size, common_units, placed
 from synth.metamorphosis.patches.weighting import Weighting, continued
 from synth.metamorphosis.recolor import barycenter
 from synth.metamorphosis.velocity import Search
@@ -120,16 +120,27 @@ class Interpolation:
         return units if all(fits) else (1.0,) * len(units)
 
     def still(self, weighting: Weighting) -> Frame:
+        """As `led`; where weights are the same everywhere, elements have a size in between, as in `Neighborhoods`.
+
+        They have it in the pictures that lead into each other, so those are others at other weights: no film.
+        """
+        if len(weighting.palette) > 1 or len(set(self.units)) == 1:
+            return self.led(weighting)
+        scale = self.finest.neighborhoods.scale(weighting.palette[0])
+        return self._between(weighting, self._leading([scale / unit for unit in self.units]))
+
+    def led(self, weighting: Weighting) -> Frame:
         """The textures of a weighting: like what `Passage` shows between pictures of each, of the frame's size.
 
         A texture that is alone is its picture: itself if that has the frame's size, or else synthesized.
         """
-        return self._between(weighting, None)
+        return self._between(weighting, self.passage)
 
     def onward(self, frame: Frame, weighting: Weighting) -> Frame:
         """What a frame becomes at another weighting; away from where that changes it stays as it is, to the bit."""
         changed = (frame.weighting.values != weighting.values).any(0)
-        return self._between(weighting, None if bool(changed.all()) else (~dilated(changed, self._reach), frame.image))
+        before = None if bool(changed.all()) else (~dilated(changed, self._reach), frame.image)
+        return self._between(weighting, self.passage, before)
 
     def published(self, weighting: Weighting) -> Frame:
         """The textures of a weighting on all levels, as in the paper, begun with the one that weighs most anywhere."""
@@ -159,10 +170,16 @@ class Interpolation:
     @cached_property
     def passage(self) -> Passage:
         """What leads from picture to picture: each texture at the size of frames."""
-        found = [self._picture(number, 1.0) for number in range(len(self.images))]
-        maps = [own[tuple(where)] for own, (where, _) in zip(self.found.maps, found, strict=True)]
+        return self._leading([1.0] * len(self.images))
+
+    def _leading(self, zooms: Sequence[float]) -> Passage:
+        """What leads from picture to picture of the size of frames, each `zoom` times larger than its texture."""
+        pictures, maps = [], []
+        for number, zoom in enumerate(zooms):
+            where, image = self._picture(number, zoom)
+            pictures.append(at_size(image, self.shape))
+            maps.append(placed(self.found.maps[number][tuple(where)], self.shape))
         coarse = min(self.shape) >= _COARSE and not (self.wrap and any(side % 2 for side in self.shape))
-        pictures = [image for _, image in found]
         factor = 2 if coarse else 1
         return Passage.of(pictures, maps, self._reach, self.making, self.search, self.wrap, silent, factor)
 
@@ -172,13 +189,13 @@ class Interpolation:
         shown = passage.at(weighting)
         return self._followed(weighting, shown, torch.full_like(shown[:1], _FILM), passage.same).image
 
-    def _between(self, weighting: Weighting, before: tuple[Tensor, Tensor] | None) -> Frame:
+    def _between(self, weighting: Weighting, passage: Passage, before: tuple[Tensor, Tensor] | None = None) -> Frame:
         """The textures of a weighting; before: a mask (H, W), True where pixels are known, and those (C, H, W)."""
-        pictures, palette = self.passage.pictures, weighting.palette
+        pictures, palette = passage.pictures, weighting.palette
         if before is None and len(palette) == 1 and max(palette[0]) == 1:
             return Frame(pictures[palette[0].index(1)], weighting)
-        start = self.passage.at(weighting)
-        kept = self.passage.same
+        start = passage.at(weighting)
+        kept = passage.same
         for picture, values in zip(pictures, weighting.values, strict=True):
             alone = ~dilated(values < 1, self._reach)
             kept, start[:-1] = kept | alone, torch.where(alone, picture, start[:-1])

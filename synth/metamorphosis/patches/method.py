@@ -88,7 +88,7 @@ class PatchMorph(Method):
         Each is like what the passage shows. Where textures cancel each other there the first is made as published, and
         others are what the one before becomes; if independent, all are made as published.
         """
-        begin, onward = between.still, between.onward
+        begin, onward = between.still if count == 1 else between.led, between.onward
         if self.independent or between.passage.cancels:
             begin, onward = between.published, between.carried
         pace = Pace.of(between.finest, between.bands) if self.even and len(between.images) == 2 else None

@@ -38,7 +38,7 @@ class Texture:
         factors, shape = (factor, factor), coarse_shape(image.shape[1:], (factor, factor))
         distance = distance_channel(features).to(image)
         coarse, away = (resized(each, factors, shape) for each in (image, distance))
-        return cls(coarse, away, _placed(features, shape, 1 / factor), unit)
+        return cls(coarse, away, placed(features, shape), unit)
 
     @property
     def channels(self) -> Tensor:
@@ -50,10 +50,8 @@ class Texture:
         if self.unit == 1:
             return self
         shape = tuple(round(side / self.unit) for side in self.image.shape[1:])
-        image, distance = (
-            F.interpolate(each[None], shape, mode="bilinear", antialias=True)[0] for each in (self.image, self.distance)
-        )
-        return Texture(image, distance, _placed(self.features, shape, 1 / self.unit), 1.0)
+        image, distance = (at_size(each, shape) for each in (self.image, self.distance))
+        return Texture(image, distance, placed(self.features, shape), 1.0)
 
 
 def common_units(images: Sequence[Tensor]) -> tuple[float, ...]:
@@ -66,9 +64,16 @@ def common_units(images: Sequence[Tensor]) -> tuple[float, ...]:
     return tuple(float(unit) for unit in np.exp(logs))
 
 
-def _placed(features: Tensor, shape: tuple[int, ...], factor: float) -> Tensor:
-    """Feature pixels on another grid: the same points."""
-    placed = torch.zeros(shape, dtype=torch.bool)
-    lines = (((line + 0.5) * factor).long() for line in features.cpu().nonzero(as_tuple=True))
-    placed[tuple(line.clamp(max=size - 1) for line, size in zip(lines, shape, strict=True))] = True
-    return placed
+def at_size(image: Tensor, shape: Sequence[int]) -> Tensor:
+    """An image (C, H, W) at another size (height, width)."""
+    if tuple(image.shape[1:]) == tuple(shape):
+        return image
+    return F.interpolate(image[None], tuple(shape), mode="bilinear", antialias=True)[0]
+
+
+def placed(features: Tensor, shape: Sequence[int]) -> Tensor:
+    """Feature pixels (H, W) on a grid of another size (height, width): the same points."""
+    found = torch.zeros(tuple(shape), dtype=torch.bool)
+    lines = zip(features.cpu().nonzero(as_tuple=True), features.shape, shape, strict=True)
+    found[tuple(((line + 0.5) * to / of).long() for line, of, to in lines)] = True
+    return found

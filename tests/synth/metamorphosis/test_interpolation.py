@@ -10,7 +10,7 @@ from pictures import spots
 from torch.nn.functional import avg_pool2d
 
 import synth
-from kwatra import InputError
+from kwatra import Exemplar, InputError, element_size
 from synth.metamorphosis.judging import judge
 from synth.metamorphosis.patches import passage
 from synth.metamorphosis.patches.detail import strength
@@ -134,6 +134,20 @@ def test_three_textures_in_equal_parts(pair: tuple[torch.Tensor, torch.Tensor]) 
     assert float((colors(made.image) - expected).abs().max()) < 0.03
     alone = synth.interpolate([*pair, third], (0, 0, 2), **QUICK)
     assert torch.allclose(alone.image, third, atol=1e-6)
+
+
+def test_elements_of_a_still_have_a_size_in_between() -> None:
+    def tiles(period: int, seed: int, size: int = 80) -> torch.Tensor:
+        line = torch.arange(size)
+        joint = (line % period < 2)[:, None] | (line % period < 2)[None]
+        tones = 0.5 + 0.4 * torch.rand(1, 12, 12, generator=torch.Generator().manual_seed(seed))
+        return torch.where(joint, 0.1, tones[:, (line // period)[:, None], (line // period)[None]])
+
+    made = synth.interpolate([tiles(8, 0), tiles(14, 1)], (0.5, 0.5), **QUICK).image
+    assert 9.5 < element_size(Exemplar.of(made)) < 12.5  # 8.5 and 14.6 are the textures' own
+    apart = (made - made.mean())[0]
+    alike = [float((apart * apart.roll(shift, 1)).mean()) for shift in (8, 10, 14)]
+    assert alike[1] == max(alike)  # one lattice, not two that are laid over each other
 
 
 def test_arrays_of_bytes_come_back_as_such(pair: tuple[torch.Tensor, torch.Tensor]) -> None:
