@@ -9,10 +9,10 @@ from torch import Tensor
 from flow.warps import pixel_coordinates, warp
 
 _CLEARANCE = 0.4
-"""Px that flowing pixels keep from a wall."""
+"""Px that flowing pixels keep from a wall: less than the half px that the centers of those beside it are away."""
 
 _PUSHES = 8
-"""So often they are pushed away from it."""
+"""So often they are pushed away from it, at most."""
 
 _TINY = 1e-30
 """What divides instead of 0."""

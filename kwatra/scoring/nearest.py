@@ -25,7 +25,7 @@ import torch.nn.functional as F
 from torch import Tensor
 
 WINDOW = 7
-"""Pixels to a side of the windows that figures compare."""
+"""Pixels to a side of the windows that figures compare: this and what follows define them, and are tuned on nothing."""
 
 QUERIES = 2000
 """About so many windows are looked up for a distance."""

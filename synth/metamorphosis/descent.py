@@ -15,7 +15,9 @@ from torch import Tensor
 from kwatra.base import total
 
 _ENOUGH = 1e-4
+"""The share of what the slope promises that a step has to gain, as is usual (Armijo's rule)."""
 _SHORTENINGS = 12
+"""So often a step is halved before the search ends."""
 _FIRST, _LONGEST = 0.25, 2.0
 """How far, in px, the first step moves a pixel, and any step at most."""
 

@@ -26,6 +26,7 @@ from kwatra.base import InputError, mean
 from kwatra.scoring.quality import carried_scales, sharpness, sliced_wasserstein
 
 BLOCK = 32
+"""Px of the blocks of which ghost is judged: it defines the figure."""
 
 
 def judge(frames: Sequence[Tensor], times: Sequence[float], a: Tensor, b: Tensor) -> dict[str, float]:

@@ -21,6 +21,7 @@ from kwatra.pieces.mosaic import LEVELS, Mosaic
 from kwatra.pieces.sheet import Sheet
 
 SPLINE_SIGMAS = (1.0, 2.0, 4.0, 8.0)
+"""The octaves that are splined, in px."""
 ALIKE = 0.3
 """A difference, as a part of the colour range, with which a patch still has a good third of its weight in other frames:
 mixed with what it is not like, it would be seen as a ghost."""
@@ -29,7 +30,8 @@ HARD_FRAMES = 0.5
 FADING = 2.0
 """How many widths of the blending before its source ends a patch begins to lose its weight."""
 FRAMES_PER_PIXEL = 2.0
-"""How much wider feathering is along time, in frames, than across the picture, in pixels."""
+"""How much wider feathering is along time, in frames, than across the picture, in pixels. Smoke of 12 frames made twice
+as long steps by 1.05 times its source's largest step, by 1.30 where seams are not spread; 3 leaves ghosts in flames."""
 
 
 def feather(sheet: Sheet[Mosaic], sigma: float) -> np.ndarray:

@@ -40,8 +40,9 @@ from synth.quilting.transition import MOST_PIXELS
 FRAMES = 16
 """About how many of the frames patches are chosen on."""
 SIDE = 40
-"""The least side, in pixels, of those frames, which are made up to SMALLER times smaller."""
+"""The least side, in pixels, of those frames, however small they are made."""
 SMALLER = 4
+"""How many times smaller the frames are on which patches are chosen, at most: time shrinks with its square."""
 SPARE = 5
 """One frame in so many is given up, so that copies beside each other need not move in step."""
 

@@ -17,6 +17,7 @@ from synth.quilting.growth import Report
 from synth.quilting.synthesis import QuiltSettings
 
 STARTS = 4
+"""So many starts are tried: time grows with it."""
 
 
 def cheapest_start(

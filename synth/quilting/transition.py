@@ -26,9 +26,11 @@ from synth.quilting.growth import Report
 from synth.quilting.synthesis import Quilt, QuiltSettings, result_of
 
 LONGEST_WINDOW = 60
+"""The most frames in a window, if they are small: a bound on time."""
 MOST_PIXELS = 6_000_000
 """The most pixels in a window: what bounds the memory of a transition."""
 CANDIDATES = 8
+"""Of so many transitions that look best on small frames the seams are compared: time grows with it."""
 SMALL = 48
 """Side, in pixels, of the frames on which transitions are compared."""
 

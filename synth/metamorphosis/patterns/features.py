@@ -15,6 +15,7 @@ Array = NDArray[np.float64]
 _WAVELENGTHS = (0.7, 1.4)
 """In root mean square radii of the pattern: of .5 to 2, on discs and crosses in noise."""
 _SHORTEST = 4.0
+"""Px: smaller patterns are looked at as if they had this radius, for finer waves hold noise."""
 _ORIENTATIONS = 6
 _FAINT = 1e-6
 

@@ -21,9 +21,13 @@ Array = NDArray[np.float32]
 Index = NDArray[np.int64]
 
 _BLOCK = 8
+"""Px of the blocks, at random places, that a first frame is made of."""
 _AXES = 48
+"""Principal components along which windows are compared before they are in full: time grows with it."""
 _AT_ONCE = 256
+"""Windows that are compared at a time: the bound on memory."""
 _ROUNDING = 1e-6
+"""By so much a bound may be off."""
 
 
 class _Source(NamedTuple):
