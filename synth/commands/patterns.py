@@ -58,7 +58,7 @@ def run(arguments: argparse.Namespace) -> str:
     if given is None and arguments.threshold is not None:
         raise synth.InputError("--threshold says what is like given landmarks; give --landmarks too, or leave it out")
     image = pixels.permute(1, 2, 0).double().numpy()
-    found = patterns_of(image, given, arguments.threshold, str(arguments.image))
+    found = patterns_of(image, given, arguments.threshold, str(arguments.image), least=0.0)
     writers = {output: patterns_writer(found.patterns)}
     if arguments.picture is not None:
         writers[arguments.picture] = io.image_writer(arguments.picture, drawn(pixels, found.patterns), kind)

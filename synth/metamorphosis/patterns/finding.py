@@ -35,21 +35,29 @@ class Found:
     @property
     def remark(self) -> str:
         """What was found, in words."""
-        return f"{len(self.every)} patterns" + ("" if self.sure is None else f", sure by {self.sure:.2f} of 1")
+        said = f"{len(self.every)} patterns"
+        if self.sure is None:
+            return said
+        doubt = f"; below {SURE} they are hardly distinct: look at them" if self.sure < SURE else ""
+        return f"{said}, sure by {self.sure:.2f} of 1{doubt}"
 
 
 def patterns_of(
-    image: Array, given: Patterns | None = None, threshold: float | None = None, name: str = "the image"
+    image: Array,
+    given: Patterns | None = None,
+    threshold: float | None = None,
+    name: str = "the image",
+    least: float = SURE,
 ) -> Found:
     """The patterns of an image (H, W, C) in [0, 1].
 
     given: landmarks of one of them, for which the others are detected, or all of them, which are taken as they are.
-    threshold: of `detect`. Without any they are the elements of the image.
+    threshold: of `detect`. Without any they are the elements of the image, which are to be as sure as `least`.
 
-    Raises InputError if fewer than 4 are found, or what is found is hardly distinct elements.
+    Raises InputError if fewer than 4 are found, or what is found is less sure.
     """
     if given is None:
-        return _own(image, name)
+        return _own(image, name, least)
     if given.size != image.shape[:2]:
         raise InputError(
             f"the patterns are of an image of {given.size[1]}x{given.size[0]} but {name} is "
@@ -64,7 +72,7 @@ def patterns_of(
     return Found(replace(given, found=found), found, None)
 
 
-def _own(image: Array, name: str) -> Found:
+def _own(image: Array, name: str, least: float) -> Found:
     """The elements of an image as patterns; the representative one is the most like all others."""
     split = elements(image)
     if split.count < LEAST:
@@ -72,10 +80,10 @@ def _own(image: Array, name: str) -> Found:
             f"found {counted(split.count, 'pattern')} in {name}; patterns needs at least {LEAST}: give landmarks of "
             "one that repeats, or use another method"
         )
-    if split.sure < SURE:
+    if split.sure < least:
         raise InputError(
-            f"found no distinct elements in {name} (sure by {split.sure:.2f} of 1, {SURE} is needed); give landmarks "
-            "of a pattern that repeats, or use another method"
+            f"found no distinct elements in {name} (sure by {split.sure:.2f} of 1, {least} is needed); look at what "
+            "`kwatra patterns` finds and give its file, or landmarks of a pattern that repeats, or use another method"
         )
     outlines = _outlines(split)
     representative = outlines[_most_typical(outlines, split)]

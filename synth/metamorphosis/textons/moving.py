@@ -28,21 +28,41 @@ _APART = 2.0
 A or of B are apart that meet at a corner, so that their own masks stay."""
 
 
+_REACH = 8
+"""Px around elements in which they may grow on their way."""
+
+
 @dataclass(frozen=True)
 class _Shape:
-    """An element's signed distance (H, W), above 0 inside; its centroid (2,) and covariance (2, 2), y first."""
+    """An element's signed distance (h, w), above 0 inside, in a box of the frame with a corner (2,).
+
+    center (2,) and covariance (2, 2): those of its pixels. All y first.
+    """
 
     distance: Array
+    corner: Array
     center: Array
     covariance: Array
 
     @classmethod
-    def of(cls, inside: Mask) -> "_Shape":
-        """That of an element (H, W)."""
+    def of(cls, labels: NDArray[np.int64], number: int, box: tuple[slice, ...]) -> "_Shape":
+        """That of one of some labels (H, W), and the box around it."""
+        around = tuple(slice(max(0, side.start - _REACH), side.stop + _REACH) for side in box)
+        inside, corner = labels[around] == number, np.array([side.start for side in around], float)
         distance = ndimage.distance_transform_edt(inside) - ndimage.distance_transform_edt(~inside)
-        pixels = np.argwhere(inside).astype(float)
+        pixels = np.argwhere(inside) + corner
         own = np.eye(2) / 12  # a pixel's
-        return cls(np.asarray(distance), pixels.mean(0), np.cov(pixels.T, bias=True) + own)
+        return cls(np.asarray(distance), corner, pixels.mean(0), np.cov(pixels.T, bias=True) + own)
+
+    @property
+    def reach(self) -> Array:
+        """How far (2,) the box reaches from the centroid."""
+        return np.maximum(self.center - self.corner, self.corner + self.distance.shape - self.center)
+
+    def read(self, matrix: Array, added: Array, shape: tuple[int, ...]) -> Array:
+        """The distance where a box of a shape comes from: matrix times its pixels, and what is added then."""
+        place = added - self.corner
+        return np.asarray(ndimage.affine_transform(self.distance, matrix, place, shape, order=1, mode="nearest"))
 
 
 @dataclass(frozen=True)
@@ -68,13 +88,20 @@ class _Way:
         depth = float(only.distance.max()) + 1
         return cls(only, only, np.eye(2), (0.0, depth) if b is None else (depth, 0.0))
 
-    def distance(self, t: float) -> Array:
-        """The signed distance (H, W) at a time."""
+    def distance(self, t: float, size: tuple[int, int]) -> tuple[tuple[slice, ...], Array]:
+        """A box of a frame of (height, width) around the element at a time, and the signed distance there."""
         sunk = (1 - t) * self.sunk[0] + t * self.sunk[1]
         if t in (0, 1):
-            return (self.b if t else self.a).distance - sunk
-        a, b = (_read(shape.distance, *self.back(t, end)) for end, shape in enumerate((self.a, self.b)))
-        return (1 - t) * a + t * b - sunk
+            end = self.b if t else self.a
+            return _box(end.corner, end.corner + end.distance.shape, size), end.distance - sunk
+        reach = np.maximum(self.a.reach, self.b.reach)
+        box = _box(self._center(t) - reach, self._center(t) + reach + 1, size)
+        corner, shape = np.array([side.start for side in box]), tuple(side.stop - side.start for side in box)
+        a, b = (
+            end.read(matrix, matrix @ corner + added, shape)
+            for end, (matrix, added) in ((self.a, self.back(t, 0)), (self.b, self.back(t, 1)))
+        )
+        return box, (1 - t) * a + t * b - sunk
 
     def back(self, now: float, before: float) -> tuple[Array, Array]:
         """What leads from places at one time to those at another: a matrix (2, 2), and what is added then (2,)."""
@@ -137,20 +164,24 @@ class MovingMasks:
         """
         deepest, second, owners = np.full(self.size, -np.inf), np.full(self.size, -np.inf), np.full(self.size, -1)
         for number, way in enumerate(self.ways):
-            distance = way.distance(t)
-            owners[distance > deepest] = number
-            second = np.maximum(second, np.minimum(distance, deepest))
-            deepest = np.maximum(deepest, distance)
-        depth = np.where(deepest - second > _APART, deepest, -np.inf)
+            box, distance = way.distance(t, self.size)
+            before = deepest[box]
+            owners[box] = np.where(distance > before, number, owners[box])
+            second[box] = np.maximum(second[box], np.minimum(distance, before))
+            deepest[box] = np.maximum(distance, before)
+        depth = np.where(deepest > second + _APART, deepest, -np.inf)
         cover = round((1 - t) * self.covered[0] + t * self.covered[1])
         return np.where(depth > np.sort(depth, axis=None)[-cover - 1], owners, -1)
 
 
 def _shapes(mask: Mask) -> Iterator[_Shape]:
     labels = labeled(mask)
-    return (_Shape.of(labels == number) for number in range(1, labels.max() + 1))
+    return (_Shape.of(labels, number, box) for number, box in enumerate(ndimage.find_objects(labels), 1))
 
 
-def _read(distance: Array, matrix: Array, added: Array) -> Array:
-    """A signed distance read at other places: matrix times the pixel, and what is added."""
-    return np.asarray(ndimage.affine_transform(distance, matrix, added, order=1, mode="nearest"))
+def _box(first: Array, last: Array, size: tuple[int, int]) -> tuple[slice, ...]:
+    """The pixels of a frame of (height, width) from one place up to another."""
+    return tuple(
+        slice(max(0, int(begin)), max(0, min(side, int(end))))
+        for begin, end, side in zip(first, last, size, strict=True)
+    )

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 import torch
 from bench_patterns import made
+from skimage import data
 
 from synth import Kind, read_image, write_image
 from synth.cli import main
@@ -38,6 +39,17 @@ def test_elements_are_found_and_drawn(folder: Path, capsys: pytest.CaptureFixtur
     seen = read_image("seen.png").pixels
     assert tuple(seen.shape) == (3, 512, 512)
     assert float(((seen[0] > 0.8) & (seen[1] < 0.3) & (seen[2] > 0.8)).float().mean()) > 0.005  # magenta lines
+
+
+def test_what_is_hardly_distinct_is_drawn_but_not_morphed_unseen(
+    folder: Path, capsys: pytest.CaptureFixture[str], refused: Callable[..., str]
+) -> None:
+    write_image("grass.png", torch.from_numpy(data.grass()[None, :64, :64]) / 255, Kind("uint8", ("Y",)))
+    assert main(["patterns", "grass.png"]) == 0
+    assert "below 0.24 they are hardly distinct: look at them" in capsys.readouterr().out
+    ways = ("--method", "patterns", "--frames", "2", "-o", "film.png")
+    assert "look at what `kwatra patterns` finds and give its file" in refused("morph", "grass.png", "discs.png", *ways)
+    assert main(["morph", "grass.png", "grass.png", "--patterns", *["grass_patterns.json"] * 2, *ways]) == 0
 
 
 def test_an_edited_file_is_taken_as_it_is(folder: Path) -> None:
