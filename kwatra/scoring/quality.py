@@ -74,16 +74,16 @@ def measure(output: Tensor, exemplar: Images) -> dict[str, float]:
 
 
 def rank(output: Tensor, exemplar: Images) -> float:
-    """The overall figure of `measure`, to choose among results by; it takes pictures of any size and many channels.
+    """About the overall figure of `measure`, to choose among results by: of videos that, of images a `glance`.
 
-    Shapes as there. Where a picture is too small for a window each pixel counts as so many squared; of more than
-    CHANNELS channels the first are measured.
+    Shapes as there, and pictures of any size and many channels. Where a picture is too small for a window each pixel
+    counts as so many squared; of more than CHANNELS channels the first are measured.
     """
     images = [exemplar] if isinstance(exemplar, Tensor) else list(exemplar)
     shortest = min(min(image.shape[-2:]) for image in (output, *images))
     times = -(-WINDOW // shortest)
     shown = [i[:CHANNELS].repeat_interleave(times, -1).repeat_interleave(times, -2) for i in (output, *images)]
-    return measure(shown[0], shown[1:])["overall"]
+    return glance(shown[0], shown[1:]) if output.ndim == 3 else measure(shown[0], shown[1:])["overall"]
 
 
 @one_thread

@@ -46,8 +46,8 @@ def test_pictures_of_any_size_are_ranked(side: int) -> None:
     assert other > 0.05
 
 
-def test_of_many_channels_the_first_are_ranked_and_large_pictures_as_ever() -> None:
+def test_of_many_channels_the_first_are_ranked_and_images_at_a_glance() -> None:
     image = gravel(24)
     many = torch.cat([image.expand(16, -1, -1), torch.rand(48, 24, 24, generator=torch.Generator().manual_seed(1))])
     assert rank(many, image.expand(64, -1, -1)) == pytest.approx(0, abs=1e-6)
-    assert rank(controls(image)[1], image) == measure(controls(image)[1], image)["overall"]
+    assert rank(controls(image)[1], image) == glance(controls(image)[1], image)

@@ -106,9 +106,21 @@ def test_the_best_of_several_runs_is_the_one_of_least_rank(monkeypatch):
 
     monkeypatch.setattr("synth.texture.work.rank", rank)
     made = synthesize(brick(40), (40, 40), preset="best", levels=((1, 8),))
-    assert len(ranked) == 6
+    assert len(ranked) == 12
     assert torch.equal(made.result.image, ranked[3][1])
     assert not any(torch.equal(made.result.image, image) for _, image in (*ranked[:3], *ranked[4:]))
+
+
+@pytest.mark.parametrize(
+    ("size", "options", "count"),
+    [((32, 32), {}, 4), ((64, 64), {}, 2), ((64, 256), {}, 1), ((32, 32), {"preset": "fast"}, 1),
+     ((32, 32), {"mask": np.ones((32, 32), bool)}, 1)],
+)  # fmt: skip
+def test_small_outputs_are_tried_more_often_than_large_and_steered_ones(size, options, count, monkeypatch):
+    monkeypatch.setattr("synth.texture.work.SMALL", 32)
+    tries = []
+    synthesize(brick(32), size, levels=((1, 8),), **options, callback=lambda p: tries.append((p.attempt, p.tries)))
+    assert set(tries) == {(1 + number, count) for number in range(count)}
 
 
 def test_the_best_of_several_runs_reports_growing_progress():
