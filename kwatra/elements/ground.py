@@ -14,6 +14,7 @@ import numpy as np
 from scipy import ndimage
 from torch import Tensor
 
+from kwatra.elements.kept import kept
 from kwatra.elements.size import element_size
 from kwatra.exemplar import Exemplar
 
@@ -63,6 +64,7 @@ class Ground:
     size: float
 
 
+@kept
 def find_ground(exemplar: Exemplar) -> Ground:
     """The ground of an exemplar of still images. Textures without one have a `sure` of about 0."""
     size = element_size(exemplar)

@@ -16,6 +16,7 @@ from torch import Tensor
 
 from kwatra.base import total
 from kwatra.elements.correlation import Correlation, autocorrelation, edges, pictures
+from kwatra.elements.kept import kept
 from kwatra.elements.size import radial, unlike
 from kwatra.exemplar import Exemplar
 
@@ -74,6 +75,7 @@ class Lattice:
         return rest
 
 
+@kept
 def find_lattice(exemplar: Exemplar) -> Lattice | None:
     """The lattice of an exemplar's texture, None where it has none: noise, stripes, scattered things.
 

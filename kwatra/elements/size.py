@@ -13,6 +13,7 @@ import torch
 from torch import Tensor
 
 from kwatra.elements.correlation import Correlation, autocorrelation, edges, pictures
+from kwatra.elements.kept import kept
 from kwatra.exemplar import Exemplar
 
 SMALLEST = 2.0
@@ -34,6 +35,7 @@ CLEAR = 0.6
 """A ring counts if it rises this share of the highest: the stems within letters make a small one."""
 
 
+@kept
 def element_size(exemplar: Exemplar) -> float:
     """Size in pixels of the elements of an exemplar's texture, at least 2: an element with its share of the gap.
 

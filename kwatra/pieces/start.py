@@ -8,11 +8,10 @@ import torch
 from torch import Tensor
 
 from kwatra.base import factors_of
-from kwatra.elements import Lattice, continued
+from kwatra.elements import Lattice, continued, find_lattice
 from kwatra.exemplar import Exemplar
 from kwatra.pieces.blocks import BlockStart
 from kwatra.pieces.gaps import Gaps
-from kwatra.source import Prepared
 
 if TYPE_CHECKING:
     from kwatra.loop.task import Task
@@ -89,9 +88,7 @@ def _lattice(task: "Task", exemplar: Exemplar, factor: int) -> Lattice | None:
     """
     single = len(task.shape) == 2 and int(exemplar.owner.max()) == 0 and exemplar.owner.numel() <= LOOKED_AT
     plain = task.settings.start == "aligned" and not task.terms
-    if not plain or not single or not isinstance(task.texture, Prepared):
-        return None
-    lattice = task.texture.lattice
+    lattice = find_lattice(exemplar) if plain and single else None
     return None if lattice is None else Lattice(lattice.vectors / factor, lattice.regularity)
 
 
@@ -102,9 +99,7 @@ def repeated(task: "Task", exemplar: Exemplar) -> Tensor | None:
     """
     plain = not task.terms and not any(task.wraps) and task.settings.start == "aligned" and len(task.shape) == 2
     fine = any(level.factor == 1 for level in task.levels)
-    if not plain or not fine or exemplar.owner.numel() > LOOKED_AT or not isinstance(task.texture, Prepared):
-        return None
-    lattice = task.texture.lattice
+    lattice = find_lattice(exemplar) if plain and fine and exemplar.owner.numel() <= LOOKED_AT else None
     return None if lattice is None else continued(exemplar, lattice, task.shape)
 
 

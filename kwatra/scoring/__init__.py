@@ -1,6 +1,7 @@
 """How good a texture is, and how much of it is copied (`kwatra.scoring.quality`)."""
 
 from kwatra.scoring.nearest import WINDOW
-from kwatra.scoring.quality import CHANNELS, glance, measure, rank
+from kwatra.scoring.quality import measure
+from kwatra.scoring.rough import CHANNELS, Ranking, glance
 
-__all__ = ["CHANNELS", "WINDOW", "glance", "measure", "rank"]
+__all__ = ["CHANNELS", "WINDOW", "Ranking", "glance", "measure"]

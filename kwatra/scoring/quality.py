@@ -38,12 +38,6 @@ SCALES = (1, 2, 4)
 COPY_WINDOW = 11
 """Pixels to a side of the windows that count as copied where they are found again."""
 
-GLANCES, MOST = 300, 1024
-"""Where a rough figure will do about so many windows are looked up, of so many pixels a side."""
-
-CHANNELS = 16
-"""Windows of more channels have too many values for principal components: minutes, where they end at all."""
-
 Images = Tensor | Sequence[Tensor]
 
 
@@ -64,52 +58,13 @@ def measure(output: Tensor, exemplar: Images) -> dict[str, float]:
     Raises InputError for sides under 7 pixels, channel counts that differ, and values that are not
     finite floating-point numbers.
     """
-    frames, images = _read(output, exemplar)
+    frames, images = read(output, exemplar)
     several = [exemplar] if isinstance(exemplar, Tensor) else exemplar
     if output.ndim == 4 and all(each.ndim == 4 for each in several):
         clips = torch.stack(images, 1).split([each.shape[1] for each in several], 1)
         return video_figures(torch.stack(frames, 1), clips, carried_scales(output, exemplar))
     figures = [_measure_image(frame, images) for frame in frames]
     return {name: sum(f[name] for f in figures) / len(figures) for name in figures[0]}
-
-
-def rank(output: Tensor, exemplar: Images) -> float:
-    """About the overall figure of `measure`, to choose among results by: of videos that, of images a `glance`.
-
-    Shapes as there, and pictures of any size and many channels. Where a picture is too small for a window each pixel
-    counts as so many squared; of more than CHANNELS channels the first are measured.
-    """
-    images = [exemplar] if isinstance(exemplar, Tensor) else list(exemplar)
-    shortest = min(min(image.shape[-2:]) for image in (output, *images))
-    times = -(-WINDOW // shortest)
-    shown = [i[:CHANNELS].repeat_interleave(times, -1).repeat_interleave(times, -2) for i in (output, *images)]
-    return glance(shown[0], shown[1:]) if output.ndim == 3 else measure(shown[0], shown[1:])["overall"]
-
-
-@one_thread
-def glance(output: Tensor, exemplar: Images) -> float:
-    """About what `measure` calls overall, at a tenth of its cost: one scale (2 where it fits), fewer windows.
-
-    Shapes and errors as in `measure`, but of images alone; of large ones the middle is looked at. On eight syntheses of
-    256x256 it was within 15% of that figure.
-    """
-    frames, images = ([_middle(image) for image in side] for side in _read(output, exemplar))
-    scale = [s for s in carried_scales(output, exemplar) if s <= 2][-1]
-    sets = [Windows.of(side, WINDOW, scale) for side in (frames, images)]
-    distances = [
-        float(Nearest(others).search(queries.rows(queries.sample(GLANCES)))[0].mean())
-        for queries, others in (sets, sets[::-1])
-    ]
-    sliced = sliced_distance(*(windows.rows(windows.sample(4 * GLANCES)) for windows in sets))
-    off = abs(1 - ratio(gradient(frames), gradient(images)))
-    return ((sum(distances) + sliced) / unit(images) + off) / 4
-
-
-def _middle(image: Tensor) -> Tensor:
-    """An image (C, H, W), no more of it than MOST pixels a side."""
-    for axis, side in enumerate(image.shape[1:], 1):
-        image = image.narrow(axis, max(side - MOST, 0) // 2, min(side, MOST))
-    return image
 
 
 def _measure_image(output: Tensor, exemplar: list[Tensor]) -> dict[str, float]:
@@ -132,7 +87,7 @@ def _measure_image(output: Tensor, exemplar: list[Tensor]) -> dict[str, float]:
 
 def carried_scales(output: Tensor, exemplar: Images) -> tuple[int, ...]:
     """The scales at which two windows fit side by side in every image; always the first."""
-    frames, images = _read(output, exemplar)
+    frames, images = read(output, exemplar)
     shortest = min(min(image.shape[1:]) for image in frames + images)
     return SCALES[:1] + tuple(s for s in SCALES[1:] if 2 * WINDOW * s <= shortest)
 
@@ -143,7 +98,7 @@ def forward_energy(output: Tensor, exemplar: Images, *, scale: int = 1) -> float
 
     Shapes and errors as in `measure`. scale: 7 * scale pixels must fit in every image.
     """
-    frames, images = _read(output, exemplar, scale)
+    frames, images = read(output, exemplar, scale)
     return _mean_distance(frames, images, scale) / unit(images)
 
 
@@ -153,7 +108,7 @@ def coverage_energy(output: Tensor, exemplar: Images, *, scale: int = 1) -> floa
 
     Shapes and errors as in `forward_energy`.
     """
-    frames, images = _read(output, exemplar, scale)
+    frames, images = read(output, exemplar, scale)
     return _mean_distance(images, frames, scale) / unit(images)
 
 
@@ -171,7 +126,7 @@ def sliced_wasserstein(output: Tensor, exemplar: Images, *, scale: int = 1) -> f
     The mean over random unit directions of the distance between the projected sets, by their
     quantiles. Shapes and errors as in `forward_energy`.
     """
-    frames, images = _read(output, exemplar, scale)
+    frames, images = read(output, exemplar, scale)
     sets = (Windows.of(side, WINDOW, scale) for side in (frames, images))
     return sliced_distance(*(windows.rows(windows.sample(4 * QUERIES)) for windows in sets)) / unit(images)
 
@@ -183,7 +138,7 @@ def sharpness(output: Tensor, exemplar: Images) -> float:
     Where the exemplar has none: 1 plus the output's, so that 1 stays the right answer. Shapes and
     errors as in `measure`.
     """
-    frames, images = _read(output, exemplar)
+    frames, images = read(output, exemplar)
     return ratio(gradient(frames), gradient(images))
 
 
@@ -196,7 +151,7 @@ def copy_map(output: Tensor, exemplar: Images, *, tolerance: float = 0.1) -> Cop
     11 pixels the window is as large as fits. An exemplar of one color has no places to tell apart:
     nothing counts as copied, and the use as even.
     """
-    frames, images = _read(output, exemplar)
+    frames, images = read(output, exemplar)
     if len(frames) > 1:
         raise InputError(f"output has {len(frames)} frames; a copy map is of one image, (C, H, W)")
     tolerance *= deviation(images)
@@ -206,7 +161,7 @@ def copy_map(output: Tensor, exemplar: Images, *, tolerance: float = 0.1) -> Cop
     return trace(frames[0], images, window, tolerance)
 
 
-def _read(output: Tensor, exemplar: Images, scale: int = 1) -> tuple[list[Tensor], list[Tensor]]:
+def read(output: Tensor, exemplar: Images, scale: int = 1) -> tuple[list[Tensor], list[Tensor]]:
     """Both sides as lists of images (C, H, W) float32 on the CPU, checked."""
     if scale < 1:
         raise InputError(f"scale is {scale}; give a whole number from 1")

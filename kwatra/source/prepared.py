@@ -6,13 +6,11 @@ such as the frames of an animation, `Prepared` is given to `kwatra.optimize` in 
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Protocol
 
 import torch
 from torch import Tensor
 
-from kwatra.elements import Lattice, find_lattice
 from kwatra.exemplar import Exemplar
 from kwatra.source.canvas import SourceWindows
 from kwatra.source.protocol import Source
@@ -59,11 +57,6 @@ class Prepared:
         self.exemplar = exemplar
         self.weights, self.device = exemplar.weights, exemplar.canvas.device
         self._kept: dict[tuple[object, ...], _Kept] = {}
-
-    @cached_property
-    def lattice(self) -> Lattice | None:
-        """The lattice of an image's texture, None without one."""
-        return find_lattice(self.exemplar)
 
     def source(
         self, factors: Sequence[int], width: Sequence[int], generator: torch.Generator, features: Sequence[Feature] = ()

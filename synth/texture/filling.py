@@ -16,7 +16,7 @@ from torch import Tensor
 
 import kwatra
 from kwatra import Exemplar, Feature, HardPixels, InputError, Level, Prepared, Progress, Result, Settings
-from kwatra.scoring import WINDOW, rank
+from kwatra.scoring import WINDOW, Ranking
 from synth.texture.form import Form, Image
 from synth.texture.synthesis import Synthesis
 from synth.texture.work import PRESETS
@@ -122,7 +122,8 @@ class _Filling:
         results = [self.run(number, seed) for number in range(self.tries)]
         if len(results) == 1 or not pictures:
             return results[0]
-        return min(results, key=lambda result: rank(result.image.cpu(), pictures))
+        figure = Ranking(pictures)
+        return min(results, key=lambda result: figure(result.image.cpu()))
 
     def run(self, number: int, seed: int) -> Result:
         """One filling, its seams smoothed."""

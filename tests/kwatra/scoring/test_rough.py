@@ -6,8 +6,8 @@ import torch.nn.functional as F
 from skimage import data
 from torch import Tensor
 
-from kwatra.scoring import glance, measure, rank
-from kwatra.scoring.quality import GLANCES, MOST
+from kwatra.scoring import Ranking, glance, measure
+from kwatra.scoring.rough import GLANCES, MOST
 
 
 def gravel(side: int) -> Tensor:
@@ -30,7 +30,7 @@ def test_a_glance_ranks_as_the_measure_does_and_is_near_it() -> None:
 
 
 def test_of_a_large_image_a_glance_sees_the_middle(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("kwatra.scoring.quality.MOST", 48)
+    monkeypatch.setattr("kwatra.scoring.rough.MOST", 48)
     image = gravel(96)
     other = torch.zeros_like(image)
     other[:, 24:72, 24:72] = image[:, 24:72, 24:72]
@@ -41,7 +41,7 @@ def test_of_a_large_image_a_glance_sees_the_middle(monkeypatch: pytest.MonkeyPat
 @pytest.mark.parametrize("side", [1, 3, 6, 40])
 def test_pictures_of_any_size_are_ranked(side: int) -> None:
     image = gravel(64)[:, :side, :side]
-    same, other = rank(image, image), rank(1 - image, [image, image])
+    same, other = Ranking(image)(image), Ranking([image, image])(1 - image)
     assert same == pytest.approx(0, abs=1e-6)
     assert other > 0.05
 
@@ -49,5 +49,6 @@ def test_pictures_of_any_size_are_ranked(side: int) -> None:
 def test_of_many_channels_the_first_are_ranked_and_images_at_a_glance() -> None:
     image = gravel(24)
     many = torch.cat([image.expand(16, -1, -1), torch.rand(48, 24, 24, generator=torch.Generator().manual_seed(1))])
-    assert rank(many, image.expand(64, -1, -1)) == pytest.approx(0, abs=1e-6)
-    assert rank(controls(image)[1], image) == glance(controls(image)[1], image)
+    assert Ranking(image.expand(64, -1, -1))(many) == pytest.approx(0, abs=1e-6)
+    figure = Ranking(image)
+    assert [figure(other) for other in controls(image)] == [glance(other, image) for other in controls(image)]

@@ -1,5 +1,7 @@
 """Filling holes: known pixels stay, the filling is texture, and bad requests are refused."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 import torch
@@ -108,12 +110,16 @@ def test_best_is_the_run_that_measures_best_and_tells_its_own_energies(monkeypat
     monkeypatch.setitem(PRESETS, "best", (PRESETS["fast"][0], 3))
     measured: list[tuple[float, Tensor]] = []
 
-    def rank(output: Tensor, exemplar: list[Tensor]) -> float:
+    def ranking(exemplar: list[Tensor]) -> Callable[[Tensor], float]:
         assert [tuple(part.shape[1:]) for part in exemplar] == [(24, 64), (24, 64), (64, 24), (64, 24)]
-        measured.append((kwatra.measure(output, exemplar)["overall"], output))
-        return measured[-1][0]
 
-    monkeypatch.setattr("synth.texture.filling.rank", rank)
+        def figure(output: Tensor) -> float:
+            measured.append((kwatra.measure(output, exemplar)["overall"], output))
+            return measured[-1][0]
+
+        return figure
+
+    monkeypatch.setattr("synth.texture.filling.Ranking", ranking)
     filled = fill(gravel, hole, preset="best")
     assert len(measured) == 3
     assert torch.equal(min(measured, key=lambda each: each[0])[1], filled.result.image)

@@ -1,0 +1,26 @@
+"""What is found of an exemplar is found once: every try, and every level, asks for it again."""
+
+from collections.abc import Callable
+from functools import wraps
+from typing import TypeVar
+
+from torch.utils.weak import WeakTensorKeyDictionary
+
+from kwatra.exemplar import Exemplar
+
+Found = TypeVar("Found")
+
+
+def kept(find: Callable[[Exemplar], Found]) -> Callable[[Exemplar], Found]:
+    """`find`, whose answer is kept for as long as the exemplar's canvas lives."""
+    known = WeakTensorKeyDictionary()
+
+    @wraps(find)
+    def once(exemplar: Exemplar) -> Found:
+        owner, found = known.get(exemplar.canvas, (None, None))
+        if owner is not exemplar.owner:
+            found = find(exemplar)
+            known[exemplar.canvas] = exemplar.owner, found
+        return found
+
+    return once

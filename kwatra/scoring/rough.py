@@ -1,0 +1,90 @@
+"""About how good a texture is, at little cost: to tell, and to choose among several by."""
+
+from collections.abc import Sequence
+
+from torch import Tensor
+
+from kwatra.scoring.nearest import WINDOW, Nearest, Windows, one_thread
+from kwatra.scoring.pixels import gradient, ratio, unit
+from kwatra.scoring.quality import Images, carried_scales, measure, read
+from kwatra.scoring.sliced import sliced_distance
+
+GLANCES, MOST = 300, 1024
+"""About so many windows are looked up, of so many pixels a side."""
+
+CHANNELS = 16
+"""Windows of more channels have too many values for principal components: minutes, where they end at all."""
+
+
+def glance(output: Tensor, exemplar: Images) -> float:
+    """About what `measure` calls overall, at a tenth of its cost: one scale (2 where it fits), fewer windows.
+
+    Shapes and errors as in `measure`, but of images alone; of large ones the middle is looked at. On eight syntheses of
+    256x256 it was within 15% of that figure.
+    """
+    frames, images = read(output, exemplar)
+    return _Sight(images, _scale(output, exemplar)).figure(frames)
+
+
+class Ranking:
+    """Tells about the overall figure of outputs of an exemplar, to choose among them by; lower is better.
+
+    Of videos it is that of `measure`, of images a `glance`, for which the exemplar is described once. Shapes as there,
+    and pictures of any size and many channels: where a picture is too small for a window each pixel counts as so many
+    squared; of more than CHANNELS channels the first are looked at.
+    """
+
+    def __init__(self, exemplar: Images) -> None:
+        self._images = [exemplar] if isinstance(exemplar, Tensor) else list(exemplar)
+        self._sights: dict[tuple[int, int], _Sight] = {}
+
+    def __call__(self, output: Tensor) -> float:
+        """The figure of an output (C, H, W), or (C, T, H, W)."""
+        shortest = min(min(image.shape[-2:]) for image in (output, *self._images))
+        times = -(-WINDOW // shortest)
+        shown, *images = (_enlarged(image[:CHANNELS], times) for image in (output, *self._images))
+        if output.ndim == 4:
+            return measure(shown, images)["overall"]
+        scale = _scale(shown, images)
+        if (times, scale) not in self._sights:
+            self._sights[times, scale] = _Sight(read(shown, images)[1], scale)
+        return self._sights[times, scale].figure(read(shown, images)[0])
+
+
+class _Sight:
+    """Images (C, H, W) of an exemplar as a glance sees them at one scale."""
+
+    @one_thread
+    def __init__(self, images: Sequence[Tensor], scale: int) -> None:
+        self.images, self.scale = [_middle(image) for image in images], scale
+        windows = Windows.of(self.images, WINDOW, scale)
+        self.nearest = Nearest(windows)
+        self.rows = windows.rows(windows.sample(GLANCES))
+        self.many = windows.rows(windows.sample(4 * GLANCES))
+
+    @one_thread
+    def figure(self, frames: Sequence[Tensor]) -> float:
+        """The figure of an output's frames (C, H, W)."""
+        frames = [_middle(frame) for frame in frames]
+        windows = Windows.of(frames, WINDOW, self.scale)
+        forward, _ = self.nearest.search(windows.rows(windows.sample(GLANCES)))
+        coverage, _ = Nearest(windows, self.nearest.project).search(self.rows)
+        sliced = sliced_distance(windows.rows(windows.sample(4 * GLANCES)), self.many)
+        off = abs(1 - ratio(gradient(frames), gradient(self.images)))
+        return ((float(forward.mean()) + float(coverage.mean()) + sliced) / unit(self.images) + off) / 4
+
+
+def _scale(output: Tensor, exemplar: Images) -> int:
+    """The coarsest scale up to 2 that every image has room for."""
+    return [scale for scale in carried_scales(output, exemplar) if scale <= 2][-1]
+
+
+def _enlarged(image: Tensor, times: int) -> Tensor:
+    return image.repeat_interleave(times, -1).repeat_interleave(times, -2)
+
+
+def _middle(image: Tensor) -> Tensor:
+    """An image (C, H, W), no more of it than MOST pixels a side."""
+    for axis, side in enumerate(image.shape[1:], 1):
+        image = image.narrow(axis, max(side - MOST, 0) // 2, min(side, MOST))
+    return image
