@@ -34,8 +34,7 @@ def stills(pair: Pair, times: Sequence[float], **how: object) -> Tensor:
 def figure_1(pair: Pair) -> Tensor:
     """At t = 0.4: blended, warped and blended, neighborhoods blended in place, and neighborhoods warped and blended."""
     shown = [synth.morph(*pair, [0.4], method=method).frames[0] for method in ("blend", "registration")]
-    shown += [synth.morph(*pair, [0.4], method="patches", warped=warped).frames[0] for warped in (False, True)]
-    return beside(*map(colored, shown))
+    return beside(*map(colored, shown), *(stills(pair, [0.4], warped=warped) for warped in (False, True)))
 
 
 def figure_2(pair: Pair) -> Tensor:

@@ -138,9 +138,8 @@ class Interpolation:
 
     def onward(self, frame: Frame, weighting: Weighting) -> Frame:
         """What a frame becomes at another weighting; away from where that changes it stays as it is, to the bit."""
-        changed = (frame.weighting.values != weighting.values).any(0)
-        before = None if bool(changed.all()) else (~dilated(changed, self._reach), frame.image)
-        return self._between(weighting, self.passage, before)
+        stays = self._unchanged(frame, weighting)
+        return self._between(weighting, self.passage, (stays, frame.image) if bool(stays.any()) else None)
 
     def published(self, weighting: Weighting) -> Frame:
         """The textures of a weighting on all levels, as in the paper, begun with the one that weighs most anywhere."""
@@ -160,12 +159,21 @@ class Interpolation:
         return self._settled(self.synthesis, self.levels, weighting, start)
 
     def carried(self, frame: Frame, weighting: Weighting) -> Frame:
-        """What a frame becomes at other weights: its neighborhoods shown where they lie, and then textures again."""
+        """What a frame becomes at other weights: its neighborhoods shown where they lie, and then textures again.
+
+        Away from where weights change it stays as it is, to the bit.
+        """
         assert frame.arrangement is not None
         far = torch.ones_like(frame.image[:1])
         known = frame.arrangement.layout.corners
         start = frame.arrangement.pasted(weighting, torch.cat([frame.image, far]))
-        return self._settled(self.carrying, (self.finest,), weighting, start, None, known)
+        kept = self._unchanged(frame, weighting)
+        start[:-1] = torch.where(kept, frame.image, start[:-1])
+        return self._settled(self.carrying, (self.finest,), weighting, start, kept, known)
+
+    def _unchanged(self, frame: Frame, weighting: Weighting) -> Tensor:
+        """Where (H, W) a frame stays at another weighting: as far from any change as windows reach."""
+        return ~dilated((frame.weighting.values != weighting.values).any(0), self._reach)
 
     @cached_property
     def passage(self) -> Passage:

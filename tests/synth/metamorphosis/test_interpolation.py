@@ -100,7 +100,11 @@ def test_a_map_is_kept(pair: tuple[torch.Tensor, torch.Tensor]) -> None:
     assert len(made.features) == 2
 
 
-def test_where_a_map_stays_so_does_the_film(pair: tuple[torch.Tensor, torch.Tensor]) -> None:
+@pytest.mark.parametrize("faint", [passage.FAINT, 9.0])
+def test_where_a_map_stays_so_does_the_film(
+    pair: tuple[torch.Tensor, torch.Tensor], monkeypatch: pytest.MonkeyPatch, faint: float
+) -> None:
+    monkeypatch.setattr(passage, "FAINT", faint)  # at 9 textures cancel each other
     maps = [torch.zeros(SIZE, 112), torch.zeros(SIZE, 112), torch.zeros(SIZE, 112)]
     maps[2][:, 80:] = 1
     first, second, third = synth.interpolate(list(pair), maps, **QUICK).frames
