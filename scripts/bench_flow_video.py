@@ -8,7 +8,9 @@ Without clips, waves made in code are used. The methods: kwatra (flow.animate); 
 published, equation 29 over the whole volume (flow.published; it is slow, so --short frames at most); exact, a frame of
 the clip that is moved by the field and nothing else: what the measures make of the motion alone; and truth, each
 frame of the clip and the next one, its own mean motion undone and moved by the field: what they make of motion and life
-together, in the middle of the frame. The figures of others are to be read beside it. The columns:
+together, in the middle of the frame; and panned, the clip seen through a smaller window that moves against a uniform
+field, footage that flows as told on top of its own motion: what overall makes of any flow, since that compares motion
+with a clip's that has none of it. The figures of others are to be read beside these. The columns:
 
     epe        mean end-point error, px: how far the motion that optical flow sees is from the field
     epe mean   the same of the motions' mean over time, in which what the texture does about it cancels
@@ -95,6 +97,22 @@ def truly(task: Task) -> Steps:
     return middle(before), middle(in_8_bits(torch.stack(moved, 1)))
 
 
+def panned(task: Task) -> Tensor:
+    """The clip's own frames through a window that moves against the field, for as long as it leaves half of them."""
+    flows = task.field(0, task.shape)
+    step = flows[:, 0, 0]
+    if not task.field.steady or bool((flows - step.view(2, 1, 1)).abs().max() > 1e-3):
+        raise InputError("a window moves in one direction: only uniform fields are panned; leave out others, or panned")
+    height, width = task.clip.shape[2:]
+    sides = torch.tensor([width, height])
+    frames = min(task.clip.shape[1], task.frames, int((sides / 2 / step.abs().clamp(min=1e-6)).min()) + 1)
+    way = step * (frames - 1)
+    columns, rows = (sides - way.abs().ceil().long()).tolist()
+    places = pixel_coordinates((rows, columns)) + way.clamp(min=0).view(2, 1, 1)
+    shown = [flow.warp(task.clip[:, t], places - (t * step).view(2, 1, 1), "lanczos") for t in range(frames)]
+    return torch.stack(shown, 1)
+
+
 def middle(values: Tensor) -> Tensor:
     """The middle half of both sides of (..., H, W)."""
     height, width = values.shape[-2:]
@@ -107,6 +125,7 @@ METHODS: dict[str, Callable[[Task], Tensor | Steps]] = {
     "published": by_volume,
     "exact": exactly,
     "truth": truly,
+    "panned": panned,
 }
 
 
@@ -148,8 +167,9 @@ def gradient(video: Tensor) -> float:
 def figures_of(made: Tensor | Steps, task: Task) -> dict[str, float]:
     """All columns but the time, of a video (C, T, H, W); of steps that are no video all but overall."""
     overall = measure(made, task.clip)["overall"] if isinstance(made, Tensor) else math.nan
+    shape = tuple(made.shape[2:]) if isinstance(made, Tensor) else task.shape
     made = steps(made) if isinstance(made, Tensor) else made
-    wanted = torch.stack([task.field(number, task.shape) for number in range(made[0].shape[1])])
+    wanted = torch.stack([task.field(number, shape) for number in range(made[0].shape[1])])
     clip, own = task.clip, motions(steps(task.clip))
     if wanted.shape[2:] != made[0].shape[2:]:
         wanted, clip, own = middle(wanted), middle(clip), middle(own)

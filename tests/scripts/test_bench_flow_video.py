@@ -7,6 +7,7 @@ from bench_flow_video import Task, figures_of
 from gallery_quilting import waves
 
 import flow
+from kwatra import InputError
 
 
 def test_an_exact_motion_has_no_error_and_no_life() -> None:
@@ -48,6 +49,20 @@ def test_of_a_clip_that_only_moves_the_truth_is_the_exact_motion() -> None:
     figures = figures_of(bench_flow_video.truly(task), task)
     assert figures["epe"] < 0.15
     assert figures["sharp"] == pytest.approx(1.0, abs=0.1)
+
+
+def test_a_clip_is_panned_as_a_uniform_field_flows() -> None:
+    still = waves(1, 64).expand(-1, 6, -1, -1)
+    task = Task(still, flow.uniform(2.0, 30), (64, 64), 6, 6)
+    made = bench_flow_video.panned(task)
+    assert made.shape == (3, 6, 59, 55)
+    figures = figures_of(made, task)
+    assert figures["epe"] < 0.1
+    assert figures["sharp"] == pytest.approx(1.0, abs=0.1)
+    assert figures["overall"] > 0
+    assert bench_flow_video.panned(Task(still, flow.uniform(20.0), (64, 64), 6, 6)).shape == (3, 2, 64, 44)
+    with pytest.raises(InputError, match="only uniform fields are panned"):
+        bench_flow_video.panned(Task(still, flow.rotation(2.0), (64, 64), 6, 6))
 
 
 def test_the_table_has_a_row_for_every_method(tmp_path, capsys, monkeypatch) -> None:
