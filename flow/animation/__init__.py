@@ -1,4 +1,9 @@
-"""Textures that flow."""
+"""Textures that flow.
+
+What its constants were tried on: nuts and yellow bricks, 112 px wide, that turn by 2 px a frame, for 10 frames of 80x80
+px, default preset, one seed. `kwatra.measure` (overall; lower is better) of three frames is .201 on average; what it is
+with other values is said at each of them. Differences below .01 are noise.
+"""
 
 from flow.animation.looping import loop
 from flow.animation.sequence import Frame, animate

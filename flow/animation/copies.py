@@ -14,20 +14,23 @@ from torch import Tensor
 from flow.warps import pixel_coordinates
 
 JUMP = 1.5
-"""Offsets of neighboring pixels that differ by this many px or more belong to two copies."""
+"""Offsets of neighboring pixels that differ by this many px or more belong to two copies. Tried: .203 with 1, .199 with
+2.5."""
 
 _BESIDE = ((0, 1), (0, -1), (1, 0), (-1, 0))
 AROUND = (*_BESIDE, (1, 1), (1, -1), (-1, 1), (-1, -1))
 """The steps, in rows and columns, to the eight pixels around one."""
 
 _FEW = 2
-"""A pixel is a crumb when no more than this many of the eight around it belong to its copy."""
+"""A pixel is a crumb when no more than this many of the eight around it belong to its copy. Tried: .201 with 1,
+.200 with 3."""
 
 _ROUNDS = 8
 """So often crumbs are looked for, at most; those of larger ones that are left after that wait for the next frame."""
 
 _BLEED = 0.125
-"""What a pixel at a seam shows of each of the four beside it that belong to another copy."""
+"""What a pixel at a seam shows of each of the four beside it that belong to another copy. Tried: .202 with 0, .201 with
+.2."""
 
 
 def offsets(source: Tensor) -> Tensor:

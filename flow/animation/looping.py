@@ -25,10 +25,10 @@ from kwatra.base import generator_of
 from kwatra.pieces import Box, Mosaic, Patch, SeamCost, Sheet
 
 _STRETCH = 24
-"""The turn takes at most so many frames, and at most half of the loop."""
+"""The turn takes at most so many frames, and at most half of the loop: a bound, not tuned."""
 
 _BAND = 6
-"""How far, in px, a seam may move from where the regions meet."""
+"""How far, in px, a seam may move from where the regions meet: a bound on time, not tuned."""
 
 
 def loop(

@@ -9,7 +9,7 @@ from flow.warps import filled, pixel_coordinates, warp
 from kwatra import Exemplar
 
 _NEAR = 2.0
-"""Up to so many px beyond an exemplar's border its last pixels pass for its continuation."""
+"""Up to so many px beyond an exemplar's border its last pixels pass for its continuation: a convention."""
 
 
 _FOUND = WeakTensorKeyDictionary()

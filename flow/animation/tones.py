@@ -14,10 +14,10 @@ from kwatra import Exemplar
 from kwatra.base import mean, total
 
 _CLASSES = 16
-"""Tones that are told apart, each shown equally often by the exemplar."""
+"""Tones that are told apart, each shown equally often by the exemplar. Tried: .202 with 8, .203 with 32."""
 
 _BLUR = 2.0
-"""A tone is the color's first principal component after a blur of this many px."""
+"""A tone is the color's first principal component after a blur of this many px. Tried: .197 with 1 and 4."""
 
 
 class Tones:

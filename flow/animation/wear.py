@@ -14,10 +14,11 @@ from kwatra.source import SourceWindows
 from kwatra.windows import channels_last, windows_at
 
 _BLUR = 1.0
-"""Windows are compared after a blur of this many px, so that a fraction of a pixel between copies is no wear."""
+"""Windows are compared after a blur of this many px, so that a fraction of a pixel between copies is no wear. Tried:
+.192 with half, .224 with twice as much, with which a fourth of the blocks is renewed."""
 
 _SETTLED = 1e-3
-"""Wear up to which a window is not searched for something better than what it copies."""
+"""Wear up to which a window is not searched for something better than what it copies: a bound on time."""
 
 _EXACT = 1 << 24
 """Up to so many pairs of windows the search is exact."""
