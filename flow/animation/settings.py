@@ -21,7 +21,7 @@ class Renewing:
     texture needs. block: their size, or that of two elements where there are gaps between them. window, step: the
     windows whose energy is measured, and their distance. interpolation: see `flow.warp`.
     Energies are in variances of the exemplar, sizes in px. flow_weight and blocks were tuned on nuts and bricks that
-    turn by 2 px a frame. Half and twice as much were tried (see `flow.animation`) of seam (.204, .208), tolerance (.198,
+    turn by 2 px a frame. Half and twice as much was tried (see `flow.animation`) of seam (.204, .208), tolerance (.198,
     .197), stiffness (.222, .197), area (.206, .205), tones (.206, .195, renewing twice as much) and usage (.199, .212),
     and 32 and 64 px of block (.218, .207).
     """

