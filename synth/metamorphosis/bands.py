@@ -7,7 +7,7 @@ analysis/synthesis, 1995.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import torch
 from scipy.ndimage import gaussian_filter
@@ -43,10 +43,22 @@ class Bands:
         bands = zip(_split(image, self.wrap), self.colors, strict=True)
         return torch.stack([recolored(band, Colors.of(band), goal) for band, goal in bands]).sum(0)
 
+    def within(self, own: "Bands", gain: float) -> "Bands":
+        """These, but none of more than `gain` times the amplitude of an image's own."""
+        shares = (
+            min(1.0, float(gain**2 * have.covariance.trace() / want.covariance.trace()))
+            for have, want in zip(own.colors, self.colors, strict=True)
+        )
+        pairs = zip(self.colors, shares, strict=True)
+        return replace(self, colors=tuple(replace(want, covariance=share * want.covariance) for want, share in pairs))
+
     def between(self, image: Tensor, step: Step) -> Tensor:
         """What `kwatra.optimize` applies after each blend, at full resolution."""
         return self.given_to(image)
 
+
+_STRONGEST = 2.0
+"""Halfway, details that have nothing to do with each other are 1.4 times weaker; warps take some of the rest."""
 
 SETTLING = 4
 """So often a finished image is given what it is to have: bands overlap, and once leaves a fifth of the finest missing;
@@ -69,10 +81,13 @@ def dissolved(a: Tensor, b: Tensor, part: float, pair: Pair) -> Tensor:
     """The mixture (C, H, W) of two frames, `part` of it b, with the bands of the pair's texture at that time.
 
     Those of the frames themselves are not as good: what moved or made them changed how much of each color they have.
+    Nothing is strengthened more than _STRONGEST times: where dark meets light both cancel, and the rest is noise.
     """
     if part in (0, 1):
         return b if part else a
-    return settled(torch.lerp(a, b, part), bands_at(pair, part).given_to)
+    mixed = torch.lerp(a, b, part)
+    goal = bands_at(pair, part).within(Bands.of(mixed, pair.tile), _STRONGEST)
+    return settled(mixed, goal.given_to)
 
 
 def _split(image: Tensor, wrap: bool) -> list[Tensor]:
