@@ -27,10 +27,11 @@ SPLITS = (0.08, 0.12, 0.17, 0.23, 0.3, 0.4)
 """Shares of the pixels that are tried as ground, beside the one at which two classes differ most (Otsu)."""
 
 AS_SURE = 0.95
-"""What is this share of the surest is as sure."""
+"""What is this share of the surest is as sure; with .9 and 1 stills of four textures with elements score the same."""
 
 HOLE, SPECK = 0.5, 0.04
-"""Smaller parts, in areas of an element, are no ground, and no elements."""
+"""Smaller parts, in areas of an element, are no ground, and no elements. This and the next two say what elements are;
+they are not tuned."""
 
 SMALL, LARGE = 0.1, 2.0
 """The areas between which a part is like an element, in squares of its size."""
@@ -46,7 +47,7 @@ texture of its own (between pavers, tomatoes, bricks) hidden seams are seen: tog
 (`kwatra.pieces.gaps`) sixteen textures score .0628 for .0642."""
 
 RIM = 0.25
-"""An element is as deep as can be so far from the ground, in sizes of an element."""
+"""An element is as deep as can be so far from the ground, in sizes of an element; half and twice as much is as good."""
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from kwatra.elements.size import radial, unlike
 from kwatra.exemplar import Exemplar
 
 LEAST_OVERLAP = 0.1
-"""Lags are trusted at which at least this share of the pictures overlaps: one and a half periods are enough."""
+"""Lags are trusted at which at least this share of the pictures overlaps: one and a half periods do."""
 
 STRONGEST = 24
 """Vectors are sought among so many peaks: a bound on time."""

@@ -26,7 +26,7 @@ Made checkerboards and stripes reach -0.28 and less, discs on a lattice -0.25; p
 """
 
 UNLIKE = 0.1
-"""Two pixels with this correlation or less do not belong to one element."""
+"""Two pixels with this correlation or less do not belong to one element: a convention."""
 
 RISE, FALL = 0.06, 0.03
 """A ring stands out by so much from the dip before it and from what follows; set on made textures and noise."""

@@ -21,7 +21,7 @@ from kwatra.source.protocol import CHUNK, Description
 from kwatra.windows import Metric
 
 DIMS = 24
-"""Principal components of a descriptor."""
+"""Principal components of a descriptor. Stills of four textures score the same with half and twice as many."""
 
 _SAMPLE = 3000
 """So many windows the components are learned from."""
