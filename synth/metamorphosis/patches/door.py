@@ -79,7 +79,7 @@ def interpolate(
     weightings = (_weighting(weights, number, images, size) for number in range(count))
     made = method.frames(between, weightings, count, report)
     frames = Frames((form.restored(frame.image.cpu()) for frame in made), count)
-    return Interpolated(frames, between.found.maps, method.remarks(between))
+    return Interpolated(frames, between.found.maps, method.remarks(between, count))
 
 
 def _method(preset: str, options: dict[str, Any]) -> PatchMorph:

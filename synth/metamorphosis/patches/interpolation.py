@@ -119,22 +119,12 @@ class Interpolation:
         fits = (min(i.shape[1:]) / unit >= self.pyramid[-1][1] for i, unit in zip(self.images, units, strict=True))
         return units if all(fits) else (1.0,) * len(units)
 
-    def still(self, weighting: Weighting) -> Frame:
-        """As `led`; where weights are the same everywhere, elements have a size in between, as in `Neighborhoods`.
-
-        They have it in the pictures that lead into each other, so those are others at other weights: no film.
-        """
-        if len(weighting.palette) > 1 or len(set(self.units)) == 1:
-            return self.led(weighting)
-        scale = self.finest.neighborhoods.scale(weighting.palette[0])
-        return self._between(weighting, self._leading([scale / unit for unit in self.units]))
-
-    def led(self, weighting: Weighting) -> Frame:
-        """The textures of a weighting: like what `Passage` shows between pictures of each, of the frame's size.
+    def led(self, weighting: Weighting, passage: Passage) -> Frame:
+        """The textures of a weighting: like what a passage shows between pictures of each, of the frame's size.
 
         A texture that is alone is its picture: itself if that has the frame's size, or else synthesized.
         """
-        return self._between(weighting, self.passage)
+        return self._between(weighting, passage)
 
     def onward(self, frame: Frame, weighting: Weighting) -> Frame:
         """What a frame becomes at another weighting; away from where that changes it stays as it is, to the bit."""
@@ -179,6 +169,16 @@ class Interpolation:
     def passage(self) -> Passage:
         """What leads from picture to picture: each texture at the size of frames."""
         return self._leading([1.0] * len(self.images))
+
+    def sized(self, weighting: Weighting) -> Passage:
+        """The same, but where weights are the same everywhere elements have a size in between, as in `Neighborhoods`.
+
+        Its pictures are others at other weights, so it is for a still and leads through no film.
+        """
+        if len(weighting.palette) > 1 or len(set(self.units)) == 1:
+            return self.passage
+        scale = self.finest.neighborhoods.scale(weighting.palette[0])
+        return self._leading([scale / unit for unit in self.units])
 
     def _leading(self, zooms: Sequence[float]) -> Passage:
         """What leads from picture to picture of the size of frames, each `zoom` times larger than its texture."""

@@ -70,7 +70,7 @@ class PatchMorph(Method):
         if passage is None or passage.cancels:
             weightings = (Weighting.even((1 - time, time), shape) for time in times)
             made: Iterator[Tensor] = (frame.image for frame in self.frames(between, weightings, len(times), report))
-            remarks = self.remarks(between)
+            remarks = self.remarks(between, len(times))
         else:
             made = _passing(between, passage, times, report)
             remarks = (between.found.remark,)
@@ -88,25 +88,29 @@ class PatchMorph(Method):
         Each is like what the passage shows. Where textures cancel each other there the first is made as published, and
         others are what the one before becomes; if independent, all are made as published.
         """
-        begin, onward = between.still if count == 1 else between.led, between.onward
-        if self.independent or between.passage.cancels:
-            begin, onward = between.published, between.carried
         pace = Pace.of(between.finest, between.bands) if self.even and len(between.images) == 2 else None
         frame: Frame | None = None
         for number, weighting in enumerate(weightings):
             report(f"frame {number + 1} of {count}", number / count)
             paced = weighting if pace is None else weighting.paced(pace)
             if frame is None or self.independent:
-                frame = begin(paced)
+                frame = self._begun(between, paced, count == 1)
             elif not torch.equal(frame.weighting.values, paced.values):
-                frame = onward(frame, paced)
+                frame = (between.onward if frame.arrangement is None else between.carried)(frame, paced)
             yield frame
         report("done", 1.0)
 
-    def remarks(self, between: Interpolation) -> tuple[str, ...]:
-        """Sentences for a person on how `frames` are made."""
-        cancel = not self.independent and between.passage.cancels
-        return (between.found.remark, *((CANCELING,) if cancel else ()))
+    def _begun(self, between: Interpolation, weighting: Weighting, still: bool) -> Frame:
+        """A frame that is made by itself, or the first of a film."""
+        passage = None
+        if not self.independent:
+            passage = between.sized(weighting) if still else between.passage
+        return between.published(weighting) if passage is None or passage.cancels else between.led(weighting, passage)
+
+    def remarks(self, between: Interpolation, count: int) -> tuple[str, ...]:
+        """Sentences for a person on how `count` frames are made."""
+        carried = count > 1 and not self.independent and between.passage.cancels
+        return (between.found.remark, *((CANCELING,) if carried else ()))
 
     def _passage(self, between: Interpolation, pair: Pair, seed: int, report: Report) -> Passage:
         """What leads from A to B, both synthesized first if frames have another size."""
