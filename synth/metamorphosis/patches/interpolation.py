@@ -9,7 +9,7 @@ import torch
 from scipy.ndimage import uniform_filter
 from torch import Tensor
 
-from kwatra import FreeWindows, SoftPixels
+from kwatra import SoftPixels
 from kwatra.base import InputError
 from synth.metamorphosis.bands import Bands, settled
 from synth.metamorphosis.method import silent
@@ -135,7 +135,7 @@ class Interpolation:
         """The textures of a weighting on all levels, as in the paper, begun with the one that weighs most anywhere."""
         alone = len(weighting.palette) == 1 and max(weighting.palette[0]) == 1
         heaviest = weighting.values.argmax(0)
-        start, layout = None, self._layout()
+        start, layout = None, spread(self.shape, (self._reach,) * 2, (self.wrap,) * 2)
         for number in heaviest.unique().tolist():
             scale = self.finest.neighborhoods.scale(_mean(weighting, heaviest == number))
             where, image = self._picture(number, scale / self.finest.neighborhoods.units[number])
@@ -279,10 +279,6 @@ class Interpolation:
         values = level[1] ** 2 * (len(self.images[0]) + 1 + len(self.images)) * len(self.images) * self.weightings
         anchors = min(self.making.anchors, max(LARGEST_BAG // values, _FEWEST))
         return matched(self.images, self.found.maps, self.units, level, replace(self.making, anchors=anchors))
-
-    def _layout(self) -> FreeWindows:
-        width = self.pyramid[-1][1]
-        return spread(self.shape, (width, width), (self.wrap, self.wrap))
 
     def _picture(self, number: int, zoom: float) -> tuple[Tensor, Tensor]:
         """A picture of one texture, `zoom` times smaller than frames; first where (2, h, w) in the texture it lies."""
