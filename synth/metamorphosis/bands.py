@@ -44,13 +44,16 @@ class Bands:
         return torch.stack([recolored(band, Colors.of(band), goal) for band, goal in bands]).sum(0)
 
     def within(self, own: "Bands", gain: float) -> "Bands":
-        """These, but none of more than `gain` times the amplitude of an image's own."""
-        shares = (
-            min(1.0, float(gain**2 * have.covariance.trace() / want.covariance.trace()))
-            for have, want in zip(own.colors, self.colors, strict=True)
-        )
-        pairs = zip(self.colors, shares, strict=True)
-        return replace(self, colors=tuple(replace(want, covariance=share * want.covariance) for want, share in pairs))
+        """These, of at most `gain` times the amplitude of an image's own, and of less where still more is missing.
+
+        A band that has to become g times as strong becomes gain^2 / g times as strong beyond `gain`, or stays.
+        """
+        colors = []
+        for have, want in zip(own.colors, self.colors, strict=True):
+            lost = max(float(want.covariance.trace() / have.covariance.trace().clamp(min=1e-30)), 1.0)  # g^2
+            share = max(min(1.0, gain**4 / lost**2), 1 / lost)
+            colors.append(replace(want, covariance=share * want.covariance))
+        return replace(self, colors=tuple(colors))
 
     def between(self, image: Tensor, step: Step) -> Tensor:
         """What `kwatra.optimize` applies after each blend, at full resolution."""
@@ -81,7 +84,8 @@ def dissolved(a: Tensor, b: Tensor, part: float, pair: Pair) -> Tensor:
     """The mixture (C, H, W) of two frames, `part` of it b, with the bands of the pair's texture at that time.
 
     Those of the frames themselves are not as good: what moved or made them changed how much of each color they have.
-    Nothing is strengthened more than _STRONGEST times: where dark meets light both cancel, and the rest is noise.
+    Nothing is strengthened more than _STRONGEST times, and what would need far more is left: where dark meets light
+    both cancel, and the rest is noise.
     """
     if part in (0, 1):
         return b if part else a
