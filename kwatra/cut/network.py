@@ -23,11 +23,11 @@ def energy(choice: Array, pairs: Sequence[tuple[Array, Array, Array]]) -> tuple[
 
     choice, pairs: as in `best_cut`.
     """
-    weight = np.zeros(choice.shape, np.int64)
+    choice, weight = choice.astype(np.int8), np.zeros(choice.shape, np.int64)
     arcs = []
     for axis, (a, b, c) in enumerate(pairs):
         ahead, back = np.empty(a.shape, np.int64), np.empty(a.shape, np.int64)
-        _priced(*(_lines(v, axis) for v in (_small(choice), a, b, c, weight, ahead, back)))
+        _priced(*(_lines(v, axis) for v in (choice, a, b, c, weight, ahead, back)))
         arcs.append((ahead, back))
     return weight, arcs
 
@@ -49,16 +49,12 @@ def table(arcs: Sequence[tuple[Array, Array]], free: Array) -> tuple[Array, Arra
 
 def left_after(choice: Array, take: Array, pairs: Sequence[tuple[Array, Array, Array]]) -> list[Array]:
     """As `seams_after` in kwatra.cut.minimum."""
-    left = []
+    choice, left = choice.astype(np.int8), []
     for axis, (a, b, c) in enumerate(pairs):
         cost = np.empty(a.shape, np.int32)
-        _left(*(_lines(v, axis) for v in (_small(choice), take, a, b, c, cost)))
+        _left(*(_lines(v, axis) for v in (choice, take, a, b, c, cost)))
         left.append(cost)
     return left
-
-
-def _small(choice: Array) -> Array:
-    return choice.astype(np.int8)
 
 
 def _lines(values: Array, axis: int) -> Array:

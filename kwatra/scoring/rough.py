@@ -45,10 +45,11 @@ class Ranking:
         shown, *images = (_enlarged(image[:CHANNELS], times) for image in (output, *self._images))
         if output.ndim == 4:
             return measure(shown, images)["overall"]
+        frames, sources = read(shown, images)
         scale = _scale(shown, images)
         if (times, scale) not in self._sights:
-            self._sights[times, scale] = _Sight(read(shown, images)[1], scale)
-        return self._sights[times, scale].figure(read(shown, images)[0])
+            self._sights[times, scale] = _Sight(sources, scale)
+        return self._sights[times, scale].figure(frames)
 
 
 class _Sight:
