@@ -12,6 +12,7 @@ A weight of 1 makes a control count as much as the texture does on an average pi
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 from torch import Tensor
@@ -205,17 +206,37 @@ def parts_of(terms: "TermLike | Sum | Sequence[TermLike | Sum]") -> tuple[TermLi
 
 
 def charge_of(term: TermLike, x: Tensor | None, step: "Step") -> Charge | None:
-    """What the term charges candidates, None where it leaves that to its quadratic (see `Term.charge`)."""
+    """What the term charges candidates, None where it leaves that to its quadratic (see `Term.charge`).
+
+    The charge raises InputError where the term answers with anything but a number for each candidate.
+    """
     charge: Charge | None = term.charge(x, step) if hasattr(term, "charge") else None
-    return charge
+    return None if charge is None else partial(_charged, term.name, charge, 1)
 
 
 def place_charge_of(
     term: TermLike, exemplar: Exemplar, shape: tuple[int, ...], width: tuple[int, ...]
 ) -> PlaceCharge | None:
-    """What the term charges for places, None for nothing (see `Term.place_charge`)."""
+    """What the term charges for places, None for nothing (see `Term.place_charge`). Raises as that of `charge_of`."""
     charge: PlaceCharge | None = term.place_charge(exemplar, shape, width) if hasattr(term, "place_charge") else None
-    return charge
+    return None if charge is None else partial(_charged, term.name, charge, 2)
+
+
+def _charged(name: str, charge: Charge, axes: int, corners: Tensor, there: Tensor) -> Tensor:
+    """What a term charges for candidates, of which the first `axes` of `there` say how many there are."""
+    cost, asked, wrong = charge(corners, there), tuple(there.shape[:axes]), ""
+    if not isinstance(cost, Tensor):
+        wrong = f"a {type(cost).__name__}"
+    elif cost.shape != asked:
+        wrong = f"a tensor {tuple(cost.shape)}"
+    elif bool(cost.isnan().any()):
+        wrong = "NaN"
+    if wrong:
+        raise InputError(
+            f"the term {name!r} charges {wrong} for candidates {tuple(there.shape)}; its charge returns a tensor "
+            f"{asked} of numbers"
+        )
+    return cost
 
 
 def within(term: TermLike, mask: Tensor) -> TermLike:

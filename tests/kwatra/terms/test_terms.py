@@ -1,8 +1,8 @@
 import pytest
 import torch
 
-from kwatra import InputError, Quadratic, Scaled, SoftPixels, Sum
-from kwatra.terms.algebra import parts_of
+from kwatra import InputError, Quadratic, Scaled, SoftPixels, Sum, Term
+from kwatra.terms.algebra import charge_of, parts_of, place_charge_of
 from kwatra.terms.controls import wish_of
 
 
@@ -92,3 +92,38 @@ def test_what_is_not_a_term_is_named():
         SoftPixels(torch.zeros(1, 4, 4), torch.zeros(1, 4, 5))
     with pytest.raises(InputError, match="negative, NaN or infinite"):
         SoftPixels(torch.zeros(1, 4, 4), torch.full((1, 4, 4), -1.0))
+
+
+class Charging(Term):
+    name = "charging"
+
+    def __init__(self, answer):
+        self.answer = answer
+
+    def at(self, factor, shape):
+        return self
+
+    def quadratic(self, x):
+        return Quadratic(torch.zeros_like(x), x)
+
+    def charge(self, x, step):
+        return lambda corners, windows: self.answer(windows)
+
+    def place_charge(self, exemplar, shape, width):
+        return lambda corners, there: self.answer(there)
+
+
+def test_a_charge_is_one_number_for_each_candidate():
+    corners, windows, there = torch.zeros(3, 2), torch.ones(3, 8, 8, 1), torch.ones(3, 5, 2)
+    term = 2.0 * Charging(lambda of: of.flatten(1).sum(1))
+    assert charge_of(term, None, None)(corners, windows).tolist() == [128.0] * 3
+    assert place_charge_of(2.0 * Charging(lambda of: of.sum(-1)), None, (), ())(corners, there).shape == (3, 5)
+    for answer, wrong in [
+        (lambda of: of.mean(-2), r"a tensor \(3, .*\)"),
+        (lambda of: 1.0, "a float"),
+        (lambda of: of.flatten(2).mean(2) * torch.nan, r"NaN|a tensor \(3, 8\)"),
+    ]:
+        with pytest.raises(InputError, match=rf"'charging' charges ({wrong}) for candidates .* a tensor \(3,\) of"):
+            charge_of(2.0 * Charging(answer), None, None)(corners, windows)
+        with pytest.raises(InputError, match=rf"'charging' charges ({wrong}) for candidates .* a tensor \(3, 5\) of"):
+            place_charge_of(2.0 * Charging(answer), None, (), ())(corners, there)
