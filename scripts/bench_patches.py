@@ -5,9 +5,10 @@
 
 Of each pair the texture halfway is made, by itself as published, with everything and without one part at a time:
 relaxation, free centers, mean shift, warping, transport (the nearest neighborhood instead), scale, statistics,
-rejection. Without `by itself` it is led from A to B, as films are by default. `plain` is what mixes nearest
-neighborhoods without any of these (Ruiters et al. 2010, figure 1c). Columns are those of
-`synth.metamorphosis.judging`, with A and B themselves as ends; cpu, its seconds.
+rejection. Without `single partners` each window has three, and the best sixth of all neighborhoods is kept. Without `by
+itself` it is led from A to B, as films are by default. `plain` is what mixes nearest neighborhoods without any of these
+(Ruiters et al. 2010, figure 1c). Columns are those of `synth.metamorphosis.judging`, with A and B themselves as ends;
+cpu, its seconds.
 """
 
 import argparse
@@ -38,7 +39,11 @@ WITHOUT: dict[str, dict[str, Any]] = {
     "rejection": {"rejected": 0.0},
 }
 PLAIN = {name: value for options in WITHOUT.values() for name, value in options.items()}
-ROWS: dict[str, dict[str, Any]] = WITHOUT | {"by itself": {"independent": False}, "plain": PLAIN}
+ROWS: dict[str, dict[str, Any]] = WITHOUT | {
+    "single partners": {"partners": 3, "rejected": 5 / 6},
+    "by itself": {"independent": False},
+    "plain": PLAIN,
+}
 
 
 def bench(pairs: dict[str, tuple[Tensor, Tensor]], arguments: argparse.Namespace) -> Iterator[tables.Row]:

@@ -21,16 +21,20 @@ class Arrangement:
     numbers: Tensor
 
     @classmethod
-    def of(cls, matched: Matched, texture: int, where: Tensor, layout: FreeWindows, zoom: float = 1.0) -> "Arrangement":
+    def of(
+        cls, matched: Matched, texture: int, where: Tensor, layout: FreeWindows, zoom: float = 1.0, margin: int = 0
+    ) -> "Arrangement":
         """That of a picture of one texture, made of its own windows as a source map says.
 
-        where (2, h, w): row and column in the texture of each pixel of the picture, which is shown `zoom` times larger.
-        layout: where windows should lie; each is moved by up to a few pixels, so that what it shows stays in place.
+        where (2, h, w): row and column in the texture of each pixel of the picture, which is shown `zoom` times larger,
+        and continued by `margin` pixels. layout: where windows should lie; each is moved by up to a few pixels, or as
+        far as it lies beyond the picture, so that what it shows stays in place.
         """
         shape, half = layout.shape, layout.width[0] // 2
         middle = layout.corners + half
-        place = ((middle + 0.5) / zoom).long().minimum(torch.tensor(where.shape[1:]) - 1)
-        wanted = where[:, place[:, 0], place[:, 1]].T
+        place = ((middle - margin + 0.5) / zoom).floor().long()
+        inside = place.clamp(min=0).minimum(torch.tensor(where.shape[1:]) - 1)
+        wanted = where[:, inside[:, 0], inside[:, 1]].T + place - inside
         own = (matched.neighborhoods.anchor == texture).nonzero()[:, 0]
         centers = matched.neighborhoods.centers[own, texture]
         near = torch.from_numpy(cKDTree(centers.numpy()).query(wanted.numpy())[1])

@@ -16,15 +16,15 @@ SOFTNESS = 0.02
 _ROUNDS = 60
 
 
-def nearest(own: Tensor, other: Bag) -> Tensor:
-    """For windows (N, w, w, C) the number (N,) of the most similar one of another texture."""
-    return other.nearest(other.describe(own), 1, "exact")[:, 0]
+def nearest(own: Tensor, other: Bag, count: int) -> Tensor:
+    """For windows (N, w, w, C) the numbers (N, count) of the most similar ones of another texture, these first."""
+    return other.nearest(other.describe(own), count, "exact")
 
 
-def transported(first: Bag, second: Bag) -> tuple[Tensor, Tensor]:
-    """The partner of each window of the first (N,) in the second, and of each of the second (M,) in the first.
+def transported(first: Bag, second: Bag, count: int) -> tuple[Tensor, Tensor]:
+    """The partners of each window of the first (N, count) in the second, and of the second's (M, count) in the first.
 
-    Where the plan puts most of each window's mass. Memory: a few matrices (N, M).
+    Where the plan puts most of each window's mass, most first. Memory: a few matrices (N, M).
     """
     described = second.describe(first.windows(first.numbers))
     cost = torch.cdist(described.descriptor, second.descriptors).square_()
@@ -37,4 +37,4 @@ def transported(first: Bag, second: Bag) -> tuple[Tensor, Tensor]:
     for _ in range(_ROUNDS):
         rows = 1 / (len(kernel) * (kernel @ columns).clamp(min=1e-30))
         columns = 1 / (kernel.shape[1] * (kernel.T @ rows).clamp(min=1e-30))
-    return (kernel * columns).argmax(1), (kernel.T * rows).argmax(1)
+    return (kernel * columns).topk(count).indices, (kernel.T * rows).topk(count).indices

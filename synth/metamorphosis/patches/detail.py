@@ -26,12 +26,14 @@ _ENOUGH = 400.0
 class Detail:
     """What restores detail, and for each where it counts, (H, W), summing to 1; None: a single one, everywhere.
 
-    shifts: for each the mean color (C, H, W) that is due at each pixel, less that of its own texture, or None. kept
-    (H, W): pixels that stay as they are, or None.
+    told: for each how much of an image's own detail each pixel (H, W) tells; None: all alike. shifts: for each the mean
+    color (C, H, W) that is due at each pixel, less that of its own texture, or None. kept (H, W): pixels that stay as
+    they are, or None.
     """
 
     restoring: tuple[Restoring, ...]
     shares: tuple[Tensor | None, ...]
+    told: tuple[Tensor | None, ...]
     shifts: tuple[Tensor | None, ...]
     kept: Tensor | None = None
 
@@ -42,13 +44,15 @@ class Detail:
         center: Callable[[Weights], Tensor],
         weighting: Weighting,
         kept: Tensor | None = None,
+        inside: Tensor | None = None,
     ) -> "Detail":
         """That of a weighting; among: what restores the detail of textures in between, by their weights.
 
-        center: their mean colors (C, 1), which are linear in the weights.
+        center: their mean colors (C, 1), which are linear in the weights. inside (H, W): 0 where pixels tell nothing of
+        an image's own detail, else 1; None: 1.
         """
         if len(weighting.palette) == 1:
-            return cls((among(weighting.palette[0]),), (None,), (None,), kept)
+            return cls((among(weighting.palette[0]),), (None,), (inside,), (None,), kept)
         knots: list[Tensor] = []
         for weights in weighting.palette:
             there = torch.tensor(weights)
@@ -56,24 +60,25 @@ class Detail:
                 knots.append(there)
         near = [(weighting.values - k.view(-1, 1, 1)).square().sum(0).div(-(_APART**2)).exp() for k in knots]
         total = torch.stack(near).sum(0).clamp(min=1e-12)
-        counted = [share for share in (each / total for each in near) if float(share.sum()) >= _ENOUGH]
+        counted = [share for share in (each / total for each in near) if float(_within(share, inside).sum()) >= _ENOUGH]
         rest = sum(counted, torch.zeros_like(total)).clamp(min=1e-12)
         shares = [share / rest for share in counted]
+        told = [_within(share, inside) for share in shares]
         # what a region holds is not what its knot is, at the border of an image least of all: its mean is
-        means = [tuple((weighting.values.double() * s).sum((1, 2)).div(s.double().sum()).tolist()) for s in shares]
+        means = [tuple((weighting.values.double() * s).sum((1, 2)).div(s.double().sum()).tolist()) for s in told]
         ends = torch.cat([center(tuple(row)) for row in torch.eye(len(weighting.values)).double().tolist()], 1)
         due = (ends @ weighting.values.double().flatten(1)).view(-1, *weighting.shape)
         shifts = tuple((due - center(mean)[..., None]).float() for mean in means)
-        return cls(tuple(among(mean) for mean in means), tuple(shares), shifts, kept)
+        return cls(tuple(among(mean) for mean in means), tuple(shares), tuple(told), shifts, kept)
 
     def given_to(self, image: Tensor) -> Tensor:
         """An image (C, H, W) with the detail."""
         made = torch.zeros_like(image)
-        for restored, share, shift in zip(self.restoring, self.shares, self.shifts, strict=True):
+        for restored, share, told, shift in zip(self.restoring, self.shares, self.told, self.shifts, strict=True):
             if share is None or shift is None:
-                made = restored(image, share)
+                made = restored(image, told)
             else:
-                made = made + share * (restored(image - shift, share) + shift)
+                made = made + share * (restored(image - shift, told) + shift)
         made = made if self.restoring else image
         return made if self.kept is None else torch.where(self.kept, image, made)
 
@@ -84,6 +89,10 @@ class Detail:
             return image if max(step.factors) > 1 else torch.cat([self.given_to(image[:channels]), image[channels:]])
 
         return given
+
+
+def _within(share: Tensor, inside: Tensor | None) -> Tensor:
+    return share if inside is None else share * inside
 
 
 def strength(image: Tensor, textures: Sequence[Tensor], weights: Weights) -> float:

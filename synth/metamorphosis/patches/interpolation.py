@@ -6,6 +6,7 @@ from functools import cached_property
 from string import ascii_uppercase
 
 import torch
+import torch.nn.functional as F
 from scipy.ndimage import uniform_filter
 from torch import Tensor
 
@@ -22,8 +23,8 @@ from synth.metamorphosis.patches.neighborhoods import Weights
 from synth.metamorphosis.patches.passage import Passage
 from synth.metamorphosis.patches.statistics import Statistics, mixed, step
 from synth.metamorphosis.patches.synthesis import Synthesis
-from synth.metamorphosis.patches.textures import at_size, common_units, placed
-from synth.metamorphosis.patches.weighting import Weighting, continued
+from synth.metamorphosis.patches.textures import common_units
+from synth.metamorphosis.patches.weighting import Weighting, continued, cut
 from synth.metamorphosis.recolor import barycenter
 from synth.metamorphosis.velocity import Search
 
@@ -39,10 +40,10 @@ _FEWEST = 100
 _COARSE = 192
 """Pixels of the shorter side from which on velocities are looked for at half the resolution: a fourth of the cost."""
 
-_FILM, _STILL, _PURE = 5.0, 0.8, 3.0
-"""How much frames of films, and others, are wanted as the passage shows them, beside the texture; and how much more
-where one texture has all the weight. Stills have nothing to follow: with less they are more of one piece. Looked at on
-two pairs of photographs, brick and pebbles, at .8 and 5."""
+_FILM, _MAP, _PURE = 5.0, 0.8, 3.0
+"""How much frames of films, and of maps, are wanted as the passage shows them, beside the texture; and how much more
+where one texture has all the weight. With less they are more of one piece. Looked at on two pairs of photographs, brick
+and pebbles, at .8 and 5."""
 
 LARGEST_BAG = 6 * 10**7
 """Values in the windows of a level, 240 MB: where many weightings are told apart, there are fewer anchors."""
@@ -63,9 +64,8 @@ class Interpolation:
 
     features: for each a map (H, W) or (K, H, W) above a half where features are, or None: found. shape: (height, width)
     of frames. wrap: they tile. synthesis: of a frame as published; carrying: of one that the one before becomes;
-    following: of one that is like what a passage shows.
-    statistics: detail that blends take away is given back. search: how thoroughly textures are brought onto each other.
-    preset: with which they are synthesized at the size of frames.
+    following: of one that is like what a passage shows. statistics: detail that blends take away is given back. search:
+    how thoroughly textures are brought onto each other. preset: with which they are synthesized at the size of frames.
     weightings: how many are told apart in one frame. Raises InputError for maps or textures that will not do.
     """
 
@@ -119,31 +119,28 @@ class Interpolation:
         fits = (min(i.shape[1:]) / unit >= self.pyramid[-1][1] for i, unit in zip(self.images, units, strict=True))
         return units if all(fits) else (1.0,) * len(units)
 
-    def led(self, weighting: Weighting, passage: Passage) -> Frame:
-        """The textures of a weighting: like what a passage shows between pictures of each, of the frame's size.
+    def led(self, weighting: Weighting) -> Frame:
+        """The textures of a weighting: like what the passage shows between pictures of each, of the frame's size.
 
         A texture that is alone is its picture: itself if that has the frame's size, or else synthesized.
         """
-        return self._between(weighting, passage)
+        return self._between(weighting)
 
     def onward(self, frame: Frame, weighting: Weighting) -> Frame:
         """What a frame becomes at another weighting; away from where that changes it stays as it is, to the bit."""
         stays = self._unchanged(frame, weighting)
-        return self._between(weighting, self.passage, (stays, frame.image) if bool(stays.any()) else None)
+        return self._between(weighting, (stays, frame.image) if bool(stays.any()) else None)
 
     def published(self, weighting: Weighting) -> Frame:
         """The textures of a weighting on all levels, as in the paper, begun with the one that weighs most anywhere."""
-        alone = len(weighting.palette) == 1 and max(weighting.palette[0]) == 1
-        heaviest = weighting.values.argmax(0)
-        start, layout = None, spread(self.shape, (self._reach,) * 2, (self.wrap,) * 2)
+        alone = self._alone(weighting)
+        if alone is not None:
+            image, lying = self._laid(alone, weighting.palette[0])
+            return Frame(image, weighting, lying)
+        heaviest, start = weighting.values.argmax(0), None
         for number in heaviest.unique().tolist():
-            scale = self.finest.neighborhoods.scale(_mean(weighting, heaviest == number))
-            where, image = self._picture(number, scale / self.finest.neighborhoods.units[number])
-            zoom = self.shape[0] / where.shape[1]
-            begun = Arrangement.of(self.finest, number, where, layout, zoom)
-            if alone:
-                return Frame(image, weighting, begun)
-            shown = begun.pasted(weighting)
+            _, lying = self._laid(number, _mean(weighting, heaviest == number))
+            shown = cut(lying.pasted(weighting.continued(self._margin)), self._margin)
             start = shown if start is None else torch.where(heaviest == number, shown, start)
         assert start is not None
         return self._settled(self.synthesis, self.levels, weighting, start)
@@ -154,12 +151,26 @@ class Interpolation:
         Away from where weights change it stays as it is, to the bit.
         """
         assert frame.arrangement is not None
-        far = torch.ones_like(frame.image[:1])
-        known = frame.arrangement.layout.corners
-        start = frame.arrangement.pasted(weighting, torch.cat([frame.image, far]))
+        below = continued(torch.cat([frame.image, torch.ones_like(frame.image[:1])]), self._margin)
+        start = cut(frame.arrangement.pasted(weighting.continued(self._margin), below), self._margin)
         kept = self._unchanged(frame, weighting)
         start[:-1] = torch.where(kept, frame.image, start[:-1])
-        return self._settled(self.carrying, (self.finest,), weighting, start, kept, known)
+        known = frame.arrangement.layout.corners
+        return self._settled(self.carrying, (self.finest,), weighting, start, kept, known=known)
+
+    def _laid(self, number: int, weights: Weights) -> tuple[Tensor, Arrangement]:
+        """A picture of one texture, its elements as large as at these weights, and the neighborhoods that it is of."""
+        found = self.finest.neighborhoods
+        where, image = self._picture(number, found.scale(weights) / found.units[number])
+        layout = spread(tuple(side + 2 * self._margin for side in self.shape), (self._reach,) * 2, (self.wrap,) * 2)
+        return image, Arrangement.of(self.finest, number, where, layout, self.shape[0] / where.shape[1], self._margin)
+
+    def _alone(self, weighting: Weighting) -> int | None:
+        """The number of the texture that has all the weight, or that all with any weight are the same as; else None."""
+        if len(weighting.palette) > 1:
+            return None
+        first, *others = (number for number, weight in enumerate(weighting.palette[0]) if weight > 0)
+        return first if all(torch.equal(self.images[first], self.images[other]) for other in others) else None
 
     def _unchanged(self, frame: Frame, weighting: Weighting) -> Tensor:
         """Where (H, W) a frame stays at another weighting: as far from any change as windows reach."""
@@ -168,48 +179,33 @@ class Interpolation:
     @cached_property
     def passage(self) -> Passage:
         """What leads from picture to picture: each texture at the size of frames."""
-        return self._leading([1.0] * len(self.images))
-
-    def sized(self, weighting: Weighting) -> Passage:
-        """The same, but where weights are the same everywhere elements have a size in between, as in `Neighborhoods`.
-
-        Its pictures are others at other weights, so it is for a still and leads through no film.
-        """
-        if len(weighting.palette) > 1 or len(set(self.units)) == 1:
-            return self.passage
-        scale = self.finest.neighborhoods.scale(weighting.palette[0])
-        return self._leading([scale / unit for unit in self.units])
-
-    def _leading(self, zooms: Sequence[float]) -> Passage:
-        """What leads from picture to picture of the size of frames, each `zoom` times larger than its texture."""
         pictures, maps = [], []
-        for number, zoom in enumerate(zooms):
-            where, image = self._picture(number, zoom)
-            pictures.append(at_size(image, self.shape))
-            maps.append(placed(self.found.maps[number][tuple(where)], self.shape))
+        for number in range(len(self.images)):
+            where, image = self._picture(number)
+            pictures.append(image)
+            maps.append(self.found.maps[number][tuple(where)])
         coarse = min(self.shape) >= _COARSE and not (self.wrap and any(side % 2 for side in self.shape))
-        factor = 2 if coarse else 1
-        return Passage.of(pictures, maps, self._reach, self.making, self.search, self.wrap, silent, factor)
+        return Passage.of(pictures, maps, self._reach, self.making, self.search, self.wrap, silent, 1 + coarse)
 
     def along(self, passage: Passage, time: float) -> Tensor:
         """The image (C, H, W) of a film from A to B at a time between both: a texture like what the passage shows."""
         weighting = Weighting.even((1 - time, time), self.shape)
         shown = passage.at(weighting)
-        return self._followed(weighting, shown, torch.full_like(shown[:1], _FILM), passage.same).image
+        wanted = torch.full_like(shown[:1], _FILM)
+        return self._settled(self.following, (self.finest,), weighting, shown, passage.same, wanted).image
 
-    def _between(self, weighting: Weighting, passage: Passage, before: tuple[Tensor, Tensor] | None = None) -> Frame:
+    def _between(self, weighting: Weighting, before: tuple[Tensor, Tensor] | None = None) -> Frame:
         """The textures of a weighting; before: a mask (H, W), True where pixels are known, and those (C, H, W)."""
-        pictures, palette = passage.pictures, weighting.palette
-        if before is None and len(palette) == 1 and max(palette[0]) == 1:
-            return Frame(pictures[palette[0].index(1)], weighting)
-        start = passage.at(weighting)
-        kept = passage.same
+        pictures, alone = self.passage.pictures, self._alone(weighting)
+        if before is None and alone is not None:
+            return Frame(pictures[alone], weighting)
+        start, kept = self.passage.at(weighting), self.passage.same
         for picture, values in zip(pictures, weighting.values, strict=True):
-            alone = ~dilated(values < 1, self._reach)
-            kept, start[:-1] = kept | alone, torch.where(alone, picture, start[:-1])
+            there = ~dilated(values < 1, self._reach)
+            kept, start[:-1] = kept | there, torch.where(there, picture, start[:-1])
         if before is not None:
             kept, start[:-1] = kept | before[0], torch.where(before[0], before[1], start[:-1])
-        return self._followed(weighting, start, self._wanted(weighting), kept)
+        return self._settled(self.following, (self.finest,), weighting, start, kept, self._wanted(weighting))
 
     def _wanted(self, weighting: Weighting) -> Tensor:
         """How much each pixel (1, H, W) is wanted as the passage shows it: more where one texture has most weight.
@@ -219,27 +215,20 @@ class Interpolation:
         around = (0, self._reach, self._reach)
         most = uniform_filter(weighting.values.numpy(), around, mode="wrap" if self.wrap else "nearest").max(0)
         purity = (torch.from_numpy(most) * len(self.images) - 1) / (len(self.images) - 1)
-        return _STILL * (1 + _PURE * purity.clamp(min=0)[None] ** 4)
-
-    def _followed(self, weighting: Weighting, shown: Tensor, wanted: Tensor, kept: Tensor) -> Frame:
-        """Textures of a weighting like what is shown (C + 1, H, W), as far as that is wanted (1, H, W), or kept (H, W).
-
-        Frames that do not tile are continued beyond their borders meanwhile: where fewer windows lie, less is averaged,
-        and what is given back everywhere would be too much.
-        """
-        margin = 0 if self.wrap else self._reach // 2
-        there = weighting.continued(margin)
-        start, wanted = (continued(each, margin) for each in (shown, wanted))
-        held = continued(kept[None].float(), margin)[0] > 0
-        wish = SoftPixels(torch.cat([start, there.values]) if len(there.palette) > 1 else start, wanted, "wish")
-        image = self._settled(self.following, (self.finest,), there, start, held, wish=wish).image
-        rows, columns = (slice(margin, margin + side) for side in self.shape)
-        return Frame(image[:, rows, columns], weighting)
+        return _MAP * (1 + _PURE * purity.clamp(min=0)[None] ** 4)
 
     @property
     def _reach(self) -> int:
         """The width of the last windows."""
         return self.pyramid[-1][1]
+
+    @property
+    def _margin(self) -> int:
+        """Pixels by which frames that do not tile are continued beyond their borders while they are made.
+
+        Where fewer windows lie, less is averaged, and what is given back everywhere would be too much.
+        """
+        return 0 if self.wrap else self._reach // 2
 
     def _settled(
         self,
@@ -248,12 +237,24 @@ class Interpolation:
         weighting: Weighting,
         start: Tensor,
         kept: Tensor | None = None,
+        wanted: Tensor | None = None,
         known: Tensor | None = None,
-        wish: SoftPixels | None = None,
     ) -> Frame:
-        detail = Detail.of(self._restoring, self._center, weighting, kept)
-        image, arrangement = synthesis(levels, weighting, start, self.wrap, self.seed, detail, kept, known, wish)
-        return Frame(settled(image, detail.given_to), weighting, arrangement)
+        """Textures of a weighting, begun with colors and distance (C + 1, H, W), and like them as far as is wanted.
+
+        wanted (1, H, W): how far, or None: not at all. kept (H, W): pixels that stay as they are, or None. known: first
+        pixels of windows in the continued frame, see `Synthesis`.
+        """
+        there, begun = weighting.continued(self._margin), continued(start, self._margin)
+        held = None if kept is None else continued(kept[None].float(), self._margin)[0] > 0
+        wish = None
+        if wanted is not None:
+            target = torch.cat([begun, there.values]) if len(there.palette) > 1 else begun
+            wish = SoftPixels(target, continued(wanted, self._margin), "wish")
+        inside = F.pad(torch.ones(self.shape), (self._margin,) * 4) if self._margin else None
+        detail = Detail.of(self._restoring, self._center, there, held, inside)
+        image, arrangement = synthesis(levels, there, begun, self.wrap, self.seed, detail, held, known, wish)
+        return Frame(cut(settled(image, detail.given_to), self._margin), weighting, arrangement)
 
     @cached_property
     def bands(self) -> tuple[Bands, ...]:
@@ -276,11 +277,12 @@ class Interpolation:
         return barycenter(self.finest.colors, weights).center
 
     def _matched(self, level: tuple[int, int]) -> Matched:
-        values = level[1] ** 2 * (len(self.images[0]) + 1 + len(self.images)) * len(self.images) * self.weightings
+        each = level[1] ** 2 * (len(self.images[0]) + 1 + len(self.images)) * self.making.partners
+        values = each * len(self.images) * self.weightings
         anchors = min(self.making.anchors, max(LARGEST_BAG // values, _FEWEST))
         return matched(self.images, self.found.maps, self.units, level, replace(self.making, anchors=anchors))
 
-    def _picture(self, number: int, zoom: float) -> tuple[Tensor, Tensor]:
+    def _picture(self, number: int, zoom: float = 1.0) -> tuple[Tensor, Tensor]:
         """A picture of one texture, `zoom` times smaller than frames; first where (2, h, w) in the texture it lies."""
         from synth.texture.images import synthesize
 

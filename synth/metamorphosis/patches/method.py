@@ -1,10 +1,13 @@
 """Metamorphosis by patches (Ruiters, Schnabel and Klein, Patch-based Texture Interpolation, 2010) as a film.
 
-The paper makes each image from noise, and so does `independent`. Else each frame, and each still or map, is a texture
-like what `Passage` shows at its time, so a film begins in A, ends in B, what moves does so smoothly, and where a map
-gives a texture all the weight it is as good as that texture synthesized. Where A and B cancel each other there (dark
-lines on light lines), the first frame is made as published, and each other is what the one before becomes when its
-patches are shown at their next weights, where they lie: such a film ends as a texture of B.
+The paper makes each image by itself; so do `independent`, and a still whose weights are the same everywhere. Else each
+frame is a texture like what `Passage` shows at its time, so a film begins in A, ends in B, what moves does so smoothly,
+and where a map gives a texture all the weight it is as good as that texture synthesized. Where A and B cancel each
+other there (dark lines on light lines), the first frame is made as published, and each other is what the one before
+becomes when its patches are shown at their next weights, where they lie: such a film ends as a texture of B.
+
+Led stills of six pairs of photographs were sharper nowhere, and bricks of both were laid over each other: made by
+themselves they are of one piece.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -102,10 +105,10 @@ class PatchMorph(Method):
 
     def _begun(self, between: Interpolation, weighting: Weighting, still: bool) -> Frame:
         """A frame that is made by itself, or the first of a film."""
-        passage = None
-        if not self.independent:
-            passage = between.sized(weighting) if still else between.passage
-        return between.published(weighting) if passage is None or passage.cancels else between.led(weighting, passage)
+        alike = still and len(weighting.palette) == 1
+        if self.independent or alike or between.passage.cancels:
+            return between.published(weighting)
+        return between.led(weighting)
 
     def remarks(self, between: Interpolation, count: int) -> tuple[str, ...]:
         """Sentences for a person on how `count` frames are made."""

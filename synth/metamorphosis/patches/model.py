@@ -28,13 +28,15 @@ class Making:
     """How neighborhoods are made.
 
     feature_weight: what the distance to features counts beside all colors together. transport: partners by optimal
-    transport, or else nearest ones. warped: features are moved onto each other. scaled: elements are brought to one
-    size. anchors: so many windows of each texture are, at most. cells: windows of pictures that lead into each other
-    lie so many times closer together than they are wide. points: so many of a window's features are matched, at most.
+    transport, or else nearest ones. partners: so many each window has in another texture, k of section 4.1; with more,
+    more should be rejected. warped: features are moved onto each other. scaled: elements are brought to one size.
+    anchors: so many windows of each texture are, at most. cells: windows of pictures that lead into each other lie so
+    many times closer together than they are wide. points: so many of a window's features are matched, at most.
     """
 
     feature_weight: float = 1.0
     transport: bool = True
+    partners: int = 1
     warped: bool = True
     scaled: bool = True
     anchors: int = ANCHORS
@@ -96,8 +98,8 @@ def matched(
     ]
     corners = [_anchors(tuple(image.shape[1:]), width, making.anchors) for image in shown]
     bags = [_bag(image, at, width, making.feature_weight) for image, at in zip(shown, corners, strict=True)]
-    partners = _partners(bags, making.transport)
-    anchor = torch.cat([torch.full((len(at),), number) for number, at in enumerate(corners)])
+    partners = _partners(bags, making.transport, min(making.partners, *map(len, corners)))
+    anchor = torch.cat([torch.full((len(row[0]),), number) for number, row in enumerate(partners)])
     centers = torch.cat([_centers(row, textures, corners, width) for row in partners])
     first = [torch.stack([at[own] for at, own in zip(corners, row, strict=True)], 1) for row in partners]
     there, back = bends(common, first, width, making)
@@ -125,16 +127,17 @@ def _bag(image: Tensor, corners: Tensor, width: int, feature_weight: float) -> B
     return Bag(windows, weights, generator_of(0))
 
 
-def _partners(bags: Sequence[Bag], transport: bool) -> list[list[Tensor]]:
-    """For each texture's anchors the numbers of their partners in every texture; in their own, themselves."""
-    found: list[list[Tensor]] = [[bag.numbers for _ in bags] for bag in bags]
+def _partners(bags: Sequence[Bag], transport: bool, count: int) -> list[list[Tensor]]:
+    """For each texture's anchors, each `count` times, the numbers of partners in every texture; in their own, they."""
+    found: list[list[Tensor]] = [[bag.numbers.repeat_interleave(count) for _ in bags] for bag in bags]
     for one, first in enumerate(bags):
         for other, second in enumerate(bags[:one]):
             if transport:
-                found[one][other], found[other][one] = transported(first, second)
+                there, back = transported(first, second, count)
             else:
-                found[one][other] = nearest(first.windows(first.numbers), second)
-                found[other][one] = nearest(second.windows(second.numbers), first)
+                there = nearest(first.windows(first.numbers), second, count)
+                back = nearest(second.windows(second.numbers), first, count)
+            found[one][other], found[other][one] = there.flatten(), back.flatten()
     return found
 
 

@@ -84,6 +84,12 @@ def continued(image: Tensor, margin: int) -> Tensor:
     return F.pad(image[None], (margin,) * 4, "reflect")[0] if margin else image
 
 
+def cut(image: Tensor, margin: int) -> Tensor:
+    """What was continued: an image (C, H, W) without `margin` pixels at every border."""
+    rows, columns = (slice(margin, side - margin) for side in image.shape[1:])
+    return image[:, rows, columns]
+
+
 def simplex(count: int) -> list[Weights]:
     """Weightings of `count` textures, evenly spread over all there are, at most STEPS."""
     parts = _OF_TWO if count == 2 else 1

@@ -11,6 +11,7 @@ from torch.nn.functional import avg_pool2d
 
 import synth
 from kwatra import Exemplar, InputError, element_size
+from kwatra.scoring.quality import sliced_wasserstein
 from synth.metamorphosis.judging import judge
 from synth.metamorphosis.patches import passage
 from synth.metamorphosis.patches.detail import strength
@@ -22,6 +23,10 @@ QUICK: dict[str, Any] = {"preset": "fast", "anchors": 100}
 @pytest.fixture(scope="module")
 def pair() -> tuple[torch.Tensor, torch.Tensor]:
     return spots(SIZE, 0, 0.9), spots(SIZE, 1, 0.1)
+
+
+def sliced(image: torch.Tensor, texture: torch.Tensor) -> float:
+    return sum(sliced_wasserstein(image, texture, scale=scale) for scale in (1, 2)) / 2
 
 
 def colors(image: torch.Tensor) -> torch.Tensor:
@@ -78,6 +83,15 @@ def test_identical_textures_stay_that_texture(pair: tuple[torch.Tensor, torch.Te
     assert float((synth.interpolate([a, a], (0.3, 0.7), **QUICK).image - a).abs().max()) < 0.001
     large = synth.interpolate([a, a], (0.3, 0.7), size=(SIZE, 80), **QUICK).image
     assert torch.allclose(large, synth.synthesize(a, (SIZE, 80), preset="fast").image, atol=1e-5)
+
+
+def test_the_ends_are_textures_of_a_and_b(pair: tuple[torch.Tensor, torch.Tensor]) -> None:
+    for number, texture in enumerate(pair):
+        half = SIZE // 2
+        floor = (sliced(texture[:, :half], texture[:, half:]) + sliced(texture[..., :half], texture[..., half:])) / 2
+        made = synth.interpolate(list(pair), (1 - number, number), size=(40, 72), **QUICK).image
+        assert sliced(made, texture) < floor
+        assert sliced(made, pair[1 - number]) > 2 * floor
 
 
 @pytest.mark.parametrize("times", [[0.5], [0.0, 0.5, 1.0]])
@@ -154,6 +168,16 @@ def test_elements_of_a_still_have_a_size_in_between() -> None:
     assert alike[1] == max(alike)  # one lattice, not two that are laid over each other
 
 
+def test_a_still_is_made_as_published_and_as_strong_at_its_border_as_inside() -> None:
+    a, b = (torch.rand(1, SIZE, SIZE, generator=torch.Generator().manual_seed(seed)) for seed in range(2))
+    made = synth.morph(a, b, [0.5], method="patches", **QUICK).frames[0]
+    assert torch.equal(made, synth.morph(a, b, [0.5], method="patches", independent=True, **QUICK).frames[0])
+    detail = made - avg_pool2d(made, 3, 1, 1, count_include_pad=False)
+    outermost = torch.ones(SIZE, SIZE, dtype=torch.bool)
+    outermost[3:-3, 3:-3] = False
+    assert float(detail[:, outermost].std() / detail[:, ~outermost].std()) == pytest.approx(1, abs=0.1)
+
+
 def test_arrays_of_bytes_come_back_as_such(pair: tuple[torch.Tensor, torch.Tensor]) -> None:
     a, b = ((image * 255).byte().permute(1, 2, 0).numpy() for image in pair)
     made = synth.interpolate([a, b], (0.5, 0.5), **QUICK)
@@ -179,6 +203,7 @@ def test_given_features_are_used(pair: tuple[torch.Tensor, torch.Tensor]) -> Non
         ({"weights": [torch.full((SIZE, SIZE), 1.5)]}, "0 to 1"),
         ({"weights": [torch.ones(3, SIZE, SIZE)]}, "channel per texture"),
         ({"weights": [torch.ones(2, 8, 8)]}, "only 8 px"),
+        ({"weights": [torch.ones(2, SIZE, SIZE), torch.ones(2, SIZE, 40)]}, "differ in size"),
         ({"features": [torch.zeros(SIZE, SIZE)] * 2}, "empty"),
         ({"features": [torch.ones(SIZE, SIZE)] * 2}, "full"),
         ({"features": [torch.ones(SIZE, SIZE)]}, "one for each"),
