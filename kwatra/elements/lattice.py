@@ -33,10 +33,14 @@ SHORTEST = 3.0
 """Vectors are at least so many pixels long, and stand on each other at 30 degrees or more."""
 
 LONGEST = 8.0
-"""One vector is at most so many times the other: strokes that repeat along a line make no lattice."""
+"""One vector is at most so many times the other: strokes that repeat along a line make no lattice. The same is found of
+60 made lattices and 23 photographs with 16; with no limit lines of text are one."""
 
 AS_GOOD = 0.9
-"""The finest lattice with this share of the highest correlation is taken: its multiples fit as well as it does."""
+"""The finest lattice with this share of the highest correlation is taken: its multiples fit as well as it does.
+
+Of 60 made lattices, with jitter up to a tenth of a vector, 56 are found right, 52 with .95 and 57 with .8; that loses
+two of 23 photographs, walls of bricks, and .95 takes three roof tiles for one."""
 
 REGULAR = 0.25
 """Least mean correlation at a lattice's points; set, as the next three, on made lattices with jitter and on noise."""

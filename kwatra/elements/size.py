@@ -32,7 +32,9 @@ RISE, FALL = 0.06, 0.03
 """A ring stands out by so much from the dip before it and from what follows; set on made textures and noise."""
 
 CLEAR = 0.6
-"""A ring counts if it rises this share of the highest: the stems within letters make a small one."""
+"""A ring counts if it rises this share of the highest: the stems within letters make a small one. Of 18 pages of made
+letters 15 are measured within 15%, also with .75 and .9, and 13 with .3 and .45; of 52 photographs one, bricks, has
+another size with .75."""
 
 
 @kept

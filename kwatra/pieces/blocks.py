@@ -56,13 +56,15 @@ Set on sixteen textures, together with what reuse nearby costs: with 0.5 pieces 
 in place of .0637."""
 
 CONTINUATION_IN_TIME = 2.0
-"""The same for videos, in which a copy that runs on in time is a replay of the exemplar."""
+"""The same for videos, in which a copy that runs on in time is a replay of the exemplar. A waterfall, smoke and a
+fountain come out alike with 1 and 4; with .3 the fountain replays .64 of what moves in place of .21."""
 
 MISMATCH_FLOOR = 0.05
 """Disagreement, as a mean square relative to the exemplar's variance, that is hardly seen."""
 
 OVERLAP = 0.25
-"""The part of a block that lies on those before it: within it the seam is free to run."""
+"""The part of a block that lies on those before it: within it the seam is free to run. Eight photographs score .051
+with it and with .15, which lays as many blocks, and .058 with .35, which lays more."""
 
 AGAIN, PATIENCE = 0.3, 6
 """Blocks are laid again at most so often, for each that was laid, and until so many in a row have not helped."""

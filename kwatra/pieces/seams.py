@@ -33,7 +33,9 @@ NORMALIZED_SCALE = 4096
 
 ACROSS_TIME = 2
 """What a seam between frames costs more in M'. Each pixel passes from patch to patch in some frame; where it were as
-cheap as a seam within a frame, all would pass in one, which is the smallest surface, and is seen as a flash."""
+cheap as a seam within a frame, all would pass in one, which is the smallest surface, and is seen as a flash. Quilted
+smoke flickers 1.07 times as much as it should with 1, .97 times with 2 and .91 times with 4, with which it and a
+fountain are softer."""
 
 HIDDEN = 0.05
 """The part of M that a seam costs along the ground. Made stones and coins are cut as seldom with .02, and half as often

@@ -31,7 +31,10 @@ from synth.texture.form import Form
 Terms = TermLike | Sum | Sequence[TermLike | Sum]
 
 BLOCK = 0.2
-"""Size of a guided start's blocks as a share of the exemplar: small ones follow the guide, large ones the texture."""
+"""Size of a guided start's blocks as a share of the exemplar: small ones follow the guide, large ones the texture.
+
+Of three pairs of photographs in one (brick and grass, rocks and bricks, onyx and radishes) .88 of the pixels follow the
+labels, at a score of .195; .89 and .209 with .1, .86 and .162 with .4."""
 
 
 @dataclass(frozen=True)
