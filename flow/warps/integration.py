@@ -18,22 +18,23 @@ from flow.warps.warp import pixel_coordinates
 Interpolation = Literal["bilinear", "bicubic"]
 
 
-def followed(velocity: Tensor, wrap: bool = False) -> Iterator[Tensor]:
+def followed(velocity: Tensor, wrap: bool = False, back: bool = False) -> Iterator[Tensor]:
     """How far each pixel's particle has moved after 0, 1, ... N steps of a velocity (N, ..., 2, H, W), one by one.
 
-    Each is (..., 2, H, W), in px. Given `-velocity.flip(0)`, particles are followed back in time. wrap: the frame is
-    periodic; else a particle beyond the border moves as the border does. Differentiable, in the memory of a map for
-    each step.
+    Each is (..., 2, H, W), in px. back: particles are followed back in time, from 1 to 0. wrap: the frame is periodic;
+    else a particle beyond the border moves as the border does. Differentiable, in the memory of a map for each step.
     """
     pixels = pixel_coordinates(velocity.shape[-2:], velocity.device).to(velocity.dtype)
+    sign = -1 if back else 1
 
     def step(now: Tensor, before: Tensor) -> Tensor:
-        half = interpolated(now, pixels + before, wrap=wrap) / 2
-        return before + interpolated(now, pixels + before + half, wrap=wrap)
+        place = pixels + before
+        half = torch.add(place, interpolated(now, place, wrap=wrap), alpha=sign / 2)
+        return torch.add(before, interpolated(now, half, wrap=wrap), alpha=sign)
 
     moved = torch.zeros_like(velocity[0])
     yield moved
-    for now in velocity:
+    for now in velocity.unbind()[::sign]:
         moved = again(step, now, moved)
         yield moved
 
@@ -91,17 +92,18 @@ def interpolated(image: Tensor, place: Tensor, mode: Interpolation = "bilinear",
 
     As `flow.warp`, which is sharper, reads one image; this is for many at once, and for derivatives.
     """
-    height, width = image.shape[-2:]
-    flat = image.reshape(-1, *image.shape[-3:])
-    x, y = place.reshape(-1, *place.shape[-3:]).unbind(1)
-    margin = 0
+    flat, place = image.reshape(-1, *image.shape[-3:]), place.reshape(-1, *place.shape[-3:])
+    sizes, margin = image.shape[:-3:-1], 0
     if wrap:
         margin = 2  # what bicubic reads beyond a place between the first and the last pixel
-        flat, x, y = F.pad(flat, (margin,) * 4, "circular"), x % width, y % height
-    x = (2 * (x + margin) + 1) / (width + 2 * margin) - 1
-    y = (2 * (y + margin) + 1) / (height + 2 * margin) - 1
-    read = F.grid_sample(flat, torch.stack([x, y], -1), mode, "border", align_corners=False)
-    return read.view(*image.shape[:-2], *place.shape[-2:])
+        flat, place = F.pad(flat, (margin,) * 4, "circular"), place % place.new_tensor(sizes).view(2, 1, 1)
+    # -1 and 1 are the outer borders of the first and the last pixel
+    pixels = [2 / (size + 2 * margin) for size in sizes]
+    borders = [(margin + 0.5) * pixel - 1 for pixel in pixels]
+    scale, shift = place.new_tensor([pixels, borders]).view(2, 2, 1, 1)
+    grid = torch.addcmul(shift, place, scale).movedim(1, -1)
+    read = F.grid_sample(flat, grid, mode, "border", align_corners=False)
+    return read.view(*image.shape[:-2], *read.shape[-2:])
 
 
 def jacobian(displacement: Tensor, wrap: bool = False) -> Tensor:
@@ -110,9 +112,9 @@ def jacobian(displacement: Tensor, wrap: bool = False) -> Tensor:
     By central differences, one-sided at the border of a frame that is not periodic. 1 where nothing is stretched; 0
     or less where the map folds.
     """
-    along_x, along_y = (_derivative(displacement, axis, wrap) for axis in (-1, -2))
-    (xx, yx), (xy, yy) = along_x.unbind(-3), along_y.unbind(-3)
-    return (1 + xx) * (1 + yy) - xy * yx
+    xx, yx = _derivative(displacement, -1, wrap).unbind(-3)
+    xy, yy = _derivative(displacement, -2, wrap).unbind(-3)
+    return torch.addcmul((1 + xx) * (1 + yy), xy, yx, value=-1)
 
 
 def _derivative(values: Tensor, axis: int, wrap: bool) -> Tensor:

@@ -79,8 +79,7 @@ class Search:
             here = coarse_shape(shape, (factor, factor))
             level = SearchLevel(self, factor, lack(_resized(images, factor, here)), wrap)
             part = 1 / 4 ** (len(factors) - number)
-            control = F.interpolate(control, here, mode="bilinear", align_corners=False)
-            found, control = level.run(number, control, _part(report, part, 4 * part))
+            found, control = level.run(number, control, here, _part(report, part, 4 * part))
             rows += found.energies
         assert found is not None
         return replace(found, energies=rows)
@@ -98,10 +97,11 @@ class SearchLevel:
         self.least = _LEAST + _ROOM * (1 - 1 / factor)
         self.seen: dict[str, float] = {}
 
-    def run(self, number: int, start: Tensor, report: Report) -> tuple[Found, Tensor]:
-        """What the descent from a control (N, 2, H, W) finds, and its last control."""
+    def run(self, number: int, start: Tensor, shape: tuple[int, ...], report: Report) -> tuple[Found, Tensor]:
+        """What the descent from a control of any size (N, 2, h, w) finds at this one, and its last control."""
         most, rows, stopped = self.search.iterations, [], "no step lowers the energy any more"
-        oracle, control = self.oracle(), self._allowed(start)
+        oracle, control = self.oracle(), F.interpolate(start, shape, mode="bilinear", align_corners=False)
+        control = self._allowed(control)
         before = math.inf
         for iteration, point in enumerate(descent(oracle, control, self._reach)):
             control = point.at
@@ -122,20 +122,25 @@ class SearchLevel:
         """The energy of a control u (N, 2, H, W) and its gradient; `seen` keeps the parts of the last energy."""
 
         def look(control: Tensor) -> tuple[float, Tensor]:
-            velocity = self.smoothness.inverted(control).requires_grad_()
-            gradient, seen = None, dict[str, float]()
-            for energies, least in self.lack(velocity):
-                if not float(least) > self.least:
-                    return math.inf, control
-                (slope,) = torch.autograd.grad(torch.stack(list(energies.values())).sum(), velocity)
-                gradient = slope if gradient is None else gradient.add_(slope)
-                seen = {name: seen.get(name, 0.0) + float(value.detach()) for name, value in energies.items()}
-            assert gradient is not None
+            gradient, seen = self._lacking(self.smoothness.inverted(control).requires_grad_())
+            if gradient is None:
+                return math.inf, control
             count = control[:, 0].numel()  # energies are means over time and pixels
             self.seen = {"velocity": float(inner(control, control)) / count} | seen
             return sum(self.seen.values()), self.smoothness.inverted(gradient).add_(control, alpha=2 / count)
 
         return look
+
+    def _lacking(self, velocity: Tensor) -> tuple[Tensor | None, dict[str, float]]:
+        """The gradient of what the textures lack after a velocity, None where a map folds; and the energies by name."""
+        gradient, seen = None, dict[str, float]()
+        for energies, least in self.lack(velocity):
+            if not float(least) > self.least:
+                return None, seen
+            (slope,) = torch.autograd.grad(torch.stack(list(energies.values())).sum(), velocity)
+            gradient = slope if gradient is None else gradient.add_(slope)
+            seen = {name: seen.get(name, 0.0) + float(value.detach()) for name, value in energies.items()}
+        return gradient, seen
 
     def _allowed(self, control: Tensor) -> Tensor:
         """The control, or as much of it as does not fold."""
@@ -149,7 +154,7 @@ class SearchLevel:
 
     def _reach(self, control: Tensor) -> float:
         """How far, in px, the velocity of a control moves pixels, at most; the same whichever end of time is first."""
-        speed = self.smoothness.inverted(control).norm(dim=1)
+        speed = self.smoothness.inverted(control).square().sum(1).sqrt()
         return float((speed + speed.flip(0)).sum(0).max()) / 2
 
 
@@ -164,7 +169,7 @@ class Mismatch:
     def __call__(self, velocity: Tensor) -> Iterator[tuple[dict[str, Tensor], Tensor]]:
         """The energy of the mismatch for a velocity (N, 2, H, W), a mean over pixels, and the least Jacobian."""
         least = []
-        for moved in followed(-velocity.flip(0), self.wrap):
+        for moved in followed(velocity, self.wrap, back=True):
             least.append(jacobian(moved.detach(), self.wrap).min())
         place = moved + pixel_coordinates(velocity.shape[-2:], velocity.device).to(velocity.dtype)
         apart = self.images[1] - interpolated(self.images[0], place, "bicubic", self.wrap)

@@ -23,6 +23,7 @@ sign, that of lambda(1) = 2 q(1), since both carry what is lacking at time 1.
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
+from itertools import islice
 
 import torch
 from torch import Tensor
@@ -32,6 +33,9 @@ from kwatra.base import mean
 
 _FLAT = 1e-6
 """Areas count as no less: where maps fold, the energy has no meaning, and is refused by the search."""
+
+_AT_ONCE = 1 << 17
+"""So many values of maps are looked at together: more leave the cache, fewer cost more to call than to do."""
 
 
 @dataclass(frozen=True)
@@ -52,15 +56,18 @@ class Change:
 
         First from A to B, then from B to A, each counting half.
         """
-        yield self._way(velocity, self.images[0], self.images[1])
-        yield self._way(-velocity.flip(0), self.images[1], self.images[0])
+        for back in (False, True):
+            yield self._way(velocity, back)
 
-    def _way(self, velocity: Tensor, here: Tensor, there: Tensor) -> tuple[dict[str, Tensor], Tensor]:
+    def _way(self, velocity: Tensor, back: bool) -> tuple[dict[str, Tensor], Tensor]:
         steps, spent, most = len(velocity), torch.zeros_like(velocity[0, 0]), []
-        for number, moved in enumerate(followed(velocity, self.wrap)):
-            dense = again(partial(density, wrap=self.wrap), moved)
-            spent = spent + dense / (2 * steps if number in (0, steps) else steps)  # the integral, by trapezoids
+        for numbers, maps in _together(followed(velocity, self.wrap, back)):
+            dense = again(partial(density, wrap=self.wrap), maps)
+            shares = [(0.5 if number in (0, steps) else 1) / steps for number in numbers]  # the integral, by trapezoids
+            spent = spent + (dense * dense.new_tensor(shares).view(-1, 1, 1)).sum(0)
             most.append(dense.detach().max())
+        here, there = self.images.flip(0) if back else self.images
+        moved = maps[-1]
         place = moved + pixel_coordinates(moved.shape[-2:], moved.device).to(moved.dtype)
         apart = (here - interpolated(there, place, "bicubic", self.wrap)).square()
         energies = {"change": mean(apart[: self.colors].sum(0) / spent) / 2}
@@ -69,6 +76,15 @@ class Change:
         return energies, 1 / torch.stack(most).max()
 
 
+def _together(maps: Iterator[Tensor]) -> Iterator[tuple[range, Tensor]]:
+    """Maps (2, H, W) some at a time (N, 2, H, W), with their numbers: large ones one by one, and not copied."""
+    number = 0
+    for moved in maps:
+        part = [moved, *islice(maps, max(_AT_ONCE // moved.numel() - 1, 0))]
+        yield range(number, number + len(part)), torch.stack(part) if len(part) > 1 else moved[None]
+        number += len(part)
+
+
 def density(moved: Tensor, wrap: bool) -> Tensor:
-    """How densely (H, W) pixels lie that a map moves by (2, H, W): 1 / |DX|."""
+    """How densely (..., H, W) pixels lie that maps move by (..., 2, H, W): 1 / |DX|."""
     return 1 / jacobian(moved, wrap).clamp(min=_FLAT)

@@ -38,7 +38,7 @@ def _frame(velocity: Tensor, a: Tensor, b: Tensor, time: float, done: Tensor, wr
 
 def _changed(velocity: Tensor, wrap: bool) -> Tensor:
     """The part of q's change done after each step, (N + 1, 2, H, W): [:, 0] in A's coordinates, [:, 1] in B's."""
-    ways = (followed(velocity, wrap), followed(-velocity.flip(0), wrap))
+    ways = (followed(velocity, wrap, back) for back in (False, True))
     dense = torch.stack([torch.stack([density(moved, wrap) for moved in way]) for way in ways], 1)
     done = torch.cat([torch.zeros_like(dense[:1]), ((dense[1:] + dense[:-1]) / 2).cumsum(0)])
     return done / done[-1]

@@ -6,7 +6,7 @@ import pytest
 import torch
 
 from flow.warps import pixel_coordinates, warp
-from flow.warps.integration import again, displaced, displacement, interpolated, jacobian
+from flow.warps.integration import again, displaced, displacement, followed, interpolated, jacobian
 
 
 def turning(size: int, radians: float) -> torch.Tensor:
@@ -38,6 +38,14 @@ def test_there_and_back_is_where_one_was():
     x, y = pixel_coordinates((41, 41)) - 20
     round_trip = there + warp(back, pixel_coordinates((41, 41)) + there, "bilinear")
     assert float(round_trip.norm(dim=0)[x.square() + y.square() < 18**2].max()) < 0.02
+
+
+@pytest.mark.parametrize("wrap", [False, True])
+def test_back_in_time_is_along_what_is_turned_round(wrap):
+    velocity = torch.randn(3, 2, 8, 9, generator=torch.Generator().manual_seed(0))
+    turned = followed(-velocity.flip(0), wrap)
+    for back, expected in zip(followed(velocity, wrap, back=True), turned, strict=True):
+        assert torch.equal(back, expected)
 
 
 @pytest.mark.parametrize(("start", "end", "steps"), [(0, 0.5, 2), (0.25, 0.875, 2.5), (1, 0.5, -2), (0.3, 0.3, 0)])

@@ -87,6 +87,17 @@ def test_the_gradient_is_the_papers_but_for_the_grid():
     assert float((closed - exact).norm() / exact.norm()) < 0.08
 
 
+@pytest.mark.parametrize("maps", [1, 3, 100])
+def test_maps_looked_at_together_cost_what_they_cost_alone(monkeypatch, maps):
+    """One by one, some at a time with a rest, and all at once."""
+    images, velocity = smooth(2, 1, 10, 10, blur=2.0), 0.3 * smooth(6, 2, 10, 10, blur=2.0, seed=1)
+    monkeypatch.setattr("synth.metamorphosis.optimal_control.energy._AT_ONCE", 200 * 4)
+    expected = [(float(parts["change"]), float(least)) for parts, least in Change(images, 1, 1.0)(velocity)]
+    monkeypatch.setattr("synth.metamorphosis.optimal_control.energy._AT_ONCE", 200 * maps)
+    found = [(float(parts["change"]), float(least)) for parts, least in Change(images, 1, 1.0)(velocity)]
+    assert found == [pytest.approx(pair, rel=1e-12) for pair in expected]
+
+
 WEIGHTS = torch.tensor([0.5, 1, 1, 1, 0.5], dtype=torch.float64).view(-1, 1, 1) / 4
 """Of times 0, 1/4, ... 1 in an integral."""
 
