@@ -119,17 +119,23 @@ class Interpolation:
         fits = (min(i.shape[1:]) / unit >= self.pyramid[-1][1] for i, unit in zip(self.images, units, strict=True))
         return units if all(fits) else (1.0,) * len(units)
 
-    def led(self, weighting: Weighting) -> Frame:
+    def led(self, weighting: Weighting, before: Frame | None = None) -> Frame:
         """The textures of a weighting: like what the passage shows between pictures of each, of the frame's size.
 
-        A texture that is alone is its picture: itself if that has the frame's size, or else synthesized.
+        A texture that is alone is its picture: itself if that has the frame's size, or else synthesized. before: a
+        frame that becomes this one; away from where weights change it stays as it is, to the bit.
         """
-        return self._between(weighting)
-
-    def onward(self, frame: Frame, weighting: Weighting) -> Frame:
-        """What a frame becomes at another weighting; away from where that changes it stays as it is, to the bit."""
-        stays = self._unchanged(frame, weighting)
-        return self._between(weighting, (stays, frame.image) if bool(stays.any()) else None)
+        stays = torch.zeros(self.shape, dtype=torch.bool) if before is None else self._unchanged(before, weighting)
+        pictures, alone = self.passage.pictures, self._alone(weighting)
+        if alone is not None and not bool(stays.any()):
+            return Frame(pictures[alone], weighting)
+        start, kept = self.passage.at(weighting), self.passage.same | stays
+        for picture, values in zip(pictures, weighting.values, strict=True):
+            there = ~dilated(values < 1, self._reach)
+            kept, start[:-1] = kept | there, torch.where(there, picture, start[:-1])
+        if before is not None:
+            start[:-1] = torch.where(stays, before.image, start[:-1])
+        return self._settled(self.following, (self.finest,), weighting, start, kept, self._wanted(weighting))
 
     def published(self, weighting: Weighting) -> Frame:
         """The textures of a weighting on all levels, as in the paper, begun with the one that weighs most anywhere."""
@@ -193,19 +199,6 @@ class Interpolation:
         shown = passage.at(weighting)
         wanted = torch.full_like(shown[:1], _FILM)
         return self._settled(self.following, (self.finest,), weighting, shown, passage.same, wanted).image
-
-    def _between(self, weighting: Weighting, before: tuple[Tensor, Tensor] | None = None) -> Frame:
-        """The textures of a weighting; before: a mask (H, W), True where pixels are known, and those (C, H, W)."""
-        pictures, alone = self.passage.pictures, self._alone(weighting)
-        if before is None and alone is not None:
-            return Frame(pictures[alone], weighting)
-        start, kept = self.passage.at(weighting), self.passage.same
-        for picture, values in zip(pictures, weighting.values, strict=True):
-            there = ~dilated(values < 1, self._reach)
-            kept, start[:-1] = kept | there, torch.where(there, picture, start[:-1])
-        if before is not None:
-            kept, start[:-1] = kept | before[0], torch.where(before[0], before[1], start[:-1])
-        return self._settled(self.following, (self.finest,), weighting, start, kept, self._wanted(weighting))
 
     def _wanted(self, weighting: Weighting) -> Tensor:
         """How much each pixel (1, H, W) is wanted as the passage shows it: more where one texture has most weight.

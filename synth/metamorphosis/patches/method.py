@@ -6,8 +6,9 @@ and where a map gives a texture all the weight it is as good as that texture syn
 other there (dark lines on light lines), the first frame is made as published, and each other is what the one before
 becomes when its patches are shown at their next weights, where they lie: such a film ends as a texture of B.
 
-Led stills of six pairs of photographs were sharper nowhere, and bricks of both were laid over each other: made by
-themselves they are of one piece.
+Stills that were led showed both textures where one could not be brought onto the other. Of five pairs of photographs,
+256x256 from 128x128 px, they were sharper nowhere, and halfway more of their structure was in neither texture: .112,
+.086 and .028 of stones, pebbles and bricks, which made by themselves have .084, .052 and 0.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -99,7 +100,8 @@ class PatchMorph(Method):
             if frame is None or self.independent:
                 frame = self._begun(between, paced, count == 1)
             elif not torch.equal(frame.weighting.values, paced.values):
-                frame = (between.onward if frame.arrangement is None else between.carried)(frame, paced)
+                led = frame.arrangement is None
+                frame = between.led(paced, frame) if led else between.carried(frame, paced)
             yield frame
         report("done", 1.0)
 
