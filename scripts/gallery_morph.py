@@ -17,6 +17,7 @@ import torch
 from demo import brick, gravel, pebbles
 from gallery_flow import coins, colored, under
 from gallery_quilting import RGB, beside, picture, weave
+from scipy.ndimage import gaussian_filter
 from skimage import data
 from torch import Tensor
 
@@ -52,10 +53,10 @@ def half(a: Tensor, b: Tensor, method: str = "control", **how: object) -> Tensor
 
 
 def figure_4(side: int) -> Tensor:
-    """Halfway after 0, 2, 8 and 40 iterations of each level, and below how far each pixel moves until then."""
-    a, b = discs(side, 4, 0.3), discs(side, 4, 0.36, 0.15)
+    """Halfway after 0, 1, 5 and 40 iterations of each level, and below how far each pixel moves until then."""
+    a, b = discs(side, 2, 0.36), discs(side, 4, 0.32)
     columns = [(colored(torch.lerp(a, b, 0.5)), torch.ones(3, side, side))]
-    for iterations in (2, 8, 40):
+    for iterations in (1, 5, 40):
         made = synth.morph(a, b, [0.5], method="control", iterations=iterations)
         assert made.film.velocity is not None
         moved = flow.warps.displacement(made.film.velocity, 0, 1)
@@ -90,9 +91,16 @@ def figure_8(side: int) -> Tensor:
 
 
 def figure_9(side: int) -> Tensor:
-    """Structured textures: a dissolve, control, and control whose frames are made texture again."""
-    a, b = picture(data.brick(), side), pebbles(side)
-    return under(film(a, b, method="blend"), film(a, b), film(a, b, retexture=True))
+    """Structured textures, dark joints being features: a dissolve, control, control made texture again."""
+    a, b = 1 - picture(data.brick(), side), pebbles(side)
+    joints = {"features": (dark(a), dark(b)), "sigma": 0.3}
+    return under(film(a, b, method="blend"), film(a, b, **joints), film(a, b, retexture=True, **joints))
+
+
+def dark(image: Tensor) -> Tensor:
+    """Where an image (C, H, W) is dark in all channels, (1, H, W), blurred so that it attracts from some px around."""
+    depth = (1 - 2 * image.amax(0, keepdim=True)).clamp(min=0)
+    return torch.from_numpy(gaussian_filter(depth.numpy(), (0, 1.5, 1.5)))
 
 
 def figure_12(side: int) -> Tensor:
