@@ -1,10 +1,10 @@
 """The exemplar's square blocks, searched for those that agree with what is known of given ones.
 
 Agreement is the squared difference over the known pixels, for every place at once by correlation, as in entire-patch
-matching (thesis section 3.2).
+matching (thesis section 3.2). Of a scene blocks rather come from where in its frame they came from before.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import torch
@@ -13,6 +13,7 @@ from torch import Tensor
 from flow.animation.film import Film
 from kwatra.base import InputError, mean
 from kwatra.pieces import Fit, box_sums
+from kwatra.terms.stay import REACH, STAYING
 
 _AT_ONCE = 1 << 17
 """A video's blocks are looked for in pages that have about so many pixels together, and in two at least."""
@@ -29,6 +30,7 @@ class Blocks:
         if size < 2 or not bool(page.corners((size, size)).any()):
             raise InputError("no 2x2 block fits into the exemplar; its mask leaves too little to copy from")
         self.size, self._film = size, film
+        self._staying = STAYING / REACH**2 * float((exemplar.variances * exemplar.share.flatten()).sum())
         self._root = exemplar.share.sqrt()
         known = exemplar.owner >= 0
         self._middle = torch.stack([mean(channel[known]) for channel in exemplar.canvas]).view(-1, 1, 1)
@@ -56,12 +58,18 @@ class Blocks:
         return sorted((first + torch.randperm(last - first + 1, generator=generator)[:count]).tolist())
 
     def nearest(
-        self, content: Tensor, known: Tensor, used: Callable[[Tensor], Tensor], generator: torch.Generator
+        self,
+        content: Tensor,
+        known: Tensor,
+        used: Callable[[Tensor], Tensor],
+        generator: torch.Generator,
+        homes: Sequence[Tensor | None] | None = None,
     ) -> Tensor:
         """Corners (n, 2), x first, of the blocks nearest to contents (n, C, size, size) where known (n, 1, size, size).
 
         known weighs the pixels, >= 0; of a block of which nothing is known any may come. used: what each pixel of some
-        rows (r,) of the strip costs, as a mean square difference, (r, W).
+        rows (r,) of the strip costs, as a mean square difference, (r, W). homes: for each block a corner (2,),
+        x first, in whatever frame, near which it should lie, as `kwatra.Stay` has it; None where any place is as good.
         """
         self._turn(self._drawn(generator))
         places = np.argwhere(self._valid)
@@ -70,11 +78,19 @@ class Blocks:
         weights = known[:, 0].double().cpu().numpy()
         pick = iter(torch.randint(len(places), (int((weights.max((1, 2)) == 0).sum()),), generator=generator).tolist())
         found = []
-        for block, weight in zip(content, weights, strict=True):
+        for block, weight, home in zip(content, weights, homes or [None] * len(content), strict=True):
             if weight.max() == 0:
                 found.append(places[next(pick)])
                 continue
-            cost = self._fit.inside(self._scaled(block), weight) + weight.sum() * again
+            away = 0.0 if home is None else self._away(*home.tolist())
+            cost = self._fit.inside(self._scaled(block), weight) + weight.sum() * (again + away)
             found.append(np.unravel_index(np.where(self._valid, cost, np.inf).argmin(), cost.shape))
         corners = torch.from_numpy(np.array(found)).T
         return self._film.uncut(corners, self._pages).T.flip(1).to(content.device)
+
+    def _away(self, x: float, y: float) -> np.ndarray:
+        """What the blocks at all corners cost for how far from a place in their frames they lie, by shares of these."""
+        height, width = self._film.pitch, self._film.strip.shape[1]
+        down, right = (np.arange(side) for side in self._valid.shape)
+        cost: np.ndarray = self._staying * (((down % height - y) / height)[:, None] ** 2 + ((right - x) / width) ** 2)
+        return cost

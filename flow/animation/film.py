@@ -135,23 +135,32 @@ class Film:
         return left
 
     @cached_property
+    def _gray(self) -> Tensor:
+        """The strip's mean color, (1, rows, W)."""
+        return (self._read.continued * self.strip.share).sum(0, keepdim=True)
+
+    @cached_property
+    def grain(self) -> Tensor | None:
+        """How grainy a video is at every place of the strip, (rows, W): the mean difference from its surroundings, with
+        the deviation of the mean color. None of a picture."""
+        return None if self.motion is None else _grain(self._gray, self.strip.owner >= 0)[0]
+
+    @cached_property
     def described(self) -> Exemplar:
         """The strip with channels that tell its dynamics, the mean color in the next frame and in the one before, and
         its grain: of texture that never repeats the mean fits best, so how grainy it is has to be told.
         """
-        if self.motion is None:
+        if self.grain is None:
             return self.strip
         places = pixel_coordinates(self.strip.shape, self.strip.canvas.device)
-        share = self.strip.share
-        gray = (self._read.continued * share).sum(0, keepdim=True)
-        more = []
+        gray, more = self._gray, []
         for film in (self, self.backward):
             there = places
             for _ in range(_NEXT):
                 there = film.onward(there)
             more.append(warp(gray, there, "bilinear"))
         weights = torch.tensor([_DYNAMICS, _DYNAMICS, _GRAIN], device=gray.device) * self.strip.weights.sum()
-        canvas = torch.cat([self.strip.canvas, *more, _grain(gray, self.strip.owner >= 0)])
+        canvas = torch.cat([self.strip.canvas, *more, self.grain[None]])
         return replace(self.strip, canvas=canvas, weights=torch.cat([self.strip.weights, weights]))
 
     @cached_property

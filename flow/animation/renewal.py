@@ -98,7 +98,7 @@ class Renewal:
         self.film, self.shape, self.settings = film, shape, settings
         exemplar = film.described
         self.wear = Wear(film, shape, settings.window, settings.step, settings.area)
-        self.tones = Tones(film.strip, settings.tones)
+        self.tones = Tones(film.strip, settings.tones, film.grain)
         self.aging = Aging(film, settings.aging)
         self.read = Reading(exemplar, settings.interpolation)
         hidden = hidden_seams(film.strip) if film.motion is None else None
@@ -199,12 +199,25 @@ class Renewal:
         usable = frame.usable
         content = torch.stack([frame.image[(slice(None), *spot)] for spot in spots])
         known = torch.stack([usable[spot] * self._bell for spot in spots])[:, None]
-        corners = self.blocks.nearest(content, known, self._costs(frame), generator)
+        homes = [self._home(frame, spot) for spot in spots]
+        corners = self.blocks.nearest(content, known, self._costs(frame), generator, homes)
         for spot, corner in zip(spots, corners, strict=True):
             corner = self._in_place(frame, spot, corner.float())
             shift = (spot[0].start - float(corner[1]), spot[1].start - float(corner[0]))
             box = Box((spot[0].start, spot[1].start), (size, size))
             self._fuse(frame, Patch(0, shift, box), spot)
+
+    def _home(self, frame: Carried, spot: Spot) -> Tensor | None:
+        """The corner (2,), x first, in its frame, of the exemplar's block that is most of what a spot of a scene shows.
+
+        None where texture is missing, so that what enters may come from anywhere, and where places tell nothing.
+        """
+        if not self.film.scene or not bool(frame.usable[spot].all()):
+            return None
+        here = (slice(None), *spot)
+        corner = frame.source[here] - (self._pixels[here] - self._pixels[here][:, :1, :1])
+        corner[1] -= frame.source[here][1] // self.film.pitch * self.film.pitch
+        return corner.flatten(1).median(1).values
 
     def _in_place(self, frame: Carried, spot: Spot, corner: Tensor) -> Tensor:
         """A block's corner (2,), x first, moved by the fraction of a pixel that it is off the copy already there.

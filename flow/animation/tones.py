@@ -2,7 +2,9 @@
 
 Texture energy does not mind when all gaps grow and all else shrinks (thesis 4.4 has windows plausible one by one), and
 where a flow diverges that is what happens. So pixels are sorted by the tone of the exemplar around their source, in
-classes of which the exemplar holds equally much, and a class that the frame shows too often has a price.
+classes of which the exemplar holds equally much, and a class that the frame shows too often has a price. In videos a
+tone's pixels are sorted by their grain, too: where nothing is seen twice a smooth block agrees best with any other, and
+one by one all drops of a fountain would be replaced by mist.
 """
 
 import torch
@@ -16,14 +18,22 @@ from kwatra.base import mean, total
 _CLASSES = 16
 """Tones that are told apart, each shown equally often by the exemplar. Tried: .202 with 8, .203 with 32."""
 
+_TONES, _GRAINS = 8, 4
+"""Tones that are told apart in videos, and grades of grain in each. Of a fountain that moves by 2 px a frame .91 of the
+sharpness is left after 60 frames, of one that turns .96; .73 and .84 without grades (blocks come from anywhere in all).
+"""
+
 _BLUR = 2.0
 """A tone is the color's first principal component after a blur of this many px. Tried: .197 with 1 and 4."""
 
 
 class Tones:
-    """An exemplar's tones; `weight`, in its variances, is the price of a class shown e times too often, per pixel."""
+    """An exemplar's tones; `weight`, in its variances, is the price of a class shown e times too often, per pixel.
 
-    def __init__(self, exemplar: Exemplar, weight: float) -> None:
+    grain: how grainy the exemplar is at every pixel, (h, w); None where that does not count.
+    """
+
+    def __init__(self, exemplar: Exemplar, weight: float, grain: Tensor | None = None) -> None:
         self.weight = weight
         known = exemplar.owner >= 0
         smooth = blurred(exemplar.canvas * exemplar.share.sqrt(), known, _BLUR)
@@ -32,10 +42,14 @@ class Tones:
         spread = torch.stack([torch.stack([total(one * other) for other in apart]) for one in apart])
         _, directions = torch.linalg.eigh(spread)
         tone = (directions[:, -1:] * colors).sum(0)
-        rank = torch.empty_like(tone, dtype=torch.long)
-        rank[tone.argsort(stable=True)] = torch.arange(len(tone), device=tone.device)
+        classes, self._count = _sorted(tone, _CLASSES if grain is None else _TONES), _CLASSES
+        if grain is not None:
+            grades, self._count = torch.empty_like(classes), _TONES * _GRAINS
+            for one in range(_TONES):
+                grades[classes == one] = _sorted(grain[known][classes == one], _GRAINS)
+            classes = classes * _GRAINS + grades
         tones = torch.zeros_like(known, dtype=torch.long)
-        tones[known] = rank * _CLASSES // len(tone)
+        tones[known] = classes
         self._tone = continued(tones[None], exemplar.owner)[0]
 
     def of(self, source: Tensor) -> Tensor:
@@ -46,10 +60,17 @@ class Tones:
 
     def prices(self, source: Tensor, inside: Tensor) -> Tensor:
         """What a pixel of each class costs, below 0 for those shown too seldom, where inside (H, W) shows source."""
-        shown = torch.bincount(self.of(source)[inside], minlength=_CLASSES).float()
-        share = _CLASSES * shown / shown.sum().clamp(min=1)
+        shown = torch.bincount(self.of(source)[inside], minlength=self._count).float()
+        share = self._count * shown / shown.sum().clamp(min=1)
         return self.weight * share.clamp(min=0.1).log()
 
     def costs(self, prices: Tensor, rows: Tensor) -> Tensor:
-        """What the pixels of some rows (r,) of the exemplar's canvas cost at these prices (16,): (r, w)."""
+        """What the pixels of some rows (r,) of the exemplar's canvas cost, (r, w), at the prices of classes (n,)."""
         return prices[self._tone[rows]]
+
+
+def _sorted(values: Tensor, count: int) -> Tensor:
+    """The class (N,) of each of some values (N,), lowest first, where all of so many classes hold equally many."""
+    rank = torch.empty_like(values, dtype=torch.long)
+    rank[values.argsort(stable=True)] = torch.arange(len(values), device=values.device)
+    return rank * count // max(len(values), 1)

@@ -146,3 +146,18 @@ def test_blocks_shrink_until_they_fit() -> None:
     holes[::2, ::2] = True
     with pytest.raises(InputError, match="no 2x2 block fits into the exemplar; its mask leaves too little"):
         Blocks(Film.of(Exemplar.of(smooth(9, 9), masks=[holes])), 15)
+
+
+def test_of_blocks_that_agree_as_well_the_one_near_its_home_is_found_whatever_its_frame() -> None:
+    image = smooth(40, 40).repeat(1, 2, 2)
+    clip = Film.of(Exemplar.of(image[:, None].repeat(1, 6, 1, 1)))
+    content = clip.described.canvas[:, 8:24, 12:28][None]
+    known, unused = torch.ones(1, 1, SIZE, SIZE), lambda rows: torch.zeros(len(rows), 80)
+    for x in (12, 52):
+        for y in (8, 48):
+            home = [torch.tensor([x + 9.0, y - 7.0])]
+            found = Blocks(clip, SIZE).nearest(content, known, unused, generator(), home)[0]
+            assert found[0] == x
+            assert found[1] % clip.pitch == y
+    odd = content + torch.where(torch.arange(SIZE) < 8, 0.0, 0.05)
+    assert Blocks(clip, SIZE).nearest(odd, known, unused, generator(), [torch.tensor([52.0, 8.0])])[0, 0] == 52

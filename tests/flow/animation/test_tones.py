@@ -1,6 +1,7 @@
 """Tones: equally many pixels of each class, and a price on those shown too often."""
 
 import math
+from itertools import pairwise
 
 import pytest
 import torch
@@ -29,6 +30,22 @@ def test_tones_follow_brightness() -> None:
     tone = Tones(Exemplar.of(ramp), 1.0).of(ALL).float().mean(0)
     assert bool((tone.diff() >= 0).all()) or bool((tone.diff() <= 0).all())
     assert float(tone.amax() - tone.amin()) > 14
+
+
+def test_the_pixels_of_a_tone_are_sorted_by_grain() -> None:
+    image, grain = noise(), noise(1)[0]
+    tones = Tones(Exemplar.of(image), 1.0, grain)
+    kinds = tones.of(ALL)
+    assert torch.equal(torch.bincount(kinds.flatten()), torch.full((32,), SIDE * SIDE // 32))
+    assert torch.equal(kinds // 4, Tones(Exemplar.of(image), 1.0).of(ALL) // 2)
+    for tone in range(8):
+        grades = [grain[kinds == 4 * tone + grade] for grade in range(4)]
+        assert all(float(low.max()) <= float(high.min()) for low, high in pairwise(grades))
+    x, y = (kinds % 4 == 0).nonzero().T.flip(0).float()
+    smooth = torch.stack([x, y]).repeat(1, 4).view(2, SIDE, SIDE)
+    prices = tones.prices(smooth, WHOLE)
+    assert prices[::4].tolist() == pytest.approx([math.log(4)] * 8, abs=0.02)
+    assert prices.view(8, 4)[:, 1:].flatten().tolist() == pytest.approx([math.log(0.1)] * 24)
 
 
 def test_a_channel_that_does_not_count_has_no_tone() -> None:

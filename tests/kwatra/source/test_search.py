@@ -138,6 +138,10 @@ def test_volumes_are_searched_by_the_same_code():
     source = SourceWindows(Exemplar.of(volume), (4, 4, 4), generator(), dims=64)
     pick = source.numbers[::11]
     assert torch.equal(source.nearest(source.describe(source.windows(pick)), 1, "exact")[:, 0], pick)
+    whole = SourceWindows(Exemplar.of(volume), (4, 4, 4), generator(), dims=128)
+    windows = torch.rand(20, 4, 4, 4, 2, generator=generator(3))
+    found = whole.nearest(whole.describe(windows), 1, "exact")[:, 0]
+    assert torch.equal(found, whole.numbers[brute_force(whole, windows).argmin(1)])
 
 
 def test_missing_pixels_are_completed_by_what_the_others_imply():

@@ -96,6 +96,17 @@ def test_volumes_blend_like_images():
     )
 
 
+def test_a_volumes_voxel_is_the_weighted_mean_of_all_windows_over_it():
+    source, grid, matches, weights = setting(shape=(4, 7, 6), width=(3, 4, 4))
+    total, mass = torch.zeros(2, 4, 7, 6), torch.zeros(4, 7, 6)
+    for corner, window, weight in zip(grid.corners.tolist(), source.windows(matches), weights, strict=True):
+        at = tuple(slice(c, c + w) for c, w in zip(corner, (3, 4, 4), strict=True))
+        share = weight * source.metric.falloff[..., 0]
+        total[(slice(None), *at)] += share * window.movedim(-1, 0)
+        mass[at] += share
+    assert torch.allclose(blend(Ballot(grid, source, matches, weights)).x, total / mass, atol=1e-5)
+
+
 @pytest.mark.parametrize("given", [False, True])
 def test_strong_coupling_is_solved_and_what_was_not_reached_is_told(given):
     source, grid, matches, weights = setting()
