@@ -19,6 +19,12 @@ class Box:
         """The first position past the box on each axis."""
         return tuple(s + e for s, e in zip(self.start, self.extent, strict=True))
 
+    def within(self, other: Box) -> Box:
+        """What two boxes have in common."""
+        start = tuple(max(pair) for pair in zip(self.start, other.start, strict=True))
+        stop = tuple(min(pair) for pair in zip(self.stop, other.stop, strict=True))
+        return Box(start, tuple(max(b - a, 0) for a, b in zip(start, stop, strict=True)))
+
     def clipped(self, shape: tuple[int, ...], periodic: tuple[bool, ...]) -> Box:
         """The part of the box that lies on a grid of `shape`; axes that wrap are left as they are."""
         spans = [

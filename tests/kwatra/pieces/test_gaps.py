@@ -39,7 +39,7 @@ def test_blocks_grow_with_their_overlaps_where_the_exemplar_is_large_enough():
     assert found.widened((32, 64), (8, 16), (96, 60), (4, 4)) == ((40, 64), (16, 20))
     assert found._replace(overlap=5).widened((32, 32), (8, 8), (96, 96), (4, 4)) == ((32, 32), (8, 8))
     assert start.overlap == (16, 16)
-    assert start.block == (40, 40)
+    assert start.corners.block == (40, 40)
 
 
 def test_blocks_that_fit_between_holes_are_kept_where_larger_ones_do_not():
@@ -49,7 +49,7 @@ def test_blocks_that_fit_between_holes_are_kept_where_larger_ones_do_not():
     start = BlockStart(
         Exemplar.of([made.image], masks=[mask]), (96, 96), (32, 32), (1, 1), torch.Generator(), how=Blocks()
     )
-    assert start.block == (32, 32)
+    assert start.corners.block == (32, 32)
     assert max(start.overlap) <= 16
 
 
@@ -77,14 +77,14 @@ def test_blocks_grow_to_at_most_half_of_an_axis_that_wraps():
     made = MADE["coins"](128, 24, 0)
     wraps, generator = (True, False), torch.Generator()
     start = BlockStart(Exemplar.of(made.image), (64, 64), (30, 30), (1, 1), generator, wraps=wraps, how=Blocks())
-    assert start.block == (32, 37)
+    assert start.corners.block == (32, 37)
     start = BlockStart(Exemplar.of(made.image), (60, 64), (24, 24), (4, 4), generator, wraps=wraps, how=Blocks())
-    assert start.block == (28, 32)  # on the grain
+    assert start.corners.block == (28, 32)  # on the grain
 
 
 def test_blocks_do_not_grow_where_elements_stand_on_a_lattice():
     made = MADE["coins"](128, 24, 0)
     lattice, generator = Lattice(24 * torch.eye(2), 1.0), torch.Generator()
     start = BlockStart(Exemplar.of(made.image), (96, 96), (32, 32), (4, 4), generator, how=Blocks(), lattice=lattice)
-    assert start.block == (32, 32)
+    assert start.corners.block == (32, 32)
     assert start.overlap == (16, 16)

@@ -1,0 +1,128 @@
+"""Where blocks start, in the output and in the exemplar, and what that comes to for each of those in the exemplar.
+
+A block may hang over the exemplar's border: it then shows less than a whole block. Were it always to lie within the
+exemplar, what is seen of it would be its middle, for its rim lies under other blocks: of an exemplar of 256 pixels the
+outer 32, which are 44% of it, would hardly ever be shown.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from kwatra.base import InputError
+from kwatra.exemplar import Exemplar
+from kwatra.pieces.boxes import box_sums
+from kwatra.pieces.fitting import Fit
+from kwatra.pieces.stock import Array
+
+
+class Corners(NamedTuple):
+    """First pixels of blocks: those of number i start at i * grain - hang; arrays over them have the shape of `valid`.
+
+    valid (*n): where blocks lie between the exemplar's holes, or hang over its border. shape: the exemplar's. hang: how
+    far, at most, a multiple of grain.
+    """
+
+    shape: tuple[int, ...]
+    block: tuple[int, ...]
+    grain: tuple[int, ...]
+    hang: tuple[int, ...]
+    valid: Array
+
+    @classmethod
+    def fitting(cls, exemplar: Exemplar, block: tuple[int, ...], grain: tuple[int, ...]) -> "Corners":
+        """Those of blocks that lie within an exemplar, halved until they fit between its holes."""
+        while True:
+            valid = exemplar.corners(block)[tuple(slice(None, None, g) for g in grain)]
+            if bool(valid.any()):
+                return cls(exemplar.shape, block, grain, (0,) * len(block), valid.cpu().numpy())
+            if all(b <= 2 for b in block):
+                raise InputError("the exemplar has no free 2x2 block; its mask leaves too little to copy from")
+            block = tuple(max(b // 2, 2) for b in block)
+
+    def hanging(self, hang: tuple[int, ...]) -> "Corners":
+        """Those of blocks that may also hang over the border of an exemplar without holes by so many pixels."""
+        more = [(h // g, h // g) for h, g in zip(hang, self.grain, strict=True)]
+        return self._replace(hang=hang, valid=np.pad(self.valid, more, constant_values=True))
+
+    def at(self, numbers: Array) -> list[tuple[int, ...]]:
+        """The first pixels of blocks, given by their flat numbers."""
+        corners = np.stack(np.unravel_index(numbers, self.valid.shape), 1) * np.array(self.grain) - np.array(self.hang)
+        return [tuple(corner) for corner in corners.tolist()]
+
+    def numbers(self, first: Array) -> tuple[Array, ...]:
+        """The numbers (one array per axis) of those that are among some first pixels (axes, ...)."""
+        beyond = (first.reshape(len(self.shape), -1).T + self.hang) // self.grain
+        there = ((beyond >= 0) & (beyond < self.valid.shape)).all(1)
+        return tuple(beyond[there].T)
+
+    def around(self, image: Array) -> Array:
+        """An image (..., *shape) with as much of nothing around it as blocks may hang over."""
+        axes = [(0, 0)] * (image.ndim - len(self.hang))
+        return np.pad(image, axes + [(h, h) for h in self.hang]) if any(self.hang) else image
+
+    def sums(self, values: Array) -> Array:
+        """The sum of the exemplar's values (*shape) under each block."""
+        return self.on_grain(box_sums(self.around(values), self.block))
+
+    def inside(self, values: Array) -> Array:
+        """The sum of a block's values (*E) over what lies inside of the exemplar, of each block."""
+        sums = values.astype(np.float64)
+        for axis, (extent, size, g, h, count) in enumerate(
+            zip(values.shape, self.shape, self.grain, self.hang, self.valid.shape, strict=True)
+        ):
+            table = np.cumsum(sums, axis=axis)
+            table = np.concatenate([np.zeros_like(table.take([0], axis)), table], axis=axis)
+            first = np.arange(count) * g - h
+            sums = table.take(np.clip(size - first, 0, extent), axis) - table.take(np.clip(-first, 0, extent), axis)
+        return sums
+
+    def squares(self, fit: Fit, content: Array, known: Array) -> tuple[Array, Array]:
+        """The squared difference of each block to the content (C, *E) that is `known` (*E), and over how many pixels.
+
+        fit: of the exemplar as `around` gives it.
+        """
+        squares = self.on_grain(fit.inside(content, known.astype(np.float64)))
+        if not any(self.hang):
+            return squares, np.asarray(known.sum())
+        outside = np.where(known, (content**2).sum(0), 0)  # what hangs over was compared with 0
+        return np.maximum(squares - (outside.sum() - self.inside(outside)), 0), self.inside(known)
+
+    def on_grain(self, values: Array) -> Array:
+        """Values for blocks at every pixel, of those of which blocks may start."""
+        return values[tuple(slice(None, g * n, g) for g, n in zip(self.grain, self.valid.shape, strict=True))]
+
+
+def spread(
+    shape: Sequence[int], block: Sequence[int], overlap: Sequence[int], grain: Sequence[int], wraps: Sequence[bool]
+) -> list[list[int]]:
+    """Where blocks start in an output (*shape), axis by axis: evenly spread on the grain, overlapping so much or more.
+
+    wraps: along which axes the output is periodic.
+    """
+    starts = []
+    for size, b, over, g, periodic in zip(shape, block, overlap, grain, wraps, strict=True):
+        stride = max(b - over, 1)
+        count = -(-size // stride) if periodic else max(-(-(size - b) // stride), 0) + 1
+        if periodic:
+            line = {round(i * size / count / g) * g for i in range(count)}
+        else:
+            line = {math.ceil(i * (size - b) / max(count - 1, 1) / g) * g for i in range(count)}
+        starts.append(sorted(s for s in line if s < size or periodic))
+    return starts
+
+
+def overhang(
+    starts: Sequence[Sequence[int]], block: Sequence[int], needed: Sequence[int], grain: Sequence[int]
+) -> tuple[int, ...]:
+    """How far blocks may hang over, axis by axis: by what they overlap each other, less what is needed of that.
+
+    starts: where blocks start in the output.
+    """
+    spare = []
+    for line, b, least, g in zip(starts, block, needed, grain, strict=True):
+        stride = max(np.diff(line), default=b)
+        spare.append(max(b - int(stride) - least, 0) // g * g)
+    return tuple(spare)

@@ -1,0 +1,76 @@
+import numpy as np
+import pytest
+import torch
+
+from kwatra import Blocks, Exemplar, InputError
+from kwatra.pieces import BlockStart
+from kwatra.pieces.corners import Corners, overhang, spread
+from kwatra.pieces.fitting import Fit
+
+BLOCK, HANG, GRAIN, SHAPE = (6, 4), (4, 2), (2, 2), (14, 11)
+
+
+def corners():
+    return Corners.fitting(Exemplar.of(torch.rand(1, *SHAPE)), BLOCK, GRAIN).hanging(HANG)
+
+
+def inside(at):
+    """Which pixels of a block at a corner lie in the exemplar."""
+    rows, columns = (np.arange(b) + c for b, c in zip(BLOCK, at, strict=True))
+    return ((rows >= 0) & (rows < SHAPE[0]))[:, None] & ((columns >= 0) & (columns < SHAPE[1]))
+
+
+def test_corners_lie_on_the_grain_and_as_far_beyond_the_border_as_asked():
+    found = corners()
+    every = found.at(np.arange(found.valid.size))
+    assert min(every) == (-4, -2)
+    assert max(every) == (14 - 6 + 4, 8)  # 8 + 4 reaches one pixel beyond 11: the next on the grain would be 3
+    assert found.valid.all()
+    again = np.ravel_multi_index(found.numbers(np.array(every).T), found.valid.shape)
+    assert np.array_equal(again, np.arange(found.valid.size))
+    assert [len(n) for n in found.numbers(np.array([[-6, 14], [0, 0]]))] == [0, 0]  # beyond what may be
+
+
+def test_sums_and_differences_are_those_of_what_lies_inside():
+    rng, found = np.random.default_rng(0), corners()
+    image, content = rng.random((3, *SHAPE)), rng.random((3, *BLOCK))
+    known = rng.random(BLOCK) < 0.6
+    squares, seen = found.squares(Fit(found.around(image)), content, known)
+    sums = found.sums(image[0])
+    for number, at in enumerate(found.at(np.arange(found.valid.size))):
+        here, index = inside(at), np.unravel_index(number, found.valid.shape)
+        rows, columns = np.nonzero(here)
+        shown = image[:, rows + at[0], columns + at[1]]
+        assert sums[index] == pytest.approx(shown[0].sum())
+        assert seen[index] == (known & here).sum()
+        miss = ((content[:, rows, columns] - shown) ** 2).sum(0)[known[rows, columns]].sum()
+        assert squares[index] == pytest.approx(miss, abs=1e-9)
+
+
+def test_blocks_are_halved_until_they_fit_between_holes():
+    mask = torch.ones(16, 16, dtype=torch.bool)
+    mask[::7] = False
+    assert Corners.fitting(Exemplar.of(torch.rand(1, 16, 16), masks=[mask]), (12, 12), (1, 1)).block == (6, 6)
+    mask[:, ::2] = False
+    with pytest.raises(InputError, match="no free 2x2 block"):
+        Corners.fitting(Exemplar.of(torch.rand(1, 16, 16), masks=[mask]), (12, 12), (1, 1))
+
+
+def test_blocks_are_spread_evenly_and_hang_over_by_what_they_overlap_more_than_needed():
+    starts = spread((100, 90), (40, 30), (10, 6), (4, 4), (False, True))
+    assert starts == [[0, 32, 60], [0, 24, 44, 68]]
+    assert overhang(starts, (40, 30), (0, 0), (4, 4)) == (8, 4)
+    assert overhang(starts, (40, 30), (5, 9), (4, 4)) == (0, 0)
+    assert overhang([[0], [0]], (40, 30), (0, 0), (4, 4)) == (0, 0)
+
+
+def test_the_border_of_an_exemplar_is_shown_too():
+    image = torch.rand(3, 64, 64, generator=torch.Generator().manual_seed(0))
+    shown = np.zeros((64, 64))
+    for seed in range(3):
+        generator = torch.Generator().manual_seed(seed)
+        where = BlockStart(Exemplar.of(image), (96, 96), (32, 32), (1, 1), generator, how=Blocks()).run()
+        np.add.at(shown, tuple(where.numpy()), 1)
+    border = np.ones((64, 64), bool)
+    border[8:-8, 8:-8] = False
+    assert shown[border].mean() > 0.5 * shown[~border].mean()  # .54; .39 were no block to hang over
