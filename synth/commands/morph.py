@@ -55,7 +55,7 @@ def add(commands: Subparsers) -> None:
     add = parser.add_argument
     add("a", type=file, metavar="A", help="image of the texture to begin with")
     add("b", type=file, metavar="B", help="image of the texture to end with")
-    add("more", type=file, nargs="*", metavar="C", help="further textures, with --at W,W,... or --weights")
+    add("more", type=file, nargs="*", default=[], metavar="C", help="further textures, with --at W,W,... or --weights")
     add("-o", "--output", type=file, metavar="OUT", help="an .mp4 or .gif; a folder for the frames as they are; or an "
         "image for all frames in one (default: A_B.png in this folder)")  # fmt: skip
     add("--method", metavar="NAME", help="patches (the default), control, registration, blend, patterns or textons")

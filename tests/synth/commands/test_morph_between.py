@@ -126,3 +126,9 @@ def test_what_will_not_do_is_said(
         assert main(["morph", *words]) == 2
     assert said in capsys.readouterr().err
     assert sorted(Path().rglob("*")) == before
+
+
+def test_one_texture_lacks_the_other_only(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        main(["morph", "a.png"])
+    assert "required: B (see" in capsys.readouterr().err
