@@ -14,6 +14,7 @@ SOFTNESS = 0.02
 """Entropy of the plan, in mean squared distances of windows; less leads to one partner only. Not tuned."""
 
 _ROUNDS = 60
+"""Of scaling the plan's rows and columns: a bound on time."""
 
 
 def nearest(own: Tensor, other: Bag, count: int) -> Tensor:

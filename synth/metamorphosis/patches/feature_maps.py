@@ -35,6 +35,7 @@ _SHORTEST = 8
 """Lines of fewer pixels are specks."""
 
 _WINDOW, _WINDOWS = 17, 400
+"""Px of the windows that are paired, and how many are at most: a bound on time."""
 
 
 def _ridges(gray: NDArray[np.float64], dark: bool) -> Map:

@@ -18,7 +18,10 @@ from synth.metamorphosis.bands import Bands, settled
 from synth.metamorphosis.patches.model import Matched
 
 _KNOTS = 5
+"""Shares of B that are looked at; between them progress is interpolated."""
+
 _WINDOWS, _WIDTH = 150, 7
+"""So many neighborhoods are looked at, so many px in the middle of each: a bound on time."""
 
 
 @dataclass(frozen=True)
