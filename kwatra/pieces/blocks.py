@@ -234,12 +234,11 @@ class BlockStart:
 
         same: how many pixels a block shows where they are shown already: it then continues a copy.
         """
-        seen = self.corners.inside(np.ones(self.corners.block))
-        used = self.corners.sums(self.used) / seen
+        used = self.corners.sums(self.used) / self.corners.pixels
         shown: Array = self.how.usage * (used - self.used.mean()) + self.continuation * (same > 0)
         if self.aligned and len(self.shape) == 2:
             near = shown_near(self.sheet, box, max(self.corners.block), self.used.shape)
-            shown = shown + NEAR / seen * (self.corners.sums(near) - same)
+            shown = shown + NEAR / self.corners.pixels * (self.corners.sums(near) - same)
         if self.lattice is None or not known.any():
             return shown
         # in step with the copy which most of what is known is

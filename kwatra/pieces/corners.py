@@ -7,7 +7,8 @@ outer 32, which are 44% of it, would hardly ever be shown.
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -18,7 +19,8 @@ from kwatra.pieces.fitting import Fit
 from kwatra.pieces.stock import Array
 
 
-class Corners(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Corners:
     """First pixels of blocks: those of number i start at i * grain - hang; arrays over them have the shape of `valid`.
 
     valid (*n): where blocks lie between the exemplar's holes, or hang over its border. shape: the exemplar's. hang: how
@@ -45,7 +47,7 @@ class Corners(NamedTuple):
     def hanging(self, hang: tuple[int, ...]) -> "Corners":
         """Those of blocks that may also hang over the border of an exemplar without holes by so many pixels."""
         more = [(h // g, h // g) for h, g in zip(hang, self.grain, strict=True)]
-        return self._replace(hang=hang, valid=np.pad(self.valid, more, constant_values=True))
+        return replace(self, hang=hang, valid=np.pad(self.valid, more, constant_values=True))
 
     def at(self, numbers: Array) -> list[tuple[int, ...]]:
         """The first pixels of blocks, given by their flat numbers."""
@@ -63,19 +65,23 @@ class Corners(NamedTuple):
         axes = [(0, 0)] * (image.ndim - len(self.hang))
         return np.pad(image, axes + [(h, h) for h in self.hang]) if any(self.hang) else image
 
+    @cached_property
+    def pixels(self) -> Array:
+        """How many pixels of the exemplar each block shows."""
+        return self.inside(np.ones(self.block))
+
     def sums(self, values: Array) -> Array:
         """The sum of the exemplar's values (*shape) under each block."""
         return self.on_grain(box_sums(self.around(values), self.block))
 
     def inside(self, values: Array) -> Array:
-        """The sum of a block's values (*E) over what lies inside of the exemplar, of each block."""
+        """The sum of a block's values (..., *E) over what lies inside of the exemplar, of each block (..., *n)."""
         sums = values.astype(np.float64)
-        for axis, (extent, size, g, h, count) in enumerate(
-            zip(values.shape, self.shape, self.grain, self.hang, self.valid.shape, strict=True)
-        ):
-            table = np.cumsum(sums, axis=axis)
-            table = np.concatenate([np.zeros_like(table.take([0], axis)), table], axis=axis)
-            first = np.arange(count) * g - h
+        axes = zip(self.shape, self.grain, self.hang, self.valid.shape, strict=True)
+        for axis, (size, g, h, count) in enumerate(axes, values.ndim - len(self.shape)):
+            extent, first = values.shape[axis], np.arange(count) * g - h
+            table = np.zeros([n + (k == axis) for k, n in enumerate(sums.shape)])
+            np.cumsum(sums, axis, out=table[(slice(None),) * axis + (slice(1, None),)])
             sums = table.take(np.clip(size - first, 0, extent), axis) - table.take(np.clip(-first, 0, extent), axis)
         return sums
 
@@ -87,8 +93,9 @@ class Corners(NamedTuple):
         squares = self.on_grain(fit.inside(content, known.astype(np.float64)))
         if not any(self.hang):
             return squares, np.asarray(known.sum())
-        outside = np.where(known, (content**2).sum(0), 0)  # what hangs over was compared with 0
-        return np.maximum(squares - (outside.sum() - self.inside(outside)), 0), self.inside(known)
+        against = np.where(known, (content**2).sum(0), 0)  # with nothing, what hangs over was compared
+        inside, seen = self.inside(np.stack([against, known]))
+        return np.maximum(squares - (against.sum() - inside), 0), seen
 
     def on_grain(self, values: Array) -> Array:
         """Values for blocks at every pixel, of those of which blocks may start."""
