@@ -18,6 +18,7 @@ from synth.metamorphosis.method import Pair
 from synth.metamorphosis.recolor import Colors, barycenter, recolored
 
 _BLURS = (1.0, 2.0, 4.0)
+"""Standard deviations, in px, of the blurs that part one band after the other, an octave each: not tuned."""
 
 
 @dataclass(frozen=True)

@@ -55,7 +55,9 @@ _TILT = 1.0
 _CHUNK = 1 << 18
 """Pairs of points, of all problems, that are matched at once."""
 _FAINTEST = -30.0
+"""The least exponent, so that no sum of pairs is 0."""
 _NONE = 1e-6
+"""What is less counts as this much: a guard against dividing by 0."""
 
 
 @dataclass(frozen=True)

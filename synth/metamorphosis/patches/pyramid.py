@@ -9,6 +9,7 @@ import torch.nn.functional as F
 from torch import Tensor
 
 _ORIENTATIONS = 4
+"""As many as Portilla and Simoncelli (2000) have."""
 _MARGIN = 16
 """Pixels by which an image is continued at every border, at least: filters see no border."""
 

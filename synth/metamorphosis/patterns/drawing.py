@@ -13,6 +13,7 @@ from synth.metamorphosis.patterns.landmarks import Patterns
 _Array = NDArray[Any]
 
 ZOOM = 4
+"""Pixels of the drawing for one of the image, so that its lines hide little."""
 _FOUND, _GIVEN, _FIRST = (1.0, 0.0, 1.0), (0.0, 1.0, 0.3), (1.0, 1.0, 0.0)
 
 

@@ -17,7 +17,9 @@ _WAVELENGTHS = (0.7, 1.4)
 _SHORTEST = 4.0
 """Px: smaller patterns are looked at as if they had this radius, for finer waves hold noise."""
 _ORIENTATIONS = 6
+"""30 degrees from one wave to the next: not tuned."""
 _FAINT = 1e-6
+"""What is weaker counts as nothing: a guard against dividing by it."""
 
 
 def radius(landmarks: Array) -> float:
