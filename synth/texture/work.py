@@ -26,9 +26,12 @@ from synth.texture.synthesis import Synthesis
 PRESETS = {
     "fast": (Settings(blocks=Blocks(seams=1), iterations=1, search=Search(candidates=2, exact_pairs=1 << 22)), 1),
     "default": (Settings(), 1),
-    "best": (Settings(blocks=Blocks(seams=12), iterations=6), 6),
+    "best": (Settings(iterations=6), 6),
 }
-"""Settings, and how many seeds are tried of which the best result is kept."""
+"""Settings, and how many seeds are tried of which the best result is kept.
+
+Two panels of 16 textures score .054 and .052 where best compares the seams of twice as many blocks, .053 and .050 where
+it does not, at four fifths of the cost."""
 
 STILLS, SMALL = {"fast": 1, "default": 3, "best": 12}, 256
 """Of stills that nothing steers so many seeds are tried where they have SMALL pixels a side; of larger ones, whose
