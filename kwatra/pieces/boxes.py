@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -36,13 +37,20 @@ class Box:
 
 def box_sums(values: np.ndarray, extent: tuple[int, ...]) -> np.ndarray:
     """Sums over every box of `extent` that fits (summed-area table, thesis 3.3): shape n - extent + 1 per axis."""
-    sums = values.astype(np.int64 if values.dtype.kind in "biu" else np.float64)
-    for axis, length in enumerate(extent):
+    spans = [(np.arange(n - e + 1), np.arange(e, n + 1)) for n, e in zip(values.shape, extent, strict=True)]
+    return span_sums(values, spans)
+
+
+def span_sums(values: np.ndarray, spans: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
+    """Sums over boxes of the last axes that are every combination of spans, axis by axis: from start to before stop.
+
+    spans: starts and stops of each axis, whole numbers in 0 .. its length. Values may have further axes before.
+    """
+    sums: np.ndarray = values.astype(np.int64 if values.dtype.kind in "biu" else np.float64)
+    for axis, (starts, stops) in enumerate(spans, values.ndim - len(spans)):
         table = np.cumsum(sums, axis=axis)
         table = np.concatenate([np.zeros_like(table.take([0], axis)), table], axis=axis)
-        count = values.shape[axis]
-        upper = np.take(table, range(length, count + 1), axis)
-        sums = upper - np.take(table, range(0, count + 1 - length), axis)
+        sums = table.take(stops, axis) - table.take(starts, axis)
     return sums
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from kwatra.base import InputError
 from kwatra.exemplar import Exemplar
-from kwatra.pieces.boxes import box_sums
+from kwatra.pieces.boxes import box_sums, span_sums
 from kwatra.pieces.fitting import Fit
 from kwatra.pieces.stock import Array
 
@@ -76,14 +76,12 @@ class Corners:
 
     def inside(self, values: Array) -> Array:
         """The sum of a block's values (..., *E) over what lies inside of the exemplar, of each block (..., *n)."""
-        sums = values.astype(np.float64)
-        axes = zip(self.shape, self.grain, self.hang, self.valid.shape, strict=True)
-        for axis, (size, g, h, count) in enumerate(axes, values.ndim - len(self.shape)):
-            extent, first = values.shape[axis], np.arange(count) * g - h
-            table = np.zeros([n + (k == axis) for k, n in enumerate(sums.shape)])
-            np.cumsum(sums, axis, out=table[(slice(None),) * axis + (slice(1, None),)])
-            sums = table.take(np.clip(size - first, 0, extent), axis) - table.take(np.clip(-first, 0, extent), axis)
-        return sums
+        lines = zip(values.shape[-len(self.shape) :], self.shape, self.grain, self.hang, self.valid.shape, strict=True)
+        spans = []
+        for extent, size, g, h, count in lines:
+            first = np.arange(count) * g - h
+            spans.append((np.clip(-first, 0, extent), np.clip(size - first, 0, extent)))
+        return span_sums(values, spans)
 
     def squares(self, fit: Fit, content: Array, known: Array) -> tuple[Array, Array]:
         """The squared difference of each block to the content (C, *E) that is `known` (*E), and over how many pixels.
