@@ -8,9 +8,11 @@ Without clips, waves made in code are used. The methods: kwatra (flow.animate); 
 published, equation 29 over the whole volume (flow.published; it is slow, so --short frames at most); exact, a frame of
 the clip that is moved by the field and nothing else: what the measures make of the motion alone; and truth, each
 frame of the clip and the next one, its own mean motion undone and moved by the field: what they make of motion and life
-together, in the middle of the frame; and panned, the clip seen through a smaller window that moves against a uniform
-field, footage that flows as told on top of its own motion: what overall makes of any flow, since that compares motion
-with a clip's that has none of it. The figures of others are to be read beside these. The columns:
+together, in the middle of the frame; and panned, the clip, mirrored beyond its borders, seen through a window that
+moves against a uniform field: footage that flows as told on top of its own motion. That is what overall makes of any
+flow, since it compares motion with a clip's that has none of it, and what becomes of a scene that is bright on one
+side: its light changes as it flows. Only sharp and overall are read of it; the others would count its own motion as an
+error. The figures of others are to be read beside these. The columns:
 
     epe        mean end-point error, px: how far the motion that optical flow sees is from the field
     epe mean   the same of the motions' mean over time, in which what the texture does about it cancels
@@ -43,6 +45,7 @@ from synth import field_of
 
 FIELDS = ("uniform", "rotation", "vortices")
 NAMES = ["epe", "epe mean", "life", "agitation", "sharp", "overall", "s/frame"]
+MOTION = NAMES[:4]
 
 
 Steps = tuple[Tensor, Tensor]
@@ -98,18 +101,16 @@ def truly(task: Task) -> Steps:
 
 
 def panned(task: Task) -> Tensor:
-    """The clip's own frames through a window that moves against the field, for as long as it leaves half of them."""
+    """The clip's own frames, mirrored beyond their borders, through a window that moves against the field."""
     flows = task.field(0, task.shape)
-    step = flows[:, 0, 0]
-    if not task.field.steady or bool((flows - step.view(2, 1, 1)).abs().max() > 1e-3):
+    step = flows[:, 0, 0].view(2, 1, 1)
+    if not task.field.steady or bool((flows - step).abs().max() > 1e-3):
         raise InputError("a window moves in one direction: only uniform fields are panned; leave out others, or panned")
-    height, width = task.clip.shape[2:]
-    sides = torch.tensor([width, height])
-    frames = min(task.clip.shape[1], task.frames, int((sides / 2 / step.abs().clamp(min=1e-6)).min()) + 1)
-    way = step * (frames - 1)
-    columns, rows = (sides - way.abs().ceil().long()).tolist()
-    places = pixel_coordinates((rows, columns)) + way.clamp(min=0).view(2, 1, 1)
-    shown = [flow.warp(task.clip[:, t], places - (t * step).view(2, 1, 1), "lanczos") for t in range(frames)]
+    sides = torch.tensor(task.clip.shape[:1:-1]).view(2, 1, 1)
+    shown = []
+    for number, frame in enumerate(task.clip[:, : task.frames].unbind(1)):
+        places = (pixel_coordinates(task.shape) - number * step + 0.5) % (2 * sides)
+        shown.append(flow.warp(frame, places.minimum(2 * sides - places) - 0.5, "lanczos"))
     return torch.stack(shown, 1)
 
 
@@ -205,7 +206,10 @@ def bench(clips: dict[str, Tensor], arguments: argparse.Namespace) -> Iterator[t
                 cpu = (time.process_time() - cpu) / shown.shape[1]
                 file = f"{title.replace(' ', '_').replace(':', '-')}_{method}.png"
                 write_sheet(arguments.out / file, shown)
-                yield tables.Row(title, method, file, {**figures_of(made, task), "s/frame": cpu})
+                figures = figures_of(made, task)
+                if method == "panned":
+                    figures |= dict.fromkeys(MOTION, math.nan)
+                yield tables.Row(title, method, file, {**figures, "s/frame": cpu})
 
 
 def parsed(words: list[str] | None) -> argparse.Namespace:

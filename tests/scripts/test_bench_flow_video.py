@@ -55,14 +55,26 @@ def test_a_clip_is_panned_as_a_uniform_field_flows() -> None:
     still = waves(1, 64).expand(-1, 6, -1, -1)
     task = Task(still, flow.uniform(2.0, 30), (64, 64), 6, 6)
     made = bench_flow_video.panned(task)
-    assert made.shape == (3, 6, 59, 55)
+    assert made.shape == (3, 6, 64, 64)
     figures = figures_of(made, task)
     assert figures["epe"] < 0.1
     assert figures["sharp"] == pytest.approx(1.0, abs=0.1)
     assert figures["overall"] > 0
-    assert bench_flow_video.panned(Task(still, flow.uniform(20.0), (64, 64), 6, 6)).shape == (3, 2, 64, 44)
+    still = waves(1, 64).expand(-1, 9, -1, -1)
+    far = bench_flow_video.panned(Task(still, flow.uniform(16.0), (64, 64), 9, 9))
+    torch.testing.assert_close(far[:, 4], still[:, 4].flip(2))
+    torch.testing.assert_close(far[:, 8], still[:, 8])
     with pytest.raises(InputError, match="only uniform fields are panned"):
         bench_flow_video.panned(Task(still, flow.rotation(2.0), (64, 64), 6, 6))
+
+
+def test_of_panned_footage_no_motion_is_read(tmp_path, capsys, monkeypatch) -> None:
+    monkeypatch.setattr(bench_flow_video, "waves", lambda frames, side: waves(4, 40))
+    words = ["--fields", "uniform", "--methods", "panned", "--out", str(tmp_path)]
+    assert bench_flow_video.main(words) == 0
+    row = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("waves uniform"))
+    assert row.split()[3:7] == ["-"] * 4
+    assert "-" not in row.split()[7:]
 
 
 def test_the_table_has_a_row_for_every_method(tmp_path, capsys, monkeypatch) -> None:
