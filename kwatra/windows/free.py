@@ -1,13 +1,16 @@
 """Windows that lie anywhere, not on a grid (Ruiters, Schnabel and Klein 2010, section 4.4)."""
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import torch
 from torch import Tensor
 
 from kwatra.base import InputError
+from kwatra.base.compiled import Compiled
 from kwatra.windows.flat import continued
 from kwatra.windows.grid import channels_last, windows_at
 from kwatra.windows.layout import Covering, per_axis
@@ -87,8 +90,11 @@ class FreeWindows:
             yield there, torch.where(wraps, (shift + sides // 2) % sides - sides // 2, shift)
 
     @cached_property
-    def _covers(self) -> tuple[Tensor, Tensor]:
-        """The windows that cover each pixel (m, pixels), in order, and how many they are (pixels,)."""
+    def _covers(self) -> tuple[Tensor, Tensor, Tensor]:
+        """Of the windows that cover each pixel, in order, the number and the pixel's place inside, both (m, pixels).
+
+        int32; places are counted row by row. Then how many they are, (pixels,).
+        """
         axes = []
         for axis, (size, width) in enumerate(zip(self.shape, self.width, strict=True)):
             line = (self.corners[:, axis, None] + torch.arange(width, device=self.device)) % size
@@ -96,24 +102,25 @@ class FreeWindows:
         pixel = torch.zeros(1, dtype=torch.long, device=self.device)
         for line, size in zip(axes, self.shape, strict=True):
             pixel = pixel * size + line
-        order = pixel.flatten().argsort(stable=True)
-        pixel, window = pixel.flatten()[order], order // pixel[0].numel()
-        count = torch.bincount(pixel, minlength=int(torch.tensor(self.shape).prod()))
-        rank = torch.arange(len(pixel), device=self.device) - (count.cumsum(0) - count)[pixel]
-        covers = torch.zeros(int(count.max()), len(count), dtype=torch.long, device=self.device)
-        covers[rank, pixel] = window
-        return covers, count
+        count = torch.bincount(pixel.flatten(), minlength=math.prod(self.shape))
+        window, place = torch.zeros(2, int(count.max()), len(count), dtype=torch.int32)
+        _list(len(count), pixel.flatten(1).cpu(), torch.zeros(len(count), dtype=torch.int32), window, place)
+        return window.to(self.device), place.to(self.device), count
 
     def coverings(self) -> Iterator[Covering]:
-        """See `Layout.coverings`; a pixel that no window covers names window 0, which is not there."""
-        covers, count = self._covers
-        axes = [torch.arange(s, device=self.device) for s in self.shape]
-        pixel = torch.meshgrid(*axes, indexing="ij")
-        for k, number in enumerate(covers):
-            there = (k < count).view(self.shape)
-            window = torch.where(there, number.view(self.shape), covers[0].view(self.shape))
-            inside = []
-            for axis, (line, size, width) in enumerate(zip(pixel, self.shape, self.width, strict=True)):
-                place = line - self.corners[:, axis][window]
-                inside.append((place % size).clamp(max=width - 1))
-            yield Covering(window, tuple(inside), there)
+        """See `Layout.coverings`; where fewer windows cover a pixel, window 0 is named, which is not there."""
+        windows, places, count = self._covers
+        for k, (window, place) in enumerate(zip(windows, places, strict=True)):
+            inside = torch.unravel_index(place.long().view(self.shape), self.width)
+            yield Covering(window.long().view(self.shape), tuple(inside), (k < count).view(self.shape))
+
+
+@Compiled
+def _list(pixel: Any, listed: Any, windows: Any, places: Any, low: int, high: int) -> None:
+    """Windows and places, in order, of pixels from low to high; pixel (N, w): what lies where in each window."""
+    for window in range(len(pixel)):
+        for place in range(pixel.shape[1]):
+            at = pixel[window, place]
+            if low <= at < high:
+                windows[listed[at], at], places[listed[at], at] = window, place
+                listed[at] += 1

@@ -64,6 +64,22 @@ def test_coverings_name_every_window_of_every_pixel_once(layout):
     assert len(named) == len(layout) * layout.width[0] * layout.width[1]
 
 
+@pytest.mark.parametrize("threads", [1, 3])
+def test_coverings_name_the_windows_of_a_pixel_in_order(threads):
+    before = torch.get_num_threads()
+    torch.set_num_threads(threads)  # which share the pixels
+    try:
+        windows = free(True, (24, 25))
+        named = [torch.where(there, window, len(windows)) for window, _, there in windows.coverings()]
+    finally:
+        torch.set_num_threads(before)
+    rows, columns = ((torch.arange(n)[:, None] - line) % n for n, line in zip((24, 25), windows.corners.T, strict=True))
+    covers = (rows < 4)[:, None] & (columns < 6)[None]  # (24, 25, N)
+    expected = torch.where(covers, torch.arange(len(windows)), len(windows)).sort(2).values
+    assert torch.equal(torch.stack(named, 2), expected[..., : len(named)])
+    assert len(named) == int(covers.sum(2).max())
+
+
 def test_neighbors_are_the_nearest_windows():
     windows = free(count=12)
     neighbors = list(windows.neighbor_shifts())
