@@ -11,7 +11,8 @@ seam cost more than what parts the later way from it, and what comes of that is 
 import numpy as np
 
 from kwatra.cut import FREE, KEEP, best_cut
-from kwatra.pieces.seams import SeamCost, beside, summed
+from kwatra.pieces.seams import SeamCost, summed
+from kwatra.pieces.stock import beside
 from kwatra.pieces.stock import Array
 
 

@@ -12,6 +12,8 @@ from functools import cached_property
 
 import numpy as np
 
+from kwatra.pieces.stock import Matches, Stock
+
 LEVELS = 8191
 """Colours are compared as integers on this many steps: whole numbers make the cost an exact metric."""
 
@@ -20,7 +22,7 @@ FLAT = 0.02
 """Gradient, per channel and as a fraction of the colour range, that a perfectly flat region is taken to have in M'."""
 
 
-class Mosaic:
+class Mosaic(Stock):
     """A mosaic of sources, a `Stock` whose places are whole numbers.
 
     `images`: one (C, *shape) float array per source. `bands`: for each source the part of the output, as fractions
@@ -134,6 +136,12 @@ class Mosaic:
         for a, b in zip(one, other, strict=True):
             total += np.abs(a - b)
         return total
+
+    def matches(self, old: np.ndarray, new: np.ndarray) -> Matches:
+        """As `Stock.matches`, in one compiled loop."""
+        from kwatra.pieces.matches import matched
+
+        return [matched(self.planes, old, new, axis, stride) for axis, stride in enumerate(self.strides)]
 
     def steepness(self, axis: int, places: Sequence[np.ndarray]) -> np.ndarray:
         """The sum of the absolute central differences along an axis at four places: what divides M' (thesis eq. 5).

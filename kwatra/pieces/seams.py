@@ -21,12 +21,12 @@ It then runs along the gaps of one side, and through elements of both nowhere, h
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from kwatra.cut import Costs
-from kwatra.pieces.stock import Array, Stock
+from kwatra.pieces.stock import Array, Stock, beside
 
 NORMALIZED_SCALE = 4096
 """What a seam of M' = 1 costs, as costs are whole numbers."""
@@ -70,16 +70,13 @@ class SeamCost:
         old, new: what its pixels show, and what they would show of a new patch. remembered: per axis the cost of the
         seam that is between a pixel and the next now.
         """
-        show_new = self.sources.colors(new)
-        here = self.sources.distance(self.sources.colors(old), show_new)
         pairs = []
-        for axis, a in enumerate(remembered):
-            p, q = beside(axis, here.ndim)
-            ahead, back = self.sources.beyond(old[p], axis, 1), self.sources.beyond(old[q], axis, -1)
-            match = here[p] + self.sources.distance(self.sources.colors(ahead), show_new[q])
-            b = self._priced(axis, match, (old[p], new[p], ahead, new[q]), len(remembered))
-            match = here[q] + self.sources.distance(self.sources.colors(back), show_new[p])
-            c = self._priced(axis, match, (new[p], back, new[q], old[q]), len(remembered))
+        for axis, (a, (b, c)) in enumerate(zip(remembered, self.sources.matches(old, new), strict=True)):
+            p, q = beside(axis, len(remembered))
+            if self.depth is not None or self.steepness is not None:
+                ahead, back = self.sources.beyond(old[p], axis, 1), self.sources.beyond(old[q], axis, -1)
+                b = self._priced(axis, b, (old[p], new[p], ahead, new[q]), len(remembered))
+                c = self._priced(axis, c, (new[p], back, new[q], old[q]), len(remembered))
             pairs.append((a, b, c))
         return pairs
 
@@ -111,10 +108,3 @@ class SeamCost:
 def summed(costs: Iterable[Array]) -> int:
     """What seams cost together, given per axis."""
     return sum(int(cost.sum(dtype=np.int64)) for cost in costs)
-
-
-def beside(axis: int, axes: int) -> tuple[Any, Any]:
-    """The indices of all pixels but the last along an axis, and of the one after each; of arrays (..., *shape)."""
-    lines = [[slice(None)] * axes, [slice(None)] * axes]
-    lines[0][axis], lines[1][axis] = slice(None, -1), slice(1, None)
-    return (..., *lines[0]), (..., *lines[1])

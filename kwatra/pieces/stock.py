@@ -6,6 +6,7 @@ from typing import Any, Protocol
 import numpy as np
 
 Array = np.ndarray[Any, Any]
+Matches = list[tuple[Array, Array]]
 
 
 class Stock(Protocol):
@@ -32,3 +33,29 @@ class Stock(Protocol):
 
     def distance(self, one: Array, other: Array) -> Array:
         """How unlike colors are: a metric, in whole numbers."""
+
+    def matches(self, old: Array, new: Array) -> Matches:
+        """Per axis the matching cost M of seams between each pixel of a window and the next (kwatra.pieces.seams).
+
+        old, new: what the pixels show, and what they would show of a new patch. Of each pair first that where only the
+        second goes over to the new patch, then that where only the first does.
+        """
+        show_new = self.colors(new)
+        here, found = self.distance(self.colors(old), show_new), []
+        for axis in range(here.ndim):
+            p, q = beside(axis, here.ndim)
+            ahead, back = self.beyond(old[p], axis, 1), self.beyond(old[q], axis, -1)
+            found.append(
+                (
+                    here[p] + self.distance(self.colors(ahead), show_new[q]),
+                    here[q] + self.distance(self.colors(back), show_new[p]),
+                )
+            )
+        return found
+
+
+def beside(axis: int, axes: int) -> tuple[Any, Any]:
+    """The indices of all pixels but the last along an axis, and of the one after each; of arrays (..., *shape)."""
+    lines = [[slice(None)] * axes, [slice(None)] * axes]
+    lines[0][axis], lines[1][axis] = slice(None, -1), slice(1, None)
+    return (..., *lines[0]), (..., *lines[1])
