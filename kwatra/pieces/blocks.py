@@ -222,8 +222,9 @@ class BlockStart:
         flat = np.where(valid, cost, math.inf).ravel()
         wished = self.wish is not None and self.wish.anything(at)
         if self.how.seams > 1 and self.aligned and known.any() and not wished:
-            picks = flat.argsort(kind="stable")[: self.how.seams]
-            picks = picks[flat[picks] <= flat.min() + ACCEPTABLE]
+            last = min(self.how.seams, len(flat)) - 1
+            near = np.flatnonzero(flat <= min(np.partition(flat, last)[last], flat.min() + ACCEPTABLE))
+            picks = near[flat[near].argsort(kind="stable")][: self.how.seams]
         else:
             good = np.flatnonzero(flat <= flat.min() + TOLERANCE)
             picks = good[[int(torch.randint(len(good), (1,), generator=self.generator))]]

@@ -75,7 +75,6 @@ def shown_near(sheet: Sheet[Mosaic], box: Box, reach: int, shape: Sequence[int])
     for line, start, stop in zip(np.ogrid[at], box.start, box.stop, strict=True):
         squared = squared + np.maximum(np.maximum(start - line, line - (stop - 1)), 0) ** 2
     share = np.clip(1 - np.sqrt(squared) / reach, 0, 1)
-    where = sheet.sources.coordinates(sheet.places[at][there])[1]
-    numbers = np.ravel_multi_index(tuple(where), tuple(shape))
-    shown: Array = np.bincount(numbers, share[there], minlength=math.prod(shape)).reshape(shape)
-    return shown
+    cell = sheet.sources.cell
+    shown = np.bincount(sheet.places[at][there], share[there], minlength=math.prod(cell)).reshape(cell)
+    return shown[tuple(slice(1, n + 1) for n in shape)]

@@ -12,8 +12,7 @@ import numpy as np
 
 from kwatra.cut import FREE, KEEP, best_cut
 from kwatra.pieces.seams import SeamCost, summed
-from kwatra.pieces.stock import beside
-from kwatra.pieces.stock import Array
+from kwatra.pieces.stock import Array, beside
 
 
 def cheaper(cost: SeamCost, before: Array, after: Array) -> Array:
