@@ -9,7 +9,7 @@ from flow.animation.copies import JUMP
 from flow.animation.reading import Reading
 from kwatra import Exemplar
 from kwatra.pieces import Depth, Hidden, SeamCost
-from kwatra.pieces.stock import Array
+from kwatra.pieces.stock import Array, Stock
 
 NOWHERE = -1e3
 """The source coordinates of what is not yet there: far outside any exemplar."""
@@ -26,8 +26,8 @@ _MOST = 1000.0
 """Costs beyond so many variances are as good as infinite."""
 
 
-class Coordinates:
-    """An exemplar read at source coordinates (2, *S), x first: a `kwatra.pieces.Stock`.
+class Coordinates(Stock):
+    """An exemplar read at source coordinates (2, *S), x first.
 
     It is read between its pixels as what is compared, not shown, needs it: bilinearly. Colors differ by their distance
     in the exemplar's deviations (variance: the mean square of one), times `cost`.
