@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from kwatra.loop import optimize
     from kwatra.result import Progress, Result, Stage
     from kwatra.scoring import measure
-    from kwatra.settings import Blocks, Search, Settings, Solver
+    from kwatra.settings import Settings, Solver
     from kwatra.source import Bags, Prepared
     from kwatra.steps import Ballot, CheapestSeams, Decisive, Mode, Pull, Step, match_histogram, mean, regular, winner
     from kwatra.terms import Charge, HardPixels, PlaceCharge, Quadratic, Scaled, SoftPixels, Stay, Sum, Term, TermLike
@@ -24,7 +24,6 @@ __all__ = [
     "THESIS",
     "Bags",
     "Ballot",
-    "Blocks",
     "Charge",
     "CheapestSeams",
     "Decisive",
@@ -44,7 +43,6 @@ __all__ = [
     "Quadratic",
     "Result",
     "Scaled",
-    "Search",
     "Settings",
     "SoftPixels",
     "Solver",
@@ -70,7 +68,6 @@ __all__ = [
 _HOMES = {
     "Bags": "kwatra.source",
     "Ballot": "kwatra.steps",
-    "Blocks": "kwatra.settings",
     "Charge": "kwatra.terms",
     "CheapestSeams": "kwatra.steps",
     "Decisive": "kwatra.steps",
@@ -90,7 +87,6 @@ _HOMES = {
     "Quadratic": "kwatra.terms",
     "Result": "kwatra.result",
     "Scaled": "kwatra.terms",
-    "Search": "kwatra.settings",
     "Settings": "kwatra.settings",
     "Solver": "kwatra.settings",
     "SoftPixels": "kwatra.terms",

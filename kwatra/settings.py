@@ -1,6 +1,5 @@
 """How to optimize: the settings, validated in one place before any work starts."""
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -9,48 +8,6 @@ from kwatra.levels import Level
 from kwatra.steps.step import Step, regular
 from kwatra.steps.votes import Vote, mean
 from kwatra.windows import Feature, Layout
-
-STARTS = ("aligned", "blocks", "windows", "terms")
-
-
-@dataclass(frozen=True)
-class Blocks:
-    """The blocks of a start, see `kwatra.pieces`.
-
-    size: their size as a share of the exemplar's, in (0, 1]. usage: how strongly the aligned start avoids much-used
-    parts of the exemplar, >= 0. seams: of how many blocks it compares the seams.
-    """
-
-    size: float = 0.5
-    usage: float = 0.5
-    seams: int = 6
-
-    def __post_init__(self) -> None:
-        if not 0 < self.size <= 1:
-            raise InputError(f"the blocks' size is {self.size}; it is a share of the exemplar's in (0, 1]")
-        if not (0 <= self.usage < math.inf):
-            raise InputError(f"the blocks' usage is {self.usage}; it is finite and >= 0")
-        if self.seams < 1:
-            raise InputError(f"the blocks' seams are {self.seams}; at least 1 is compared")
-
-
-@dataclass(frozen=True)
-class Search:
-    """How windows are looked up.
-
-    candidates: how many matches are compared exactly. exact_pairs: up to so many pairs of output and exemplar windows
-    the search is exact where a level leaves the route open; beyond, it is coherent or approximate.
-    """
-
-    candidates: int = 3
-    exact_pairs: int = 1 << 26
-
-    def __post_init__(self) -> None:
-        if self.candidates < 1 or self.exact_pairs < 0:
-            raise InputError(
-                f"the search has {self.candidates} candidates and {self.exact_pairs} exact pairs; give at least 1 "
-                "candidate, and 0 pairs or more"
-            )
 
 
 @dataclass(frozen=True)
@@ -78,22 +35,19 @@ class Settings:
 
     levels: coarse to fine; None plans them from the exemplar. r: exponent of the robust energy, in (0, 2].
     wrap: windows run over the border, so that the output tiles; one answer, or one per axis (a video that loops wraps
-    in time). features: linear features psi compared beside color. start: "aligned" (blocks that continue each other),
-    "blocks" (blocks at random), "windows" (the average of random windows, as in the thesis) or "terms" (of windows that
-    please the terms alone, thesis 7.1). blocks: those of the first two. iterations: per planned level. search: how
-    windows are looked up. vote: what the windows that cover a pixel make of it, see `kwatra.steps.votes`. layout: where
-    windows lie, told the `Step`; asked anew for every iteration. solver: how far a blend without a closed form is
-    solved.
+    in time). features: linear features psi compared beside color. block: how large the blocks of a start are, as a
+    share of the exemplar, in (0, 1]. seams: of how many blocks an aligned start compares the seams. iterations: per
+    planned level. vote: what the windows that cover a pixel make of it, see `kwatra.steps.votes`. layout: where windows
+    lie, told the `Step`; asked anew for every iteration. solver: how far a blend without a closed form is solved.
     """
 
     levels: tuple[Level, ...] | None = None
     r: float = 0.8
     wrap: bool | tuple[bool, ...] = False
     features: tuple[Feature, ...] = ()
-    start: str = "aligned"
-    blocks: Blocks = Blocks()
+    block: float = 0.5
+    seams: int = 6
     iterations: int = 4
-    search: Search = Search()
     vote: Vote = mean
     layout: Callable[[Step], Layout] = regular
     solver: Solver = Solver()
@@ -101,9 +55,9 @@ class Settings:
     def __post_init__(self) -> None:
         if not 0 < self.r <= 2:
             raise InputError(f"r is {self.r}; the robust exponent lies in (0, 2]")
-        if self.start not in STARTS:
-            raise InputError(f"start is {self.start!r}; allowed are {', '.join(STARTS)}")
+        if not 0 < self.block <= 1:
+            raise InputError(f"block is {self.block}; it is a share of the exemplar in (0, 1]")
         if self.levels is not None and not self.levels:
             raise InputError("levels is empty; give at least one level, or None to have them planned")
-        if self.iterations < 1:
-            raise InputError(f"iterations is {self.iterations}; there is at least 1")
+        if min(self.iterations, self.seams) < 1:
+            raise InputError(f"iterations is {self.iterations} and seams {self.seams}; each is at least 1")

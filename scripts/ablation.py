@@ -21,7 +21,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from kwatra import THESIS, Blocks, Exemplar, Feature, Level, Search, Settings, gradient, match_histogram, optimize
+from kwatra import THESIS, Exemplar, Feature, Level, Settings, gradient, match_histogram, optimize
 from synth import read_image, write_image
 
 Variant = Callable[[Tensor, tuple[int, int], int], Tensor]
@@ -30,8 +30,8 @@ Variant = Callable[[Tensor, tuple[int, int], int], Tensor]
 PLAIN = Settings()
 
 
-def with_settings(settings: Settings) -> Variant:
-    return lambda z, size, seed: optimize(Exemplar.of(z), size, settings=settings, seed=seed).image
+def with_settings(settings: Settings = PLAIN, start: str = "aligned") -> Variant:
+    return lambda z, size, seed: optimize(Exemplar.of(z), size, settings=settings, start=start, seed=seed).image
 
 
 def histogram_matched(z: Tensor, size: tuple[int, int], seed: int) -> Tensor:
@@ -45,25 +45,22 @@ def colors_carried(z: Tensor, size: tuple[int, int], seed: int) -> Tensor:
         there = (-(-size[0] // factor), -(-size[1] // factor))
         exemplar = Exemplar.of(z).coarser((factor, factor))
         settings = replace(PLAIN, levels=tuple(Level(1, width) for width in widths))
-        start = None if image is None else F.interpolate(image[None], there, mode="bicubic", antialias=True)[0]
+        start = "aligned" if image is None else F.interpolate(image[None], there, mode="bicubic", antialias=True)[0]
         image = optimize(exemplar, there, settings=settings, seed=seed, start=start).image
     assert image is not None
     return image
 
 
 VARIANTS: dict[str, Variant] = {
-    "default": with_settings(PLAIN),
-    "textbook": with_settings(replace(PLAIN, start="windows", levels=THESIS)),
-    "random windows": with_settings(replace(PLAIN, start="windows")),
-    "random blocks": with_settings(replace(PLAIN, start="blocks")),
-    "smaller blocks": with_settings(replace(PLAIN, blocks=Blocks(size=0.25))),
-    "one seam": with_settings(replace(PLAIN, blocks=Blocks(seams=1))),
-    "usage ignored": with_settings(replace(PLAIN, blocks=Blocks(usage=0.0))),
-    "usage 1.0": with_settings(replace(PLAIN, blocks=Blocks(usage=1.0))),
+    "default": with_settings(),
+    "textbook": with_settings(replace(PLAIN, levels=THESIS), "windows"),
+    "random windows": with_settings(start="windows"),
+    "random blocks": with_settings(start="blocks"),
+    "smaller blocks": with_settings(replace(PLAIN, block=0.25)),
+    "one seam": with_settings(replace(PLAIN, seams=1)),
     "thesis levels": with_settings(replace(PLAIN, levels=THESIS)),
     "finest only": with_settings(replace(PLAIN, levels=(Level(1, 16), Level(1, 8)))),
     "colors carried": colors_carried,
-    "one candidate": with_settings(replace(PLAIN, search=Search(candidates=1))),
     "not robust": with_settings(replace(PLAIN, r=2.0)),
     "gradients too": with_settings(replace(PLAIN, features=(Feature(gradient, 1.0),))),
     "histogram": histogram_matched,

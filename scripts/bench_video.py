@@ -63,10 +63,10 @@ def as_published(task: Task) -> Tensor:
     depth = min(4, frames, task.clip.shape[1])
     for factor in [factor for factor in (4, 2, 1) if factor == 1 or least >= 16 * factor]:
         there = (frames, -(-height // factor), -(-width // factor))
-        level = Level(1, min(16, least // factor), depth=depth)
-        start = None if image is None else F.interpolate(image[None], there, mode="trilinear")[0]
+        level = Level(1, min(16, least // factor), depth=depth, route="approximate")
+        start = "windows" if image is None else F.interpolate(image[None], there, mode="trilinear")[0]
         coarse = exemplar.coarser((1, factor, factor))
-        settings = Settings(levels=(level,), start="windows")
+        settings = Settings(levels=(level,))
         image = optimize(coarse, there, settings=settings, seed=task.seed, start=start).image
     assert image is not None  # there is at least one level
     return image

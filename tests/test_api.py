@@ -9,9 +9,9 @@ import kwatra
 import synth
 
 PUBLIC = {
-    kwatra: """THESIS Bags Ballot Blocks Charge CheapestSeams Decisive Exemplar Feature FreeWindows Grid HardPixels
-        InputError Lattice Level Mode PlaceCharge Prepared Progress Pull Quadratic Result Scaled Search Settings
-        SoftPixels Solver Stage Stay Step Sum Term TermLike element_size find_lattice gradient match_histogram mean
+    kwatra: """THESIS Bags Ballot Charge CheapestSeams Decisive Exemplar Feature FreeWindows Grid HardPixels
+        InputError Lattice Level Mode PlaceCharge Prepared Progress Pull Quadratic Result Scaled Settings SoftPixels
+        Solver Stage Stay Step Sum Term TermLike element_size find_lattice gradient match_histogram mean
         measure optimize
         place_dependence planned_levels regular winner""",
     flow: """NAMES PRESETS Field Frame Lookup Renewing State VolumeFlow Warp animate around at_speed disc disc_mask

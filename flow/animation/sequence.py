@@ -182,13 +182,14 @@ class Motion:
             nowhere = torch.full((2, *self.shape), NOWHERE, device=self.device)
             empty = self._picture(nowhere, inside) * 0
             return self._frame(State(0, nowhere, inside, empty), {})
+        start: Tensor | str = "aligned"
         if first is not None:
-            synthesis = replace(synthesis, levels=_PROJECTION)
+            start, synthesis = first, replace(synthesis, levels=_PROJECTION)
         mask = None if self.mask is None else inside
         pages = self.film.spread(max(_BEGINNING // (self.film.pitch * self.film.strip.shape[1]), 2))
         exemplar = self.film.cut(self.film.strip, pages)
         stay = [Stay(STAYING)] if self.film.scene and first is None else []
-        still = optimize(exemplar, self.shape, settings=synthesis, terms=stay, start=first, mask=mask, seed=self.seed)
+        still = optimize(exemplar, self.shape, settings=synthesis, terms=stay, start=start, mask=mask, seed=self.seed)
         source = tidied(self.film.uncut(still.where, pages).flip(0).float(), inside, inside)
         return self._frame(State(0, source, inside, self._picture(source, inside)), {})
 

@@ -5,6 +5,7 @@ from kwatra.elements.lattice import Lattice, find_lattice
 from kwatra.elements.place import place_dependence
 from kwatra.elements.repeating import continued, out_of_step
 from kwatra.elements.size import element_size
+from kwatra.elements.translation import translation
 
 __all__ = [
     "Ground",
@@ -15,4 +16,5 @@ __all__ = [
     "find_lattice",
     "out_of_step",
     "place_dependence",
+    "translation",
 ]

@@ -40,7 +40,7 @@ def optimize(
     settings: Settings | None = None,
     terms: TermLike | Sum | Sequence[TermLike | Sum] = (),
     mask: Tensor | None = None,
-    start: Tensor | None = None,
+    start: Tensor | str = "aligned",
     seed: int = 0,
     between: Between | None = None,
     callback: Callable[[Progress], None] | None = None,
@@ -49,16 +49,16 @@ def optimize(
 
     texture: an exemplar; or a `Prepared` one, which keeps its windows for the next call; or what else has windows, such
     as `Bags`. shape: (H, W) or (T, H, W). mask: boolean (*shape), True where texture belongs; what the start and the
-    terms hold behind it has no influence, and the result has the start's pixels there, or 0. start: an image
-    (C, *shape) to improve instead of beginning anew. between: applied to the image after each blend, with the `Step`.
-    callback: told after each iteration. Runs on the texture's device. Memory grows with the output and with the
-    exemplar, never with their product. Raises InputError for what cannot be done, FloatingPointError should the energy
-    or the image cease to be finite.
+    terms hold behind it has no influence, and the result has the start image's pixels there, or 0. start: what to
+    improve, an image (C, *shape) or one that is made: "aligned" (blocks that continue each other), "blocks" (blocks at
+    random), "windows" (the average of random windows, as in the thesis) or "terms" (of windows that please the terms
+    alone, thesis 7.1). between: applied to the image after each blend, with the `Step`. callback: told after each
+    iteration. Runs on the texture's device. Memory grows with the output and with the exemplar, never with their
+    product. Raises InputError for what cannot be done, FloatingPointError should the energy or the image cease to be
+    finite.
     """
-    task = task_of(texture, shape, settings or Settings(), terms, mask, seed, start is not None)
-    if start is not None:
-        task.check_start(start)
-    begun = _begun(task, start)
+    task = task_of(texture, shape, settings or Settings(), terms, mask, start, seed)
+    begun = _begun(task)
     task, image, where, factors, _ = begun
     report, stopped = _Report(task.levels, callback), ""
     for number, level in enumerate(task.levels):
@@ -69,7 +69,7 @@ def optimize(
             image, where = _uncut(begun, image, where, factors)
         report.stages.append(Stage(number, level.factor, level.width, image))
     assert image is not None  # there is at least one level
-    return _result(task, image, where, factors, start, report, stopped)
+    return _result(task, image, where, factors, report, stopped)
 
 
 class _Beginning(NamedTuple):
@@ -85,14 +85,14 @@ class _Beginning(NamedTuple):
     gaps: Gaps | None = None
 
 
-def _begun(task: Task, start: Tensor | None) -> _Beginning:
+def _begun(task: Task) -> _Beginning:
     """The beginning of a task.
 
     A picture that is exactly periodic is continued before any level, of which only the finest are left to do.
     """
     factors, exemplar = (1,) * len(task.shape), task.texture.exemplar
-    if start is not None or exemplar is None or task.settings.start not in ("aligned", "blocks"):
-        return _Beginning(task, start, None, factors)
+    if exemplar is None or task.start not in ("aligned", "blocks"):
+        return _Beginning(task, task.image, None, factors)
     where = repeated(task, exemplar)
     if where is not None:
         finest = tuple(level for level in task.levels if level.factor == 1)
@@ -141,7 +141,6 @@ def _result(
     image: Tensor,
     where: Tensor | None,
     factors: tuple[int, ...],
-    start: Tensor | None,
     report: "_Report",
     stopped: str,
 ) -> Result:
@@ -158,8 +157,8 @@ def _result(
     else:
         where = source = torch.empty(0, *task.shape, dtype=torch.long, device=image.device)
         image = full.held(enlarged(image, task.shape))
-    if task.mask is not None and start is not None:
-        image = torch.where(task.mask, image, start)
+    if task.mask is not None and task.image is not None:
+        image = torch.where(task.mask, image, task.image)
     return Result(image, source, where, report.rows, report.stages, stopped)
 
 

@@ -14,13 +14,15 @@ from kwatra.source import Bags, Prepared, Texture
 from kwatra.terms import Controls, Sum, TermLike, check_controls, parts_of
 from kwatra.windows import per_axis
 
+STARTS = ("aligned", "blocks", "windows", "terms")
+
 
 @dataclass(frozen=True, eq=False)
 class Task:
     """A texture, the output's spatial shape, how to work, what is asked of it, and the one source of randomness.
 
-    levels: coarse to fine. mask: boolean (*shape), or None where texture belongs everywhere. made: the controls that
-    were asked for, by resolution.
+    levels: coarse to fine. mask: boolean (*shape), or None where texture belongs everywhere. start: one of STARTS, or
+    "image" where `image` (C, *shape) is what to begin with. made: the controls that were asked for, by resolution.
     """
 
     texture: Texture
@@ -29,6 +31,8 @@ class Task:
     levels: tuple[Level, ...]
     terms: tuple[TermLike, ...]
     mask: Tensor | None
+    start: str
+    image: Tensor | None
     generator: torch.Generator
     made: dict[tuple[int, ...], Controls] = field(default_factory=dict)
 
@@ -49,13 +53,19 @@ class Task:
             self.made[factors] = Controls(terms, self.mask, factors, self.shape, self.channels, device)
         return self.made[factors]
 
-    def check_start(self, start: Tensor) -> None:
-        """Refuse with InputError an image of another shape than the output, or one that is not finite."""
-        if tuple(start.shape) != (self.channels, *self.shape):
+    def check_start(self) -> None:
+        """Refuse with InputError a start of no known name, of terms that are not there, or from an unfit image."""
+        if self.image is None:
+            if self.start not in STARTS:
+                raise InputError(f"the start is {self.start!r}; give an image, or one of {', '.join(STARTS)}")
+            if self.start == "terms" and not self.terms:
+                raise InputError("the start is 'terms' but there is no term; give one, or another start")
+            return
+        if tuple(self.image.shape) != (self.channels, *self.shape):
             raise InputError(
-                f"the start image has shape {tuple(start.shape)}; the output needs {(self.channels, *self.shape)}"
+                f"the start image has shape {tuple(self.image.shape)}; the output needs {(self.channels, *self.shape)}"
             )
-        if not bool((start if self.mask is None else start[:, self.mask]).isfinite().all()):
+        if not bool((self.image if self.mask is None else self.image[:, self.mask]).isfinite().all()):
             raise InputError("the start image holds NaN or infinite pixels; replace them first")
 
 
@@ -65,21 +75,21 @@ def task_of(
     settings: Settings,
     terms: TermLike | Sum | Sequence[TermLike | Sum],
     mask: Tensor | None,
+    start: Tensor | str,
     seed: int,
-    started: bool = False,
 ) -> Task:
-    """The task, checked; started: whether an image is given to begin with. InputError for what cannot be done."""
+    """The task, checked: InputError for what cannot be done."""
     texture = Prepared(texture) if isinstance(texture, Exemplar) else texture
     shape = whole_sizes(shape, _axes(texture, shape))
     if mask is not None:
         check_mask(mask, shape)
         mask = None if bool(mask.all()) else mask
     parts = parts_of(terms)
-    levels = _levels(texture, shape, settings, bool(parts) or started)
-    task = Task(texture, shape, settings, levels, parts, mask, generator_of(seed))
+    name, image = (start, None) if isinstance(start, str) else ("image", start)
+    levels = _levels(texture, shape, settings, bool(parts) or name != "aligned")
+    task = Task(texture, shape, settings, levels, parts, mask, name, image, generator_of(seed))
     per_axis(settings.wrap, len(shape))
-    if settings.start == "terms" and not task.terms:
-        raise InputError("the start is 'terms' but there is no term; give one, or another start")
+    task.check_start()
     check_controls(task.controls((1,) * len(shape)), torch.zeros(task.channels, *shape, device=texture.device))
     return task
 
@@ -94,7 +104,7 @@ def _axes(texture: Texture, shape: Sequence[int]) -> int:
 def _levels(texture: Texture, shape: tuple[int, ...], settings: Settings, steered: bool) -> tuple[Level, ...]:
     """The levels asked for, or planned ones; of bags, one for each.
 
-    steered: whether terms or an image to begin with ask for what blocks laid for their seams alone would not bring.
+    steered: whether terms or the start ask for what blocks laid for their seams alone would not bring.
     """
     if settings.levels is not None:
         return settings.levels
@@ -103,6 +113,6 @@ def _levels(texture: Texture, shape: tuple[int, ...], settings: Settings, steere
     if texture.exemplar is None:
         raise InputError("a texture without an exemplar has no levels of its own; give some in the settings")
     planned = planned_levels(texture.exemplar, shape, settings.iterations)
-    if steered or settings.start != "aligned" or len(shape) > 2 or min(texture.exemplar.extent) > LAID_FINE:
+    if steered or len(shape) > 2 or min(texture.exemplar.extent) > LAID_FINE:
         return planned
     return finishing(planned)

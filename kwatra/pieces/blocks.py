@@ -15,7 +15,6 @@ can go around an element.
 import math
 from collections.abc import Sequence
 from itertools import product
-from typing import TYPE_CHECKING
 
 import numpy as np
 import torch
@@ -37,9 +36,6 @@ from kwatra.pieces.sheet import Cut, Patch, Sheet, each
 from kwatra.pieces.stock import Array
 from kwatra.pieces.wished import Wished, variance
 from kwatra.terms import PlaceCharge, Wish
-
-if TYPE_CHECKING:
-    from kwatra.settings import Blocks
 
 GOOD = 0.05
 """Cost is counted in the mean (geometric) of the least disagreement and the one this share of blocks stays below. Half
@@ -81,8 +77,8 @@ class BlockStart:
     """Lays blocks of an exemplar on an output of spatial `shape`; `run` returns the source map (n, *shape).
 
     block: its size; grain: what offsets are multiples of. wraps: along which axes the output is periodic; None for
-    none. how: what a block costs whose pixels were used once more than all on average, and of how many the seams are
-    compared. aligned: False takes whole blocks at random. lattice: on which elements stand, if they do.
+    none. usage: what a block costs whose pixels were used once more than all on average. seams: of how many blocks the
+    seams are compared. aligned: False takes whole blocks at random. lattice: on which elements stand, if they do.
     places: what is charged for where in the exemplar a block comes from. wish: values that pixels should have, with
     weights; a weight of 1 counts fully, as what is laid already.
     """
@@ -96,7 +92,8 @@ class BlockStart:
         generator: torch.Generator,
         *,
         wraps: Sequence[bool] | None = None,
-        how: "Blocks",
+        usage: float,
+        seams: int,
         aligned: bool = True,
         lattice: Lattice | None = None,
         places: Sequence[PlaceCharge] = (),
@@ -104,7 +101,7 @@ class BlockStart:
     ) -> None:
         self.exemplar, self.shape = exemplar, tuple(shape)
         self.grain, self.generator = tuple(grain), generator
-        self.how, self.aligned = how, aligned
+        self.usage, self.seams, self.aligned = usage, seams, aligned
         self.lattice, self.places = lattice, places
         self.continuation = CONTINUATION if len(self.shape) == 2 else CONTINUATION_IN_TIME
         share = exemplar.share.cpu()
@@ -118,11 +115,10 @@ class BlockStart:
         self.middle = torch.stack([mean(channel) for channel in colors]).double().view(share.shape)
         self.weights = share.double().sqrt()
         self.image = ((colors - self.middle) * self.weights).numpy()
-        self.used = np.zeros(exemplar.shape)
+        self.used, self.laid = np.zeros(exemplar.shape), 0
         self.wish = Wished.of(wish, self.middle, self.weights)
         self.variance = variance(exemplar, self.wish)
         self.contrast = 2 * self.variance**0.5 / mosaic.step
-        self.laid = 0
         heeded = aligned and self.wish is None and len(self.shape) == 2
         self.gaps = gaps(exemplar, mosaic, self.contrast / 2) if heeded else None
         if self.gaps is not None:
@@ -221,10 +217,10 @@ class BlockStart:
         cost = (mismatch + away / self.variance) / scale + self._repetition(box, known, at, same, valid)
         flat = np.where(valid, cost, math.inf).ravel()
         wished = self.wish is not None and self.wish.anything(at)
-        if self.how.seams > 1 and self.aligned and known.any() and not wished:
-            last = min(self.how.seams, len(flat)) - 1
+        if self.seams > 1 and self.aligned and known.any() and not wished:
+            last = min(self.seams, len(flat)) - 1
             near = np.flatnonzero(flat <= min(np.partition(flat, last)[last], flat.min() + ACCEPTABLE))
-            picks = near[flat[near].argsort(kind="stable")][: self.how.seams]
+            picks = near[flat[near].argsort(kind="stable")][: self.seams]
         else:
             good = np.flatnonzero(flat <= flat.min() + TOLERANCE)
             picks = good[[int(torch.randint(len(good), (1,), generator=self.generator))]]
@@ -236,7 +232,7 @@ class BlockStart:
         same: how many pixels a block shows where they are shown already: it then continues a copy.
         """
         used = self.corners.sums(self.used) / self.corners.pixels
-        shown: Array = self.how.usage * (used - self.used.mean()) + self.continuation * (same > 0)
+        shown: Array = self.usage * (used - self.used.mean()) + self.continuation * (same > 0)
         if self.aligned and len(self.shape) == 2:
             near = shown_near(self.sheet, box, max(self.corners.block), self.used.shape)
             shown = shown + NEAR / self.corners.pixels * (self.corners.sums(near) - same)

@@ -33,10 +33,12 @@ from kwatra.windows.flat import continued
 SETTLED = 1e-7
 """Squared distance (mean over a window, colors in [0, 1]) up to which a match counts as a verbatim copy: rounding."""
 
+CANDIDATES = 3
+"""How many matches are compared exactly; ten guided images score the same with 2, and follow their guide alike."""
+
 PARTIAL = 4
 """So many times more candidates are compared where the descriptor is a guess: for partly masked windows, and where
 terms charge for what no descriptor tells."""
-
 
 DRAWN = 32
 """So many windows are drawn for each place where terms alone decide; tuned on nothing, cost grows with it."""
@@ -56,8 +58,8 @@ class Found:
 class Matching:
     """Finds the matches of all windows of a layout; `given` says which pixels are masked or fixed."""
 
-    def __init__(self, source: Source, layout: Layout, candidates: int, given: Given | None) -> None:
-        self.source, self.layout, self.candidates = source, layout, candidates
+    def __init__(self, source: Source, layout: Layout, given: Given | None) -> None:
+        self.source, self.layout = source, layout
         self.mask = None if given is None else given.mask
         self.free = None if given is None else (~given.fixed).float()
         self.active = None if given is None else self._any(given.free)
@@ -95,7 +97,7 @@ class Matching:
             away = wants.away(corners, source, coherent)
             number, squared = nearest_in_place(pixels, corners, source, coherent, SETTLED, away)
         if route != "coherent":
-            open_, k = squared > SETTLED, self.candidates * (PARTIAL if wants.places else 1)
+            open_, k = squared > SETTLED, CANDIDATES * (PARTIAL if wants.places else 1)
             open_ = open_ if self.active is None else open_ & self.active
             for pick in open_.nonzero()[:, 0].split(max(CHUNK // source.metric.weight.numel(), 1)):
                 windows = windows_at(pixels, corners[pick], source.width)
@@ -130,7 +132,7 @@ class Matching:
             if asked.weight is not None and asked.value is not None:
                 present = (asked.weight > 0).any(-1, keepdim=True).float()
                 wished = self.source.describe(self.source.completed(asked.value, present))
-                candidates = torch.cat([self.source.nearest(wished, self.candidates, "approximate"), candidates], 1)
+                candidates = torch.cat([self.source.nearest(wished, CANDIDATES, "approximate"), candidates], 1)
             number, _ = cheapest(self.source, candidates, partial(asked.pleasing, self.source.metric))
             found.append(number)
         return torch.cat(found)
@@ -178,7 +180,7 @@ class Matching:
 
     def _candidates(self, asked: Asked, wants: Wants, near: Tensor | None, route: str, asks: bool) -> Tensor:
         """The most promising matches (N, k) of windows: the one they have first, then those estimated nearest."""
-        k = self.candidates * (1 if self.mask is None and not asked.charges and not wants.places else PARTIAL)
+        k = CANDIDATES * (1 if self.mask is None and not asked.charges and not wants.places else PARTIAL)
         described = self.source.describe(asked.target(self.source, None if near is None else near[:, 0]))
         if near is None:
             rest = self.source.nearest(described, k, route)

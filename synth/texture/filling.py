@@ -98,7 +98,7 @@ def _filled(
     """The part of an image (C, H, W) that holds the missing pixels (H, W) with a margin, filled, and where it lies."""
     settings, tries = PRESETS[preset]
     levels = kwatra.planned_levels(source, missing.shape, settings.iterations)
-    settings = replace(settings, levels=levels, r=ROBUST, blocks=replace(settings.blocks, size=BLOCK))
+    settings = replace(settings, levels=levels, r=ROBUST, block=BLOCK)
     box = _box(missing, [max(level.factors(missing.ndim)[axis] * level.window(missing.ndim)[axis] for level in levels)
                          for axis in range(missing.ndim)])  # fmt: skip
     device = source.canvas.device

@@ -123,7 +123,7 @@ class Guide:
     def settings(self, settings: Settings, pictures: Sequence[Tensor], size: Sequence[int]) -> Settings:
         """Settings that suit a guide: levels planned from the pictures without it, and small blocks."""
         levels = settings.levels or planned_levels(Exemplar.of(list(pictures)), size, settings.iterations)
-        return replace(settings, levels=levels, blocks=replace(settings.blocks, size=BLOCK))
+        return replace(settings, levels=levels, block=BLOCK)
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ import torch
 from torch import Tensor
 
 import kwatra
-from kwatra import Blocks, Exemplar, InputError, Level, Prepared, Progress, Result, Search, Settings, Sum, TermLike
+from kwatra import Exemplar, InputError, Level, Prepared, Progress, Result, Settings, Sum, TermLike
 from kwatra.scoring import Ranking
 from kwatra.terms import parts_of
 from kwatra.windows import per_axis
@@ -24,7 +24,7 @@ from synth.texture.stretch import Memory, Stretch, planned_stretches
 from synth.texture.synthesis import Synthesis
 
 PRESETS = {
-    "fast": (Settings(blocks=Blocks(seams=1), iterations=1, search=Search(candidates=2, exact_pairs=1 << 22)), 1),
+    "fast": (Settings(seams=1, iterations=1), 1),
     "default": (Settings(), 1),
     "best": (Settings(iterations=6), 6),
 }
@@ -145,7 +145,7 @@ class Work(Generic[Image]):
         source = Prepared(self.source)  # its windows are described once for all tries
         run = partial(
             kwatra.optimize, source, size, settings=settings, terms=terms, mask=self.mask,
-            start=self.start,
+            start="aligned" if self.start is None else self.start,
         )  # fmt: skip
         even = None if len(size) == 2 or self.steered else partial(self._evened, part, settings)
         return _Runs(self.tries, part.seed(seed), callback, self.channels, even).best(run, self.source)

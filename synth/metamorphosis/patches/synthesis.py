@@ -79,7 +79,6 @@ class Synthesis:
         last = _Last(Mode(rounds=_ROUNDS) if self.mean_shift else mean)
         settings = Settings(
             levels=tuple(Level(*m.level, self.iterations) for m in levels),
-            start="windows",
             wrap=wrap,
             vote=Relaxed(last) if self.relaxed else last,
             layout=BestCenters(known) if self.free_centers else regular,

@@ -8,7 +8,7 @@ from skimage import data
 from torch.utils._python_dispatch import TorchDispatchMode
 
 import flow
-from kwatra import Blocks, Exemplar, Settings
+from kwatra import Exemplar, Settings
 
 
 class Work(TorchDispatchMode):
@@ -25,7 +25,7 @@ def test_the_presets_spend_rising_work_on_a_frame() -> None:
     exemplar = Exemplar.of(torch.from_numpy(data.gravel()[:96, :96].astype(np.float32) / 255)[None])
     work = []
     for preset in flow.PRESETS.values():
-        start = Settings(blocks=Blocks(seams=1), iterations=1)
+        start = Settings(seams=1, iterations=1)
         frames = flow.animate(exemplar, flow.rotation(12.0), (128, 128), frames=2, renewing=preset, synthesis=start)
         next(frames)
         with Work() as counted:

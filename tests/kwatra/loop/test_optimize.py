@@ -5,13 +5,11 @@ import pytest
 import torch
 
 from kwatra import (
-    Blocks,
     Exemplar,
     Feature,
     InputError,
     Level,
     Quadratic,
-    Search,
     Settings,
     SoftPixels,
     gradient,
@@ -40,8 +38,8 @@ def checkerboard(size, square):
 @pytest.mark.parametrize("r", [2.0, 0.8])
 def test_em_never_raises_the_energy_on_a_level(r, features):
     # the metric is exact (full search, falloff alike in search and blend), so both steps can only lower it
-    settings = Settings(levels=(Level(1, 8, 8, route="exact"),), r=r, features=features, start="windows")
-    rows = optimize(Exemplar.of(texture()), (40, 44), settings=settings).energies
+    settings = Settings(levels=(Level(1, 8, 8, route="exact"),), r=r, features=features)
+    rows = optimize(Exemplar.of(texture()), (40, 44), settings=settings, start="windows").energies
     energies = [row["texture"] for row in rows]
     assert len(energies) == 8
     assert energies[-1] < 0.97 * energies[0]
@@ -141,7 +139,7 @@ def test_ending_below_full_resolution_shows_the_matches_at_full_resolution():
 @pytest.mark.parametrize("start", ["blocks", "windows"])
 def test_other_starts_also_end_in_texture(start):
     z = texture()
-    result = optimize(Exemplar.of(z), (48, 48), settings=Settings(levels=SMALL, start=start))
+    result = optimize(Exemplar.of(z), (48, 48), settings=Settings(levels=SMALL), start=start)
     assert result.energies[-1]["texture"] < result.energies[0]["texture"]
     assert result.image.std() > 0.6 * z.std()
 
@@ -271,23 +269,18 @@ def test_bad_requests_are_said_in_a_sentence():
         optimize(exemplar, (40, 40.5))
     with pytest.raises(InputError, match="at least 4 are needed"):
         optimize(exemplar, (1, 1))
+    with pytest.raises(InputError, match="the start is 'noise'; give an image, or one of aligned, blocks"):
+        optimize(exemplar, (40, 40), start="noise")
     with pytest.raises(InputError, match="the start image has shape"):
         optimize(exemplar, (40, 40), start=torch.zeros(1, 40, 41))
     with pytest.raises(InputError, match="start image holds NaN"):
         optimize(exemplar, (40, 40), start=torch.full((1, 40, 40), torch.nan))
     for settings, message in [
         ({"r": 0.0}, r"r is 0.0; the robust exponent"),
-        ({"start": "noise"}, "start is 'noise'"),
         ({"levels": ()}, "levels is empty"),
-        ({"iterations": 0}, "iterations is 0; there is at least 1"),
+        ({"iterations": 0}, "iterations is 0 and seams 6; each is at least 1"),
+        ({"block": 0.0}, r"block is 0.0; it is a share of the exemplar in \(0, 1\]"),
+        ({"seams": 0}, "iterations is 4 and seams 0"),
     ]:
         with pytest.raises(InputError, match=message):
             Settings(**settings)
-    for part, wrong, message in [
-        (Blocks, {"size": 0.0}, "blocks' size is 0.0"),
-        (Blocks, {"usage": -1.0}, "blocks' usage is -1.0"),
-        (Blocks, {"seams": 0}, "seams are 0; at least 1"),
-        (Search, {"candidates": 0}, "the search has 0 candidates"),
-    ]:
-        with pytest.raises(InputError, match=message):
-            part(**wrong)

@@ -3,7 +3,7 @@ import torch
 from bench_elements import cut_elements
 from made import MADE
 
-from kwatra import Blocks, Exemplar, optimize
+from kwatra import Exemplar, optimize
 from kwatra.elements import Lattice
 from kwatra.pieces import BlockStart, Gaps, gaps
 
@@ -13,7 +13,7 @@ def cut(made, monkeypatch=None):
     if monkeypatch is not None:
         monkeypatch.setattr("kwatra.pieces.blocks.gaps", lambda *_: None)
     generator = torch.Generator().manual_seed(0)
-    start = BlockStart(Exemplar.of(made.image), (192, 192), (80, 80), (1, 1), generator, how=Blocks())
+    start = BlockStart(Exemplar.of(made.image), (192, 192), (80, 80), (1, 1), generator, usage=0.5, seams=6)
     where = start.run()
     return cut_elements(made.numbers.numpy(), (where[0] * 128 + where[1]).numpy())["cut"]
 
@@ -28,13 +28,15 @@ def test_elements_stay_whole_where_there_are_gaps(name, most, monkeypatch):
 
 def test_noise_has_no_gaps():
     noise = torch.rand(3, 64, 64, generator=torch.Generator().manual_seed(0))
-    start = BlockStart(Exemplar.of(noise), (64, 64), (16, 16), (1, 1), torch.Generator().manual_seed(0), how=Blocks())
+    start = BlockStart(
+        Exemplar.of(noise), (64, 64), (16, 16), (1, 1), torch.Generator().manual_seed(0), usage=0.5, seams=6
+    )
     assert gaps(start.exemplar, start.sheet.sources, 1.0) is None
 
 
 def test_blocks_grow_with_their_overlaps_where_the_exemplar_is_large_enough():
     made = MADE["coins"](128, 24, 0)
-    start = BlockStart(Exemplar.of(made.image), (96, 96), (32, 32), (4, 4), torch.Generator(), how=Blocks())
+    start = BlockStart(Exemplar.of(made.image), (96, 96), (32, 32), (4, 4), torch.Generator(), usage=0.5, seams=6)
     found = start.gaps._replace(overlap=20)
     assert found.widened((32, 64), (8, 16), (96, 60), (4, 4)) == ((40, 64), (16, 20))
     assert found._replace(overlap=5).widened((32, 32), (8, 8), (96, 96), (4, 4)) == ((32, 32), (8, 8))
@@ -47,7 +49,7 @@ def test_blocks_that_fit_between_holes_are_kept_where_larger_ones_do_not():
     mask = torch.ones(128, 128, dtype=torch.bool)
     mask[:, ::34] = False
     start = BlockStart(
-        Exemplar.of([made.image], masks=[mask]), (96, 96), (32, 32), (1, 1), torch.Generator(), how=Blocks()
+        Exemplar.of([made.image], masks=[mask]), (96, 96), (32, 32), (1, 1), torch.Generator(), usage=0.5, seams=6
     )
     assert start.corners.block == (32, 32)
     assert max(start.overlap) <= 16
@@ -76,15 +78,17 @@ def test_where_em_is_not_taken_pixels_are_the_exemplars_own():
 def test_blocks_grow_to_at_most_half_of_an_axis_that_wraps():
     made = MADE["coins"](128, 24, 0)
     wraps, generator = (True, False), torch.Generator()
-    start = BlockStart(Exemplar.of(made.image), (64, 64), (30, 30), (1, 1), generator, wraps=wraps, how=Blocks())
+    start = BlockStart(Exemplar.of(made.image), (64, 64), (30, 30), (1, 1), generator, wraps=wraps, usage=0.5, seams=6)
     assert start.corners.block == (32, 37)
-    start = BlockStart(Exemplar.of(made.image), (60, 64), (24, 24), (4, 4), generator, wraps=wraps, how=Blocks())
+    start = BlockStart(Exemplar.of(made.image), (60, 64), (24, 24), (4, 4), generator, wraps=wraps, usage=0.5, seams=6)
     assert start.corners.block == (28, 32)  # on the grain
 
 
 def test_blocks_do_not_grow_where_elements_stand_on_a_lattice():
     made = MADE["coins"](128, 24, 0)
     lattice, generator = Lattice(24 * torch.eye(2), 1.0), torch.Generator()
-    start = BlockStart(Exemplar.of(made.image), (96, 96), (32, 32), (4, 4), generator, how=Blocks(), lattice=lattice)
+    start = BlockStart(
+        Exemplar.of(made.image), (96, 96), (32, 32), (4, 4), generator, usage=0.5, seams=6, lattice=lattice
+    )
     assert start.corners.block == (32, 32)
     assert start.overlap == (16, 16)

@@ -7,10 +7,10 @@ import torch
 from skimage import data
 from torch import Tensor
 
-from kwatra import Blocks, Exemplar, InputError, Settings, optimize
+from kwatra import Exemplar, InputError, Settings, SoftPixels, optimize
 from kwatra.loop.task import task_of
 from kwatra.pieces import BlockStart, block_start, blocks
-from kwatra.pieces.start import block_size
+from kwatra.pieces.start import USAGE, USAGE_IN_TIME, block_size
 from kwatra.terms.controls import Wish
 
 
@@ -25,8 +25,8 @@ class Laid(NamedTuple):
 
 
 def run(exemplar, shape, block, grain=(1, 1), seed=0, **options):
-    how = Blocks(usage=options.pop("usage", 0.35), seams=options.pop("seams", 1))
-    start = BlockStart(exemplar, shape, block, grain, torch.Generator().manual_seed(seed), how=how, **options)
+    options = {"usage": 0.35, "seams": 1} | options
+    start = BlockStart(exemplar, shape, block, grain, torch.Generator().manual_seed(seed), **options)
     where = start.run()
     return Laid(exemplar.canvas[(slice(None), *where)], where, start)
 
@@ -180,13 +180,23 @@ def test_use_is_counted_as_pixels_are_shown():
     np.testing.assert_array_equal(start.used, count.numpy())
 
 
-def laid(monkeypatch, exemplar, shape):
+def laid(monkeypatch, exemplar, shape, terms=()):
     """The start that an optimization begins with."""
     starts, run = [], BlockStart.run
     with monkeypatch.context() as patched:
         patched.setattr(BlockStart, "run", lambda self: starts.append(self) or run(self))
-        block_start(task_of(exemplar, shape, Settings(), (), None, 0), exemplar)
+        block_start(task_of(exemplar, shape, Settings(), terms, None, "aligned", 0), exemplar)
     return starts[0]
+
+
+def test_use_costs_more_in_videos_and_nothing_where_all_only_translates(monkeypatch):
+    sheet = torch.rand(1, 40, 40, generator=torch.Generator().manual_seed(0))
+    panned = torch.stack([sheet[:, t : t + 24, 5:29] for t in range(4)], 1)
+    boiling = torch.rand(1, 4, 24, 24, generator=torch.Generator().manual_seed(0))
+    given = (sheet, (20, 20)), (boiling, (4, 20, 20)), (panned, (4, 20, 20))
+    assert [laid(monkeypatch, Exemplar.of(x), shape).usage for x, shape in given] == [USAGE, USAGE_IN_TIME, 0.0]
+    wish = SoftPixels(torch.ones(1, 4, 20, 20), torch.ones(1, 4, 20, 20))
+    assert laid(monkeypatch, Exemplar.of(boiling), (4, 20, 20), (wish,)).usage == USAGE
 
 
 @pytest.mark.parametrize("rotate", [(), (30.0, 60.0)])

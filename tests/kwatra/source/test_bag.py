@@ -1,7 +1,7 @@
 import pytest
 import torch
 
-from kwatra import Bags, Exemplar, InputError, Settings, optimize
+from kwatra import Bags, Exemplar, InputError, optimize
 from kwatra.source import Bag, Joined, Placed, SourceWindows
 
 
@@ -34,7 +34,7 @@ def test_a_bag_of_four_colors_is_searched_and_read():
 
 def test_an_image_of_bags_holds_nothing_else():
     texture = Bags({(2, 4): plain(4), (1, 8): plain(8)})
-    result = optimize(texture, (24, 20), settings=Settings(start="windows"))
+    result = optimize(texture, (24, 20), start="windows")
     assert result.image.shape == (3, 24, 20)
     assert [stage.width for stage in result.stages] == [4, 8]
     assert result.where.shape == result.source.shape == (0, 24, 20)  # there is no canvas to come from

@@ -75,9 +75,9 @@ def test_a_search_in_place_is_never_worse_than_one_of_windows_copied_out(route, 
     grid = Grid((48, 48), (8, 8), (2, 2))
     image = torch.nn.functional.avg_pool2d(torch.rand(3, 52, 52, generator=generator(4)), 5, 1)
     before = source.snapped(grid.corners + 2)
-    found = Matching(source, grid, 3, None).best(image, before, Wants(), route)
+    found = Matching(source, grid, None).best(image, before, Wants(), route)
     monkeypatch.setattr("kwatra.steps.matching.fits", lambda source: False)
-    copied_out = Matching(source, grid, 3, None).best(image, before, Wants(), route)
+    copied_out = Matching(source, grid, None).best(image, before, Wants(), route)
     assert float((found.squared - copied_out.squared).mean()) <= 1e-7
     assert torch.allclose(
         found.squared, source.metric.squared(grid.gather(image) - source.windows(found.matches)), atol=1e-6

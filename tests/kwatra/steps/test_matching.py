@@ -25,7 +25,7 @@ def setting(mask, fixed=None):
     fixed = torch.zeros(1, 32, 32, dtype=torch.bool) if fixed is None else fixed
     given = Given(fixed | ~mask, torch.zeros(1, 32, 32), mask)
     image = given.held(blobs(32, 32, seed=5))
-    return source, grid, Matching(source, grid, 3, given), image, given
+    return source, grid, Matching(source, grid, given), image, given
 
 
 def half(share):

@@ -19,7 +19,7 @@ def test_layouts_see_the_image_as_it_is() -> None:
         seen.append(step.image)
         return regular(step)
 
-    settings = Settings(levels=(Level(1, 8, 3),), start="windows", layout=layout)
+    settings = Settings(levels=(Level(1, 8, 3),), layout=layout)
     optimize(exemplar, (20, 20), settings=settings, between=between)
     assert seen[0] is None  # where windows lie is asked before there is an image
     assert torch.equal(seen[2], made[0])

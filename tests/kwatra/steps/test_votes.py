@@ -72,12 +72,12 @@ def test_all_votes_give_one_mass_and_agree_where_windows_do():
 @pytest.mark.parametrize("vote", [winner, Mode()])
 def test_an_optimization_by_another_vote_lowers_its_energy(vote):
     exemplar = Exemplar.of(torch.nn.functional.avg_pool2d(torch.rand(1, 44, 44, generator=generator()), 5, 1))
-    result = optimize(exemplar, (40, 40), settings=Settings(start="windows", vote=vote))
+    result = optimize(exemplar, (40, 40), settings=Settings(vote=vote), start="windows")
     last = [row["total"] for row in result.energies if row["level"] == result.energies[-1]["level"]]
     assert last[-1] < last[0]
     if vote is winner:  # every pixel is some pixel of the exemplar, which means are not
         assert apart(result.image, exemplar) < 1e-6
-        assert apart(optimize(exemplar, (40, 40), settings=Settings(start="windows")).image, exemplar) > 1e-5
+        assert apart(optimize(exemplar, (40, 40), start="windows").image, exemplar) > 1e-5
 
 
 def apart(image, exemplar):

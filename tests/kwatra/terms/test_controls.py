@@ -5,7 +5,6 @@ import torch
 
 import kwatra.loop.scene
 from kwatra import (
-    Blocks,
     Exemplar,
     Feature,
     HardPixels,
@@ -145,7 +144,7 @@ def test_guidance_is_hard_pixels_on_channels_of_their_own():
     wanted = (torch.arange(60) >= 30).float()[:, None].expand(1, 60, 60)
     where = torch.tensor([False, True])[:, None, None].expand(2, 60, 60)
     guide = HardPixels(torch.cat([torch.full_like(wanted, torch.nan), wanted]), where, weight=0.0)
-    result = optimize(exemplar, (60, 60), settings=Settings(levels=LEVELS, blocks=Blocks(size=0.2)), terms=guide)
+    result = optimize(exemplar, (60, 60), settings=Settings(levels=LEVELS, block=0.2), terms=guide)
     assert torch.equal(result.image[1:], wanted)
     got = labels[0][result.source[1], result.source[2]]
     assert float((got != wanted[0]).float().mean()) < 0.05
