@@ -84,6 +84,15 @@ def test_ctrl_c_while_modules_load(folder: Path, module: str) -> None:
     assert os.listdir() == ["brick.png"]
 
 
+def test_ctrl_c_while_the_program_is_looked_for(folder: Path) -> None:
+    """`python -m kwatra`, before its command line is known."""
+    looking = "import runpy, signal, importlib.metadata as metadata\n"
+    looking += "metadata.entry_points = lambda **_: signal.raise_signal(signal.SIGINT)\n"
+    looking += "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+    done = python("-c", looking + "runpy.run_module('kwatra', run_name='__main__')", *FAST)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "kwatra: interrupted, nothing was written\n")
+
+
 def test_ctrl_c_that_a_library_turns_into_an_error_of_its_own(folder: Path, monkeypatch, capsys) -> None:
     def load(*_: object, **__: object) -> None:
         try:
