@@ -21,9 +21,9 @@ from synth.metamorphosis.patches.feature_maps import GIVEN, FoundFeatures, check
 from synth.metamorphosis.patches.model import Making, Matched, matched
 from synth.metamorphosis.patches.neighborhoods import Weights
 from synth.metamorphosis.patches.passage import Passage
+from synth.metamorphosis.patches.scales import common_units
 from synth.metamorphosis.patches.statistics import Statistics, mixed, step
 from synth.metamorphosis.patches.synthesis import Synthesis
-from synth.metamorphosis.patches.textures import common_units
 from synth.metamorphosis.patches.weighting import Weighting, continued, cut
 from synth.metamorphosis.recolor import barycenter
 from synth.metamorphosis.velocity import Search
@@ -115,7 +115,7 @@ class Interpolation:
     @cached_property
     def units(self) -> tuple[float, ...]:
         """How many pixels of each texture make one of the common scale; 1 where its windows would not fit there."""
-        units = common_units(self.images) if self.making.scaled else (1.0,) * len(self.images)
+        units = common_units(self.images, self.found.maps) if self.making.scaled else (1.0,) * len(self.images)
         fits = (min(i.shape[1:]) / unit >= self.pyramid[-1][1] for i, unit in zip(self.images, units, strict=True))
         return units if all(fits) else (1.0,) * len(units)
 

@@ -6,6 +6,10 @@ and where a map gives a texture all the weight it is as good as that texture syn
 other there (dark lines on light lines), the first frame is made as published, and each other is what the one before
 becomes when its patches are shown at their next weights, where they lie: such a film ends as a texture of B.
 
+Where elements of A and B differ in size, both are led at a common scale, and frames zoom in or out about their middle:
+elements grow or shrink from frame to frame. Of the texture whose elements are larger more is seen then than its
+exemplar shows, so it is continued.
+
 Stills that were led showed both textures where one could not be brought onto the other. Of five pairs of photographs,
 256x256 from 128x128 px, they were sharper nowhere, and halfway more of their structure was in neither texture: .112,
 .086 and .028 of stones, pebbles and bricks, which made by themselves have .084, .052 and 0.
@@ -24,6 +28,7 @@ from synth.metamorphosis.patches.interpolation import PUBLISHED, Frame, Interpol
 from synth.metamorphosis.patches.model import Making
 from synth.metamorphosis.patches.pace import Pace
 from synth.metamorphosis.patches.passage import Passage
+from synth.metamorphosis.patches.surroundings import surrounded
 from synth.metamorphosis.patches.synthesis import Synthesis
 from synth.metamorphosis.patches.weighting import Weighting
 from synth.metamorphosis.velocity import PRESETS as SEARCHES
@@ -123,8 +128,12 @@ class PatchMorph(Method):
         if between.shape != tuple(pair.a.shape[1:]):
             pair = Growth(self.search, seed, str(pair.a.device))(pair, between.shape, report)
             maps = replace(between, images=(pair.a, pair.b), features=_features(pair)).found.maps
-        images = (pair.a, pair.b)
-        return Passage.of(images, maps, self.pyramid[-1][1], self.making, SEARCHES[self.search], pair.tile, report)
+        units = (1.0, 1.0) if pair.tile else between.units
+        given = zip((pair.a, pair.b), maps, units, strict=True)
+        grown = [surrounded(image, own, unit / min(units), self.search, seed) for image, own, unit in given]
+        images, maps = zip(*grown, strict=True)
+        width, search = self.pyramid[-1][1], SEARCHES[self.search]
+        return Passage.of(images, maps, width, self.making, search, pair.tile, report, units=units)
 
     def between(
         self,

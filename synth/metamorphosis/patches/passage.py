@@ -1,12 +1,15 @@
 """Neighborhoods that lead from where they lie in one picture to where they lie in others, so that ends are exact.
 
 Neighborhoods matched by likeness alone may come from anywhere: what A turns into by them is a texture of B, not B. Here
-each has its place in all pictures, which have one size. A smooth velocity of least energy (see
+each has its place in all pictures, which have one size at a common scale. A smooth velocity of least energy (see
 `synth.metamorphosis.velocity`) brings one picture onto another, in colors halfway between all and in the distance to
 features; a window of A and the one of B that lies where it comes to are partners, likewise from B, and their features
 are then matched as in any neighborhood. At weights w each lies at the mean of its places, by the weights: all laid in
 one sum are A where A has all the weight, and so on. In between it is a picture whose windows need not agree: what a
 texture is wanted to be like. Weights may differ from place to place.
+
+If elements of one picture are larger than those of another, frames zoom about their middle from the scale of one to
+that of the other, and elements grow. Pictures whose elements are larger must then show more around the middle.
 """
 
 from collections.abc import Sequence
@@ -19,6 +22,7 @@ from torch import Tensor
 
 from flow.warps import displacement
 from kwatra import FreeWindows
+from kwatra.base import InputError
 from kwatra.windows.metric import falloff
 from synth.metamorphosis.method import Report
 from synth.metamorphosis.patches.centers import spread
@@ -57,13 +61,13 @@ _ROUNDS = 6
 class Passage:
     """Neighborhoods of two or more pictures in their places; `Passage.of` these.
 
-    matched: their centers are pixels of the pictures, which are continued by `margin` on all sides. shape: of all.
+    matched: their centers are pixels of the pictures, which are continued on all sides. shape: of frames. The middles
+    of all pictures are that of frames.
     """
 
     matched: Matched
     shape: tuple[int, int]
     wrap: bool
-    margin: int
 
     @classmethod
     def of(
@@ -76,32 +80,38 @@ class Passage:
         wrap: bool,
         report: Report,
         factor: int = 1,
+        units: Sequence[float] | None = None,
     ) -> "Passage":
-        """That of pictures (C, H, W) of one size with maps (H, W) of their features; wrap: they tile.
+        """That of pictures (C, H, W) with maps (H, W) of their features; wrap: they tile.
 
-        width: of windows. factor: velocities are looked for so many times coarser, and no finer.
+        width: of windows. factor: velocities are looked for so many times coarser, and no finer. units: how many pixels
+        of each picture make one of the common scale, by default 1 of all. There all have one size; frames have that of
+        the smallest.
         """
-        shape = (images[0].shape[1], images[0].shape[2])
-        ways = _ways(images, maps, search, wrap, report, factor)
-        corners = spread(shape, (width, width), (wrap, wrap), making.cells).corners
+        units = (1.0,) * len(images) if units is None else tuple(units)
+        textures = [Texture.of(image, each, unit, 1) for image, each, unit in zip(images, maps, units, strict=True)]
+        shape = min((image.shape[1], image.shape[2]) for image in images)
+        ground = (round(shape[0] / min(units)), round(shape[1] / min(units)))
+        common = [texture.common(ground) for texture in textures]
+        ways = _ways([each.image for each in common], [each.features for each in common], search, wrap, report, factor)
+        corners = spread(ground, (width, width), (wrap, wrap), making.cells).corners
         places = [
             torch.stack([corners if way is None else _moved(corners, way, width, wrap) for way in row], 1)
             for row in ways
         ]
         margin = 2 * width
-        textures = tuple(
-            _continued(Texture.of(image, each, 1.0, 1), margin, wrap) for image, each in zip(images, maps, strict=True)
-        )
-        there, back = bends(textures, [place + margin for place in places], width, making)
+        seen, textures = ([_continued(each, margin, wrap) for each in kind] for kind in (common, textures))
+        there, back = bends(seen, [place + margin for place in places], width, making)
         anchor = torch.arange(len(images)).repeat_interleave(len(corners))
-        centers = torch.cat(places) + margin + width // 2
-        found = Neighborhoods(width, (1.0,) * len(images), anchor, centers, there, back)
+        away = torch.cat(places) + width // 2 - _middle(ground)
+        centers = _middles(textures) + torch.tensor(units)[:, None] * away
+        found = Neighborhoods(width, units, anchor, centers, there, back)
         colors = tuple(Colors.of(image) for image in images)
-        return cls(Matched((1, width), making.feature_weight, textures, found, colors), shape, wrap, margin)
+        return cls(Matched((1, width), making.feature_weight, tuple(textures), found, colors), shape, wrap)
 
     @property
     def pictures(self) -> tuple[Tensor, ...]:
-        """The pictures (C, H, W) themselves."""
+        """The pictures (C, H, W), as frames show each that has all the weight."""
         return tuple(part[:-1] for part in self._parts())
 
     @cached_property
@@ -120,13 +130,19 @@ class Passage:
         return left * count**0.5 < FAINT
 
     def at(self, weighting: Weighting) -> Tensor:
-        """The sum at these weights: colors and distance, (C + 1, H, W). Memory: a few pictures, bands of windows."""
+        """The sum at these weights: colors and distance, (C + 1, H, W). Memory: a few pictures, bands of windows.
+
+        What has its middle beyond the frame is left out. InputError where scales would differ within the frame.
+        """
         chosen, place = self._placed(weighting)
         sides, width = torch.tensor(self.shape), self.matched.level[1]
         corner = place.round() if self.wrap else place.round().clamp(min=0).minimum(sides - width)
         total = torch.zeros(len(self.matched.colors[0].center) + 2, *self.shape)
         rows = (corner[:, 0] % self.shape[0]).long()
-        for band in rows.argsort(stable=True).split(_MOST):
+        middle = place + width // 2
+        there = ((middle > -1) & (middle < sides)).all(1) | self.wrap
+        order = rows.argsort(stable=True)
+        for band in order[there[order]].split(_MOST):
             top, last = int(rows[band[0]]), int(rows[band[-1]])
             windows = self._windows(band, chosen[band], (corner - place)[band], weighting)
             within = torch.stack([rows[band] - top, corner[band, 1].long()], 1)
@@ -141,17 +157,24 @@ class Passage:
 
     def _placed(self, weighting: Weighting) -> tuple[Tensor, Tensor]:
         """Of each neighborhood the number of its weights in the palette (N,), and where its first pixel lies (N, 2)."""
-        width, sides = self.matched.level[1], torch.tensor(self.shape)
-        places = self.matched.neighborhoods.centers - self.margin - width // 2
+        width, sides, found = self.matched.level[1], torch.tensor(self.shape), self.matched.neighborhoods
+        places = (found.centers - _middles(self.matched.textures)) / torch.tensor(found.units)[:, None]
         way = places - places[:, :1]
         way = (way + sides // 2) % sides - sides // 2 if self.wrap else way
-        known = torch.tensor(weighting.palette)
+        known, zoom, first = torch.tensor(weighting.palette), self._zoom(weighting), _middle(self.shape) - width // 2
         share = known.mean(0).expand(len(places), -1)
         for _ in range(_ROUNDS if len(known) > 1 else 1):
-            place = places[:, 0] + (share[..., None] * way).sum(1)
+            place = first + zoom * (places[:, 0] + (share[..., None] * way).sum(1))
             chosen = weighting.at(place.round().long(), width)
             share = known[chosen]
-        return chosen, places[:, 0] + (share[..., None] * way).sum(1)
+        return chosen, first + zoom * (places[:, 0] + (share[..., None] * way).sum(1))
+
+    def _zoom(self, weighting: Weighting) -> float:
+        """How much larger elements are than at the common scale."""
+        zooms = {self.matched.neighborhoods.scale(weights) for weights in weighting.palette}
+        if len(zooms) > 1:
+            raise InputError("pictures at several scales are given several weights in one frame; give units of 1")
+        return zooms.pop()
 
     def _windows(self, numbers: Tensor, chosen: Tensor, moved: Tensor, weighting: Weighting) -> Tensor:
         """Neighborhoods by number (M,) in between, read `moved` (M, 2) further on so that whole pixels do not show.
@@ -176,8 +199,12 @@ class Passage:
 
     def _parts(self) -> list[Tensor]:
         """Colors and distance of each picture (C + 1, H, W)."""
-        rows, columns = (slice(self.margin, self.margin + side) for side in self.shape)
-        return [texture.channels[:, rows, columns] for texture in self.matched.textures]
+        parts = []
+        for texture in self.matched.textures:
+            cuts = [(own - side) // 2 for own, side in zip(texture.image.shape[1:], self.shape, strict=True)]
+            rows, columns = (slice(at, at + side) for at, side in zip(cuts, self.shape, strict=True))
+            parts.append(texture.channels[:, rows, columns])
+        return parts
 
 
 def _ways(
@@ -206,6 +233,16 @@ def _compared(textures: Sequence[Texture], colors: Sequence[Colors]) -> Tensor:
     spread = middle.covariance.diagonal().sum().sqrt().to(seen[0])
     away = torch.stack([texture.distance for texture in textures])
     return torch.cat([torch.stack(seen) / spread, FEATURES * away / away.std().clamp(min=1e-3)], 1)
+
+
+def _middle(shape: Sequence[int]) -> Tensor:
+    """The middle (2,) of an image of some height and width, row and column; between pixels of even sides."""
+    return (torch.tensor(shape) - 1) / 2
+
+
+def _middles(textures: Sequence[Texture]) -> Tensor:
+    """Those of textures, (n, 2)."""
+    return torch.stack([_middle(texture.image.shape[1:]) for texture in textures])
 
 
 def _moved(corners: Tensor, way: Tensor, width: int, wrap: bool) -> Tensor:

@@ -3,20 +3,12 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
 import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from kwatra import Exemplar, element_size
 from kwatra.base import coarse_shape, resized
 from synth.metamorphosis.patches.feature_maps import distance_channel
-
-LARGEST_RATIO = 2.0
-"""Elements whose sizes differ by more are brought no closer than this: beyond, hardly a window would be left."""
-
-_ALIKE = 1.15
-"""Sizes that differ by less count as one: the estimate is no better."""
 
 
 @dataclass(frozen=True)
@@ -45,23 +37,13 @@ class Texture:
         """Colors and distance, (C + 1, h, w)."""
         return torch.cat([self.image, self.distance])
 
-    def common(self) -> "Texture":
-        """The same at the common scale."""
+    def common(self, shape: Sequence[int] | None = None) -> "Texture":
+        """The same at the common scale; shape: its (height, width) there, by default as the unit says."""
         if self.unit == 1:
             return self
-        shape = tuple(round(side / self.unit) for side in self.image.shape[1:])
+        shape = shape or tuple(round(side / self.unit) for side in self.image.shape[1:])
         image, distance = (at_size(each, shape) for each in (self.image, self.distance))
         return Texture(image, distance, placed(self.features, shape), 1.0)
-
-
-def common_units(images: Sequence[Tensor]) -> tuple[float, ...]:
-    """How many pixels of each texture make one of a common scale, at which their elements have one size."""
-    logs = np.log([element_size(Exemplar.of(image)) for image in images])
-    apart = np.ptp(logs)
-    if apart < np.log(_ALIKE):
-        return (1.0,) * len(images)
-    logs = (logs - logs.mean()) * min(1.0, np.log(LARGEST_RATIO) / apart)
-    return tuple(float(unit) for unit in np.exp(logs))
 
 
 def at_size(image: Tensor, shape: Sequence[int]) -> Tensor:

@@ -154,13 +154,37 @@ def test_three_textures_in_equal_parts(pair: tuple[torch.Tensor, torch.Tensor]) 
     assert torch.allclose(alone.image, third, atol=1e-6)
 
 
-def test_elements_of_a_still_have_a_size_in_between() -> None:
-    def tiles(period: int, seed: int, size: int = 80) -> torch.Tensor:
-        line = torch.arange(size)
-        joint = (line % period < 2)[:, None] | (line % period < 2)[None]
-        tones = 0.5 + 0.4 * torch.rand(1, 12, 12, generator=torch.Generator().manual_seed(seed))
-        return torch.where(joint, 0.1, tones[:, (line // period)[:, None], (line // period)[None]])
+def tiles(period: int, seed: int, size: int = 80) -> torch.Tensor:
+    """Tiles of several tones with dark joints."""
+    line = torch.arange(size)
+    joint = (line % period < 2)[:, None] | (line % period < 2)[None]
+    tones = 0.5 + 0.4 * torch.rand(1, 12, 12, generator=torch.Generator().manual_seed(seed))
+    return torch.where(joint, 0.1, tones[:, (line // period)[:, None], (line // period)[None]])
 
+
+def likeliest_period(image: torch.Tensor) -> int:
+    """By how many px an image (1, H, W) is most like itself along its columns, of 7 to 15."""
+    apart = (image - image.mean())[0]
+    alike = [float((apart[shift:] * apart[:-shift]).mean()) for shift in range(7, 16)]
+    return 7 + alike.index(max(alike))
+
+
+def test_elements_of_a_film_grow_from_frame_to_frame() -> None:
+    a, b = tiles(8, 0), tiles(14, 1)
+    frames = synth.morph(a, b, 4, method="patches", **QUICK).frames
+    assert torch.allclose(frames[0], a, atol=1e-6)
+    assert torch.allclose(frames[-1], b, atol=1e-6)
+    periods = [likeliest_period(frame) for frame in frames]
+    assert periods == pytest.approx([8 * (14 / 8) ** (number / 3) for number in range(4)], abs=1.2)
+
+
+def test_a_film_that_tiles_does_not_zoom() -> None:
+    a, b = tiles(8, 0), tiles(16, 1)
+    frames = synth.morph(a, b, 2, method="patches", tile=True, **QUICK).frames
+    assert torch.allclose(frames[1], b, atol=1e-6)
+
+
+def test_elements_of_a_still_have_a_size_in_between() -> None:
     made = synth.interpolate([tiles(8, 0), tiles(14, 1)], (0.5, 0.5), **QUICK).image
     assert 9.5 < element_size(Exemplar.of(made)) < 12.5  # 8.5 and 14.6 are the textures' own
     apart = (made - made.mean())[0]

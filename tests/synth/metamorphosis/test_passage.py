@@ -6,6 +6,7 @@ import pytest
 import torch
 from pictures import cloud
 
+from kwatra.base import InputError
 from synth.metamorphosis.patches.feature_maps import find_features
 from synth.metamorphosis.patches.model import Making
 from synth.metamorphosis.patches.passage import Passage
@@ -90,3 +91,26 @@ def test_a_velocity_at_half_the_resolution_leads_there_too(clouds: Callable[[flo
 
 def test_a_picture_and_itself_are_that_picture_at_any_time(clouds: Callable[[float], torch.Tensor]) -> None:
     assert float((passage(clouds(0), clouds(0)).at(between(0.4))[:-1] - clouds(0)).abs().max()) < 1e-4
+
+
+def waves(side: int, scale: float) -> torch.Tensor:
+    """Waves of several directions about the middle of an image, `scale` times as long."""
+    line = (torch.arange(side) - (side - 1) / 2) / scale
+    y, x = torch.meshgrid(line, line, indexing="ij")
+    return (0.5 + 0.2 * torch.sin(0.7 * x + 0.2 * y) + 0.2 * torch.cos(0.5 * y - 0.3 * x + 1))[None]
+
+
+def test_what_differs_in_scale_alone_grows_from_frame_to_frame() -> None:
+    units = (0.8, 1.25)
+    pictures = (waves(48, units[0]), waves(76, units[1]))
+    maps = find_features(pictures).maps
+    way = Passage.of(pictures, maps, 17, Making(), Search(), False, lambda what, part: None, units=units)
+    ends = waves(48, units[0]), waves(48, units[1])
+    for time, end in zip((0.0, 1.0), ends, strict=True):
+        assert float((way.at(between(time))[:-1] - end).abs().max()) < 1e-4
+    for time in (0.25, 0.5, 0.75):
+        expected = waves(48, units[0] * (units[1] / units[0]) ** time)
+        apart = (way.at(between(time))[:-1] - expected)[:, 4:-4, 4:-4].abs().mean()
+        assert float(apart) < 0.15 * float((torch.lerp(*ends, time) - expected)[:, 4:-4, 4:-4].abs().mean())
+    with pytest.raises(InputError, match="several scales are given several weights"):
+        way.at(Weighting.of(torch.stack([waves(48, 1)[0], 1 - waves(48, 1)[0]])))
