@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 from torch import Tensor
 
+from kwatra.scoring.joint import JointStatistics, largest_side
 from kwatra.scoring.nearest import WINDOW, Nearest, Windows, one_thread
 from kwatra.scoring.pixels import gradient, ratio, unit
 from kwatra.scoring.quality import Images, carried_scales, measure, read
@@ -11,6 +12,9 @@ from kwatra.scoring.sliced import sliced_distance
 
 GLANCES, MOST = 300, 1024
 """About so many windows are looked up, of so many pixels a side."""
+
+JOINT = 0.2
+"""What joint statistics count in a thorough ranking: as one of five figures."""
 
 CHANNELS = 16
 """Windows of more channels have too many values for principal components: minutes, where they end at all."""
@@ -29,14 +33,18 @@ def glance(output: Tensor, exemplar: Images) -> float:
 class Ranking:
     """Tells about the overall figure of outputs of an exemplar, to choose among them by; lower is better.
 
-    Of videos it is that of `measure`, of images a `glance`, for which the exemplar is described once. Shapes as there,
+    Of videos it is that of `measure`, of images a `glance`, for which the exemplar is described once. thorough: the
+    joint statistics of images count as well, where 64x64 pixels fit; to load what finds them takes a second. Shapes as
+    there,
     and pictures of any size and many channels: where a picture is too small for a window each pixel counts as so many
     squared; of more than CHANNELS channels the first are looked at.
     """
 
-    def __init__(self, exemplar: Images) -> None:
+    def __init__(self, exemplar: Images, thorough: bool = False) -> None:
         self._images = [exemplar] if isinstance(exemplar, Tensor) else list(exemplar)
         self._sights: dict[tuple[int, int], _Sight] = {}
+        self._thorough = thorough
+        self._joint: dict[int, JointStatistics] = {}
 
     def __call__(self, output: Tensor) -> float:
         """The figure of an output (C, H, W), or (C, T, H, W)."""
@@ -49,7 +57,13 @@ class Ranking:
         scale = _scale(shown, images)
         if (times, scale) not in self._sights:
             self._sights[times, scale] = _Sight(sources, scale)
-        return self._sights[times, scale].figure(frames)
+        figure = self._sights[times, scale].figure(frames)
+        side = largest_side([*frames, *sources]) if self._thorough else None
+        if side is None:
+            return figure
+        if side not in self._joint:
+            self._joint[side] = JointStatistics(sources, side)
+        return (1 - JOINT) * figure + JOINT * self._joint[side].distance(frames)
 
 
 class _Sight:

@@ -104,9 +104,9 @@ def test_the_best_of_several_runs_is_the_one_of_least_rank(monkeypatch):
         ranked.append((0.5 - 0.1 * (len(ranked) == 3) + 0.1 * (len(ranked) == 1), image))
         return ranked[-1][0]
 
-    monkeypatch.setattr("synth.texture.work.Ranking", lambda pictures: rank)
+    monkeypatch.setattr("synth.texture.work.Ranking", lambda pictures, thorough: rank)
     made = synthesize(brick(40), (40, 40), preset="best", levels=((1, 8),))
-    assert len(ranked) == 12
+    assert len(ranked) == 20
     assert torch.equal(made.result.image, ranked[3][1])
     assert not any(torch.equal(made.result.image, image) for _, image in (*ranked[:3], *ranked[4:]))
 
