@@ -11,7 +11,11 @@ al. (Patch-based Texture Interpolation, 2010, section 4.5) add it:
 
 Left to the patches that an image is made of: how bands repeat in space, the phase between octaves, and the skewness,
 kurtosis and range of values. These, given as quantiles, made frames between dark lines on light and light lines on dark
-stranger, and others no better.
+stranger, and others no better. Nor is it worth its cost to have all: where stills halfway between three pairs of
+photographs (bricks, pebbles, stones) were brought to plenoptic's whole `PortillaSimoncelli` of each color, by 40 steps
+of descent, squared differences fell from 31 to 39 to 2 to 7, yet distances to both textures changed by .003 and the
+strength of octaves by .008 at most, and stones got colored rims. All of it in place of the parts above, 8 steps after
+each iteration, left an octave of the stones half as strong as it should be.
 
 Channels are first turned by the cosine transform into brightness and colors (for three channels the axes of Ohta,
 Kanade and Sakai, Color information for region segmentation, 1980): nearly uncorrelated, and the same for all textures,
