@@ -70,7 +70,7 @@ def figure_7(pair: Pair) -> Tensor:
 
 
 def figure_film(pair: Pair) -> Tensor:
-    """A film: every frame is what the one before becomes."""
+    """Six of the eleven frames of a film that begins in A and ends in B."""
     made = synth.morph(*pair, 11, method="patches")
     return beside(*(colored(made.frames[number]) for number in (0, 2, 4, 6, 8, 10)))
 
