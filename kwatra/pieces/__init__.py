@@ -12,6 +12,7 @@ from kwatra.pieces.seams import Depth, SeamCost
 from kwatra.pieces.sheet import Cut, Patch, Sheet
 from kwatra.pieces.start import block_start, repeated
 from kwatra.pieces.stock import Stock
+from kwatra.pieces.visible import visible_seams
 
 __all__ = [
     "BlockStart",
@@ -36,4 +37,5 @@ __all__ = [
     "lay_again",
     "repeated",
     "totals",
+    "visible_seams",
 ]

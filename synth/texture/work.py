@@ -12,13 +12,13 @@ from torch import Tensor
 
 import kwatra
 from kwatra import Exemplar, InputError, Level, Prepared, Progress, Result, Settings, Sum, TermLike
-from kwatra.scoring import Ranking
 from kwatra.terms import parts_of
 from kwatra.windows import per_axis
 from synth.texture.form import Form, Image
 from synth.texture.guidance import Guide
 from synth.texture.light import evened
 from synth.texture.moving import in_time
+from synth.texture.runs import Runs, share_of
 from synth.texture.staying import staying
 from synth.texture.stretch import Memory, Stretch, planned_stretches
 from synth.texture.synthesis import Synthesis
@@ -37,11 +37,8 @@ STILLS, SMALL = {"fast": 1, "default": 3, "best": 20}, 256
 parts even out, fewer in proportion.
 
 Which seed it is matters as much as how well seams are cut: of 32 textures, half of which served for tuning what went
-before, the best of 1, 3 and 12 scored .0595, .0555 and .0513; ranked thoroughly (`MANY`) the best of 12 and 20 scored
-.0499 and .0475."""
-
-MANY = 4
-"""So many tries are worth a thorough ranking, which takes a second to load."""
+before, the best of 1, 3 and 12 scored .0595, .0555 and .0513; ranked thoroughly (see `kwatra.scoring.Ranking`) the best
+of 12 and 20 scored .0499 and .0475."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,7 +127,7 @@ class Work(Generic[Image]):
             if part.stop <= done:
                 continue
             held = part.held(memory, self.form, self.source.canvas.device)
-            of_all = None if callback is None else _share(callback, number, len(parts))
+            of_all = None if callback is None else share_of(callback, number, len(parts))
             made = self.made(self.optimized(part, held, seed, of_all), part.behind(done))
             memory.keep(part, made.image, self.form.tensor)
             yield made
@@ -151,7 +148,8 @@ class Work(Generic[Image]):
             start="aligned" if self.start is None else self.start,
         )  # fmt: skip
         even = None if len(size) == 2 or self.steered else partial(self._evened, part, settings)
-        return _Runs(self.tries, part.seed(seed), callback, self.channels, even).best(run, self.source)
+        torn = len(size) == 2 and not self.steered
+        return Runs(self.tries, part.seed(seed), callback, self.channels, even, torn).best(run, self.source)
 
     def _evened(self, part: Stretch, settings: Settings, result: Result) -> Result:
         """The result with even light; the frames that a stretch holds are left alone."""
@@ -223,53 +221,6 @@ def _size_of(size: Sequence[int] | None, picture: Tensor, guidance: Guide | None
     if size is not None and tuple(size) != there:
         raise InputError(f"the size is {tuple(size)} but the guide's output map has {there}; leave the size out")
     return there
-
-
-def _share(callback: Callable[[Progress], None], number: int, count: int) -> Callable[[Progress], None]:
-    """The callback for one of several parts of the work, with its fraction as a share of all."""
-    return lambda p: callback(replace(p, fraction=(number + p.fraction) / count))
-
-
-class _Runs:
-    """Several runs of which the best is kept; of images, only the first `channels` are. finish: done to each result."""
-
-    def __init__(
-        self,
-        count: int,
-        seed: int,
-        callback: Callable[[Progress], None] | None,
-        channels: int,
-        finish: Callable[[Result], Result] | None = None,
-    ) -> None:
-        self.count, self.seed, self.callback, self.channels = count, seed, callback, channels
-        self.finish = finish
-
-    def best(self, run: Callable[..., Result], source: Exemplar) -> Result:
-        """The run, told its seed and callback, whose result measures best against the exemplar."""
-        if self.count == 1:
-            return self._image_of(run(seed=self.seed, callback=self.callback))
-        best, least = None, float("inf")
-        figure = Ranking([picture[: self.channels] for picture in source.pictures()], thorough=self.count >= MANY)
-        for number in range(self.count):
-            result = self._image_of(run(seed=self.seed + 1000 * number, callback=self._part(number)))
-            overall = figure(result.image.cpu())
-            if best is None or overall < least:
-                best, least = result, overall
-        assert best is not None
-        return best
-
-    def _image_of(self, result: Result) -> Result:
-        """The result, finished, without guide channels."""
-        result = result if self.finish is None else self.finish(result)
-        stages = [replace(stage, image=stage.image[: self.channels]) for stage in result.stages]
-        return replace(result, image=result.image[: self.channels], stages=stages)
-
-    def _part(self, number: int) -> Callable[[Progress], None] | None:
-        """The callback for one run, with its fraction as a share of all runs."""
-        if self.callback is None:
-            return None
-        share, count = _share(self.callback, number, self.count), self.count
-        return lambda p: share(replace(p, attempt=number + 1, tries=count))
 
 
 def _levels(levels: str | Sequence[tuple[int, int]] | None) -> tuple[Level, ...] | None:

@@ -1,0 +1,70 @@
+"""Several tries of which the best is kept."""
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+from kwatra import Exemplar, Progress, Result
+from kwatra.pieces import visible_seams
+from kwatra.scoring import Ranking
+
+MANY = 4
+"""So many tries are worth a thorough ranking, which takes a second to load."""
+
+TORN, LEAST_TORN = 0.01, 1e-4
+"""How many times the logarithm of what seams show counts beside the figure that tries are ranked by, and what is added
+to it first. Figures are blind to what is torn, and like it: a tartan shows more of its exemplar then. 22 textures score
+.0486 in place of .0484, and of 20 tries of a tartan a whole one is kept in place of a torn one."""
+
+
+def share_of(callback: Callable[[Progress], None], number: int, count: int) -> Callable[[Progress], None]:
+    """The callback for one of several parts of the work, with its fraction as a share of all."""
+    return lambda p: callback(replace(p, fraction=(number + p.fraction) / count))
+
+
+class Runs:
+    """Several runs of which the best is kept; of images, only the first `channels` are.
+
+    finish: done to each result. torn: whether what is seen of seams counts.
+    """
+
+    def __init__(
+        self,
+        count: int,
+        seed: int,
+        callback: Callable[[Progress], None] | None,
+        channels: int,
+        finish: Callable[[Result], Result] | None = None,
+        torn: bool = False,
+    ) -> None:
+        self.count, self.seed, self.callback, self.channels = count, seed, callback, channels
+        self.finish, self.torn = finish, torn
+
+    def best(self, run: Callable[..., Result], source: Exemplar) -> Result:
+        """The run, told its seed and callback, whose result measures best against the exemplar."""
+        if self.count == 1:
+            return self._image_of(run(seed=self.seed, callback=self.callback))
+        best, least = None, float("inf")
+        figure = Ranking([picture[: self.channels] for picture in source.pictures()], thorough=self.count >= MANY)
+        for number in range(self.count):
+            result = self._image_of(run(seed=self.seed + 1000 * number, callback=self._part(number)))
+            overall = figure(result.image.cpu())
+            if self.torn:
+                overall += TORN * math.log(visible_seams(source, result.where) + LEAST_TORN)
+            if best is None or overall < least:
+                best, least = result, overall
+        assert best is not None
+        return best
+
+    def _image_of(self, result: Result) -> Result:
+        """The result, finished, without guide channels."""
+        result = result if self.finish is None else self.finish(result)
+        stages = [replace(stage, image=stage.image[: self.channels]) for stage in result.stages]
+        return replace(result, image=result.image[: self.channels], stages=stages)
+
+    def _part(self, number: int) -> Callable[[Progress], None] | None:
+        """The callback for one run, with its fraction as a share of all runs."""
+        if self.callback is None:
+            return None
+        share, count = share_of(self.callback, number, self.count), self.count
+        return lambda p: share(replace(p, attempt=number + 1, tries=count))
