@@ -1,10 +1,11 @@
 """Metamorphosis by patches (Ruiters, Schnabel and Klein, Patch-based Texture Interpolation, 2010) as a film.
 
-The paper makes each image by itself; so do `independent`, and a still whose weights are the same everywhere. Else each
-frame is a texture like what `Passage` shows at its time, so a film begins in A, ends in B, what moves does so smoothly,
-and where a map gives a texture all the weight it is as good as that texture synthesized. Where A and B cancel each
-other there (dark lines on light lines), the first frame is made as published, and each other is what the one before
-becomes when its patches are shown at their next weights, where they lie: such a film ends as a texture of B.
+The paper makes each image by itself; so do `independent`, a still whose weights are the same everywhere, and one mostly
+in between textures whose elements differ in size. Else each frame is a texture like what `Passage` shows at its time,
+so a film begins in A, ends in B, what moves does so smoothly, and where a map gives a texture all the weight it is as
+good as that texture synthesized. Where A and B cancel each other there (dark lines on light lines), the first frame is
+made as published, and each other is what the one before becomes when its patches are shown at their next weights, where
+they lie: such a film ends as a texture of B.
 
 Where elements of A and B differ in size, both are led at a common scale, and frames zoom in or out about their middle:
 elements grow or shrink from frame to frame. Of the texture whose elements are larger more is seen then than its
@@ -112,8 +113,7 @@ class PatchMorph(Method):
 
     def _begun(self, between: Interpolation, weighting: Weighting, still: bool) -> Frame:
         """A frame that is made by itself, or the first of a film."""
-        alike = still and len(weighting.palette) == 1
-        if self.independent or alike or between.passage.cancels:
+        if self.independent or (still and _unled(between, weighting)) or between.passage.cancels:
             return between.published(weighting)
         return between.led(weighting)
 
@@ -165,6 +165,16 @@ class PatchMorph(Method):
     def of_size(self, size: tuple[int, int]) -> "PatchMorph":
         """Frames have any size (height, width) by themselves."""
         return replace(self, size=size)
+
+
+def _unled(between: Interpolation, weighting: Weighting) -> bool:
+    """Whether a still is better made as published than led: one whose weights are the same everywhere, or a map.
+
+    A map: where elements differ in size, led rows of both lie over each other, so if most of it lies in between. Else
+    it is led, since what one texture has for itself is better then.
+    """
+    mixed = float((weighting.values.amax(0) < 1).float().mean())
+    return len(weighting.palette) == 1 or (len(set(between.units)) > 1 and mixed > 0.5)
 
 
 def _passing(between: Interpolation, passage: Passage, times: Sequence[float], report: Report) -> Iterator[Tensor]:

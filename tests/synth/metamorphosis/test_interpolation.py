@@ -192,6 +192,22 @@ def test_elements_of_a_still_have_a_size_in_between() -> None:
     assert alike[1] == max(alike)  # one lattice, not two that are laid over each other
 
 
+def test_elements_of_a_map_grow_along_it() -> None:
+    ramp, middles = torch.linspace(0, 1, 192).expand(56, -1), (20, 60, 96, 128, 172)
+    made = synth.interpolate([tiles(8, 0), tiles(14, 1)], [ramp], **QUICK).image
+    periods = [likeliest_period(made[:, :, middle - 20 : middle + 20]) for middle in middles]
+    assert periods == pytest.approx([8 * (14 / 8) ** (middle / 192) for middle in middles], abs=1)
+
+
+def test_where_a_map_has_textures_of_other_scale_alone_they_stay_themselves() -> None:
+    a, b = tiles(8, 0), tiles(14, 1)
+    mask = torch.zeros(80, 80)
+    mask[:, 40:] = 1
+    made = synth.interpolate([a, b], [mask], **QUICK).image
+    assert torch.allclose(made[:, :, :20], a[:, :, :20], atol=1e-6)
+    assert torch.allclose(made[:, :, -20:], b[:, :, -20:], atol=1e-6)
+
+
 def test_a_still_is_made_as_published_and_as_strong_at_its_border_as_inside() -> None:
     a, b = (torch.rand(1, SIZE, SIZE, generator=torch.Generator().manual_seed(seed)) for seed in range(2))
     made = synth.morph(a, b, [0.5], method="patches", **QUICK).frames[0]
