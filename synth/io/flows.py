@@ -58,8 +58,10 @@ def read_flow(path: str | Path) -> Recording:
         raise InputError(f"{path} does not exist; check the name") from None
     except IsADirectoryError:
         raise InputError(f"{path} is a folder; name a flow file") from None
-    except OSError as error:
-        raise InputError(f"{path} cannot be read ({error.strerror or error}); check its permissions") from error
+    except InputError:
+        raise
+    except (OSError, ValueError) as error:  # a name with a NUL is a ValueError
+        raise InputError(f"{path} cannot be read ({getattr(error, 'strerror', None) or error}); check it") from error
     bad = int(np.isnan(vectors).any(-3).sum())
     if bad:
         raise InputError(f"{path} has {counted(bad, 'vector')} of NaN; write 1e10 for what is not known, or mend them")

@@ -122,6 +122,8 @@ def test_a_tiff_without_height(folder: Path, refused: Callable[..., str]) -> Non
         (["synth", "b\udcff.png"], "b\\udcff.png does not exist"),
         (["flow", f"{LONG}.flo", "-o", "b.flo"], "cannot be read (File name too long)"),
         (["animate", "a.png", "--flow", f"{LONG}.flo"], "cannot be read (File name too long)"),
+        (["flow", "b\0.flo", "-o", "b.flo"], "cannot be read (embedded null byte)"),
+        (["animate", "a.png", "--flow", "b\0.npz"], "cannot be read (embedded null byte)"),
         (["synth", "a.png", "--progress-images", "a_synth.png"], "a_synth.png would be written twice"),
         (["synth", "a.png", "--threads", "100000"], "'100000' is no whole number from 1 to 256"),
         (["synth", "a.png", "--start", "a.png", "--start", "b.png"], "argument --start: it is given twice"),
