@@ -75,6 +75,17 @@ def trace(output: Tensor, exemplar: list[Tensor], window: int, tolerance: float)
     return CopyMap(region, torch.stack((right, down)), image, size, use)
 
 
+def pasted(where: Tensor, area: int) -> float:
+    """The area-weighted mean area of a source map's (n, H, W) copies, as a part of the exemplar's area in pixels.
+
+    A copy hangs together and has one offset.
+    """
+    axes = torch.meshgrid(*[torch.arange(side) for side in where.shape[1:]], indexing="ij")
+    offset = where.cpu() - torch.stack(axes)
+    sizes = np.bincount(_connected(offset, torch.ones(where.shape[1:], dtype=torch.bool))).astype(float)
+    return float((sizes**2).sum() / sizes.sum() / area)
+
+
 def nothing_copied(shape: Sequence[int]) -> CopyMap:
     """The copy map (H, W) of an output whose places of origin cannot be told apart."""
     nothing = torch.zeros(*shape, dtype=torch.long)

@@ -106,18 +106,21 @@ def test_the_best_of_several_runs_is_the_one_of_least_rank(monkeypatch):
 
     monkeypatch.setattr("synth.texture.runs.Ranking", lambda pictures, thorough: rank)
     made = synthesize(brick(40), (40, 40), preset="best", levels=((1, 8),))
-    assert len(ranked) == 20
+    assert len(ranked) == 24
     assert torch.equal(made.result.image, ranked[3][1])
     assert not any(torch.equal(made.result.image, image) for _, image in (*ranked[:3], *ranked[4:]))
 
 
 @pytest.mark.parametrize(("steered", "kept"), [(False, 1), (True, 0)])
-def test_of_runs_of_one_rank_the_least_torn_is_kept(steered, kept, monkeypatch):
-    torn, seen = iter([0.02, 0.001, 0.01, 0.02, 0.02, 0.02]), []
+@pytest.mark.parametrize("measured", ["pasted", "visible_seams"])
+def test_of_runs_of_one_rank_the_least_torn_and_pasted_is_kept(measured, steered, kept, monkeypatch):
+    figures, seen = iter([0.02, 0.001, 0.01, 0.02, 0.02, 0.02]), []
+    for name in ("pasted", "visible_seams"):
+        value = (lambda *_: next(figures)) if name == measured else lambda *_: 0.1
+        monkeypatch.setattr(f"synth.texture.runs.{name}", value)
     monkeypatch.setattr(
         "synth.texture.runs.Ranking", lambda pictures, thorough: lambda image: seen.append(image) or 0.5
     )
-    monkeypatch.setattr("synth.texture.runs.visible_seams", lambda exemplar, where: next(torn))
     mask = np.ones((40, 40), bool) if steered else None
     preset = "best" if steered else "default"
     made = synthesize(brick(40), (40, 40), preset=preset, mask=mask, levels=((1, 8),))
