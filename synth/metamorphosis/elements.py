@@ -22,6 +22,7 @@ Labels = NDArray[np.int64]
 SPECK = 20
 """Px: what is smaller is no element."""
 _SMOOTHING = (0.7, 1.5)
+"""Px by which images are smoothed before they are split; both are tried. Not tuned."""
 _FLAT = 1e-3
 """What varies by less is one color, or one brightness: classes need more values than rounding makes."""
 _MERGED = 0.9

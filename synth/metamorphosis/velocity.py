@@ -26,9 +26,11 @@ Lack = Callable[[Tensor], Iterator[tuple[dict[str, Tensor], Tensor]]]
 least Jacobian of the maps. Differentiable; in parts, to be summed, so that the maps of only one are in memory."""
 
 COARSEST, _FEWEST = 8, 12
-_ROOM = 0.25
-_LEAST = 0.05
-"""The least Jacobian that is allowed; coarser levels keep up to _ROOM more, so that the next may begin from them."""
+"""Levels begin so many times coarser, if so many pixels are left along each axis. Not tuned."""
+
+_ROOM, _LEAST = 0.25, 0.05
+"""The least Jacobian that is allowed; coarser levels keep up to _ROOM more, so that the next may begin from them.
+Guards, not tuned."""
 
 
 @dataclass(frozen=True)

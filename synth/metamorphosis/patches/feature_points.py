@@ -16,8 +16,9 @@ from kwatra.base import InputError
 from kwatra.base.compiled import jitted
 from kwatra.windows.grid import windows_at
 
-_FARTHEST = 32.0
-_RATIO = 2**-0.25
+_FARTHEST, _RATIO = 32.0, 2**-0.25
+"""Px between the points that are taken first, and by how much nearer to each other the next may lie. Not tuned: points
+of any number are spread."""
 _PIXELS = 1 << 22
 """Pixels of patches that are looked at at once."""
 

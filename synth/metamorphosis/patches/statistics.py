@@ -42,9 +42,8 @@ from synth.metamorphosis.recolor import Colors, barycenter, recolored, transport
 
 LEAST = 16
 """Pixels that an image needs along each axis."""
-_OCTAVES = 4
-_COARSEST = 8
-"""Coefficients that the coarsest octave has at least along each axis."""
+_OCTAVES, _COARSEST = 4, 8
+"""At most so many octaves, as Portilla and Simoncelli take, the coarsest at least so many values along an axis."""
 _GAIN = 2.0
 """The most by which a step strengthens anything, and weakens it: what is hardly there is noise."""
 _UNSEEN = 1e-6
@@ -52,6 +51,7 @@ _UNSEEN = 1e-6
 _LEAST_VARIANCE = 1e-5
 """What `recolor` takes for none."""
 _RIDGE = 1e-3
+"""What is added to variances, relative to their mean, before they are inverted. A guard, not tuned."""
 _ROW = 192
 """Summands of a product: so few are not split among threads."""
 

@@ -1,10 +1,14 @@
 """What the presets of renewal spend is counted in values that tensor operations make, whatever the machine."""
 
+from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
+import pytest
 import torch
+import torch.nn.functional as F
 from skimage import data
+from torch import Tensor
 from torch.utils._python_dispatch import TorchDispatchMode
 
 import flow
@@ -21,16 +25,33 @@ class Work(TorchDispatchMode):
         return out
 
 
-def test_the_presets_spend_rising_work_on_a_frame() -> None:
-    exemplar = Exemplar.of(torch.from_numpy(data.gravel()[:96, :96].astype(np.float32) / 255)[None])
+def gravel() -> Tensor:
+    return torch.from_numpy(data.gravel()[:96, :96].astype(np.float32) / 255)[None]
+
+
+def clip() -> Tensor:
+    """Smooth noise, in time as well: (1, 8, 48, 48)."""
+    noise = torch.rand(1, 10, 52, 52, generator=torch.Generator().manual_seed(0))
+    smooth = F.avg_pool3d(noise, (3, 5, 5), 1)
+    return (smooth - smooth.amin()) / (smooth.amax() - smooth.amin())
+
+
+@pytest.mark.parametrize(("presets", "texture"), [(flow.PRESETS, gravel), (flow.VIDEO_PRESETS, clip)])
+def test_the_presets_spend_rising_work_on_a_frame(
+    presets: dict[str, flow.Renewing], texture: Callable[[], Tensor]
+) -> None:
     work = []
-    for preset in flow.PRESETS.values():
+    for preset in presets.values():
         start = Settings(seams=1, iterations=1)
+        exemplar = Exemplar.of(texture())
         frames = flow.animate(exemplar, flow.rotation(12.0), (128, 128), frames=2, renewing=preset, synthesis=start)
         next(frames)
         with Work() as counted:
             list(frames)
         work.append(counted.values)
-    assert list(flow.PRESETS) == ["fast", "default", "best"]
+    assert list(presets) == ["fast", "default", "best"]
     assert all(b > 1.2 * a for a, b in pairwise(work))
+
+
+def test_the_default_preset_is_what_is_done_without_one() -> None:
     assert flow.PRESETS["default"] == flow.Renewing()

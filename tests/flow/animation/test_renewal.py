@@ -13,7 +13,7 @@ from torch import Tensor
 import flow
 from flow.animation.film import Film
 from flow.animation.renewal import Renewal, _starts
-from flow.animation.settings import PRESETS, Renewing
+from flow.animation.settings import Renewing
 from flow.animation.stock import COUNTS
 from flow.animation.term import gradient_weight
 from flow.animation.wear import Wear, Worn
@@ -246,12 +246,6 @@ def test_settings_that_make_no_sense_are_refused() -> None:
     for wrong in ({"block": 1}, {"window": 1}, {"step": 0}):
         with pytest.raises(InputError, match="has a size below 2 px; give at least 2"):
             Renewing(**wrong)
-
-
-def test_the_presets_spend_rising_work() -> None:
-    assert list(PRESETS) == ["fast", "default", "best"]
-    assert PRESETS["default"] == Renewing()
-    assert PRESETS["fast"].blocks < PRESETS["default"].blocks < PRESETS["best"].blocks
 
 
 def test_a_tone_shown_too_often_is_renewed() -> None:
