@@ -27,7 +27,7 @@ def energy(choice: Array, pairs: Sequence[tuple[Array, Array, Array]]) -> tuple[
     arcs = []
     for axis, (a, b, c) in enumerate(pairs):
         ahead, back = np.empty(a.shape, np.int64), np.empty(a.shape, np.int64)
-        _priced(*(_lines(v, axis) for v in (choice, a, b, c, weight, ahead, back)))
+        _priced(*(lines(v, axis) for v in (choice, a, b, c, weight, ahead, back)))
         arcs.append((ahead, back))
     return weight, arcs
 
@@ -42,7 +42,7 @@ def table(arcs: Sequence[tuple[Array, Array]], free: Array) -> tuple[Array, Arra
     capacity = np.zeros((np.count_nonzero(free), 2 * free.ndim), np.int64)
     neighbor = np.full(capacity.shape, -1, np.int32)
     for axis, (ahead, back) in enumerate(arcs):
-        nodes, one, other = (_lines(v, axis) for v in (node, ahead, back))
+        nodes, one, other = (lines(v, axis) for v in (node, ahead, back))
         _joined(nodes, one, other, capacity, neighbor, axis, 2 * free.ndim - 1 - axis)
     return capacity, neighbor
 
@@ -52,12 +52,12 @@ def left_after(choice: Array, take: Array, pairs: Sequence[tuple[Array, Array, A
     choice, left = choice.astype(np.int8), []
     for axis, (a, b, c) in enumerate(pairs):
         cost = np.empty(a.shape, np.int32)
-        _left(*(_lines(v, axis) for v in (choice, take, a, b, c, cost)))
+        _left(*(lines(v, axis) for v in (choice, take, a, b, c, cost)))
         left.append(cost)
     return left
 
 
-def _lines(values: Array, axis: int) -> Array:
+def lines(values: Array, axis: int) -> Array:
     """A view of values (a copy, where they are not contiguous) as (before, along, behind) an axis."""
     before, behind = math.prod(values.shape[:axis]), math.prod(values.shape[axis + 1 :])
     return np.ascontiguousarray(values).reshape(before, values.shape[axis], behind)

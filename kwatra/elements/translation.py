@@ -3,9 +3,11 @@
 import torch
 from torch import Tensor
 
+from kwatra.elements.kept import kept
 from kwatra.exemplar import Exemplar
 
 
+@kept
 def translation(exemplar: Exemplar) -> tuple[int, int] | None:
     """The whole pixels (down, right) by which every frame of a single clip is the one before it, moved, to the bit.
 

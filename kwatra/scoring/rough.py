@@ -34,10 +34,10 @@ class Ranking:
     """Tells about the overall figure of outputs of an exemplar, to choose among them by; lower is better.
 
     Of videos it is that of `measure`, of images a `glance`, for which the exemplar is described once. thorough: the
-    joint statistics of images count as well, where 64x64 pixels fit; to load what finds them takes a second. Shapes as
-    there,
-    and pictures of any size and many channels: where a picture is too small for a window each pixel counts as so many
-    squared; of more than CHANNELS channels the first are looked at.
+    joint statistics of images count as well, where 64x64 pixels fit; to load what finds them takes a second.
+
+    Shapes as there, and pictures of any size and many channels: where a picture is too small for a window each pixel
+    counts as so many squared; of more than CHANNELS channels the first are looked at.
     """
 
     def __init__(self, exemplar: Images, thorough: bool = False) -> None:
