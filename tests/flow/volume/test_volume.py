@@ -11,6 +11,10 @@ import flow
 from flow.volume import VolumeFlow
 from kwatra import Exemplar, InputError, Level, Settings, optimize
 from kwatra.base import conjugate_gradients
+from kwatra.source import SourceWindows
+from kwatra.steps.asked import Wants
+from kwatra.steps.matching import Matching
+from kwatra.windows import Grid
 
 SHAPE = (4, 6, 7)
 
@@ -178,12 +182,40 @@ def test_a_candidate_is_charged_what_it_does_to_the_energy(
     assert torch.allclose(charge(corners.flip(0), windows.flip(0)).flip(0), charge(corners, windows), atol=1e-6)
     charged = charge(corners, windows)
     matrix, numel = dense(made), windows[0].numel()
-    before = float((x.double().flatten(1) @ matrix * x.double().flatten(1)).sum())
+    before = energy_of(x, matrix)
     for corner, window, cost in zip(corners, windows, charged, strict=True):
         y = x.double()
         y[(slice(None), *windows_at(x, corner, width))] = window.double().movedim(-1, 0)
-        flat = y.flatten(1)
-        assert float(cost) == pytest.approx((float((flat @ matrix * flat).sum()) - before) / numel, abs=1e-5)
+        assert float(cost) == pytest.approx((energy_of(y, matrix) - before) / numel, abs=1e-5)
+
+
+@every_way
+def test_the_search_of_equation_31_finds_what_an_exhaustive_one_finds(loop: bool, wrap: bool, masked: bool) -> None:
+    """Of all windows z of the clip the least |x_p - z|^2 + lambda U_c(y), y the video with z in the place of x_p."""
+    width, made, x = (2, 3, 3), term(loop, wrap, masked, weight=2.0), video()
+    source = SourceWindows(Exemplar.of(torch.rand(2, 3, 4, 5, generator=generator(8))), width, generator())
+    assert len(source.numbers) == 12  # as many as are compared: 2 x 2 x 3 places
+    grid = Grid(SHAPE, width, (1, 1, 1), wrap)
+    matching = Matching(source, grid, None)
+    found = matching.best(x, None, Wants(charges=[made.charge(x)]), "exact").matches
+    matrix, every, by_likeness = dense(made), source.windows(source.numbers), 0
+    before = energy_of(x, matrix)
+    for k, (corner, window) in enumerate(zip(grid.corners, grid.gather(x), strict=True)):
+        unlike = source.metric.squared(every - window)
+        cost = unlike.double()
+        for n, candidate in enumerate(every):
+            y = x.clone()
+            y[(slice(None), *windows_at(x, corner, width))] = candidate.movedim(-1, 0)
+            cost[n] += (energy_of(y, matrix) - before) / candidate.numel()
+        assert int(found[k]) == int(source.numbers[cost.argmin()])
+        by_likeness += int(unlike.argmin() == cost.argmin())
+    assert by_likeness < 0.8 * len(grid)
+
+
+def energy_of(x: Tensor, matrix: Tensor) -> float:
+    """x^T F x of a video (C, T, H, W), in double precision."""
+    flat = x.double().flatten(1)
+    return float((flat @ matrix * flat).sum())
 
 
 @every_way

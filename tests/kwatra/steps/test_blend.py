@@ -1,3 +1,4 @@
+import itertools
 from dataclasses import replace
 
 import pytest
@@ -96,14 +97,17 @@ def test_volumes_blend_like_images():
     )
 
 
-def test_a_volumes_voxel_is_the_weighted_mean_of_all_windows_over_it():
-    source, grid, matches, weights = setting(shape=(4, 7, 6), width=(3, 4, 4))
-    total, mass = torch.zeros(2, 4, 7, 6), torch.zeros(4, 7, 6)
+@pytest.mark.parametrize("wrap", [False, True])
+def test_a_volumes_voxel_is_the_weighted_mean_of_all_windows_over_it(wrap):
+    shape = (4, 8, 6)
+    source, grid, matches, weights = setting(shape=shape, width=(3, 4, 4), wrap=wrap)
+    total, mass = torch.zeros(2, *shape), torch.zeros(shape)
     for corner, window, weight in zip(grid.corners.tolist(), source.windows(matches), weights, strict=True):
-        at = tuple(slice(c, c + w) for c, w in zip(corner, (3, 4, 4), strict=True))
-        share = weight * source.metric.falloff[..., 0]
-        total[(slice(None), *at)] += share * window.movedim(-1, 0)
-        mass[at] += share
+        for t, y, x in itertools.product(range(3), range(4), range(4)):
+            at = tuple((c + step) % side for c, step, side in zip(corner, (t, y, x), shape, strict=True))
+            share = weight * source.metric.falloff[t, y, x, 0]
+            total[(slice(None), *at)] += share * window[t, y, x]
+            mass[at] += share
     assert torch.allclose(blend(Ballot(grid, source, matches, weights)).x, total / mass, atol=1e-5)
 
 
