@@ -15,8 +15,8 @@ from kwatra.windows import Feature, Metric
 class Bag(Described):
     """A set of windows (N, *width, C) without places: matched and copied, but there is no canvas they come from.
 
-    weights (C,): how much each channel counts in matching; a channel of weight 0 is carried along. Memory: the windows
-    and their descriptors. Raises InputError for windows that are none, or not finite.
+    weights (C,): how much each channel counts in matching; a channel of weight 0 is carried along. `held` are the
+    windows. Memory: these and their descriptors. Raises InputError for windows that are none, or not finite.
     """
 
     def __init__(
@@ -32,22 +32,22 @@ class Bag(Described):
                 f"a bag of windows has shape {tuple(windows.shape)}; give finite (N, h, w, C) or (N, t, h, w, C), "
                 "at least one"
             )
-        self._windows = windows.float().contiguous()
+        self.held = windows.float().contiguous()
         metric = Metric(windows.shape[1:-1], weights.to(windows.device), features)
         super().__init__(metric, torch.arange(len(windows), device=windows.device), dims, generator)
 
     def windows(self, numbers: Tensor) -> Tensor:
         """See `Source.windows`."""
-        return self._windows[numbers]
+        return self.held[numbers]
 
     def values(self, numbers: Tensor, inside: Sequence[Tensor]) -> Tensor:
         """See `Source.values`."""
-        return self._windows[(numbers, *inside)].movedim(-1, 0)
+        return self.held[(numbers, *inside)].movedim(-1, 0)
 
     def projections(self, basis: Tensor, mean: Tensor) -> tuple[Tensor, Tensor]:
         """See `Source.projections`."""
         along, length = [], []
-        for part in self._windows.split(max(CHUNK // mean.numel(), 1)):
+        for part in self.held.split(max(CHUNK // mean.numel(), 1)):
             embedded = self.metric.embed(part)
             along.append(product(embedded, basis))
             length.append((embedded - mean).square().sum(1))

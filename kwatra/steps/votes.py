@@ -13,9 +13,10 @@ import torch
 from torch import Tensor
 
 from kwatra.base import InputError
-from kwatra.source import CHUNK, Source, heaviest_covering
+from kwatra.source import CHUNK, Bag, Source, heaviest_covering
+from kwatra.steps.inbag import modes_in_bag
 from kwatra.steps.inplace import fits, sums_in_place
-from kwatra.windows import Layout, Metric
+from kwatra.windows import FreeWindows, Layout, Metric
 
 DECIDING = 4
 """To this power weights count where the best windows decide: with 3 waterfalls are a little softer, with 6 they are not
@@ -83,6 +84,9 @@ class Mode:
 
     def __call__(self, ballot: Ballot) -> Pull:
         """The vote. Memory: a few images; the windows are gone through once in every round."""
+        layout, source = ballot.layout, ballot.source
+        if isinstance(layout, FreeWindows) and isinstance(source, Bag) and layout.device.type == "cpu":
+            return Pull(*modes_in_bag(layout, source, ballot.matches, ballot.weights, self.bandwidth, self.rounds))
         mass, mode = _mass(ballot), _winners(ballot)
         share = ballot.source.metric.share.view(-1, *[1] * len(ballot.layout.shape))
         falloff = ballot.source.metric.falloff[..., 0]

@@ -71,6 +71,10 @@ class FreeWindows:
     def scatter(self, windows: Tensor, into: Tensor | None = None) -> Tensor:
         """See `Layout.scatter`; pixels sum their windows in order, so that bits do not depend on threads."""
         image = windows.new_zeros(windows.shape[-1], *self.shape) if into is None else into
+        if self.device.type == "cpu":
+            flat = windows.reshape(len(self), -1, len(image)).contiguous()
+            _add(math.prod(self.shape), self._pixels, flat, image.view(len(image), -1))
+            return image
         for window, inside, there in self.coverings():
             image += (windows[(window, *inside)] * there[..., None]).movedim(-1, 0)
         return image
@@ -90,37 +94,54 @@ class FreeWindows:
             yield there, torch.where(wraps, (shift + sides // 2) % sides - sides // 2, shift)
 
     @cached_property
-    def _covers(self) -> tuple[Tensor, Tensor, Tensor]:
+    def covers(self) -> tuple[Tensor, Tensor, Tensor]:
         """Of the windows that cover each pixel, in order, the number and the pixel's place inside, both (m, pixels).
 
-        int32; places are counted row by row. Then how many they are, (pixels,).
+        int32; pixels and places are counted row by row. Then how many they are, (pixels,).
         """
-        axes = []
-        for axis, (size, width) in enumerate(zip(self.shape, self.width, strict=True)):
-            line = (self.corners[:, axis, None] + torch.arange(width, device=self.device)) % size
-            axes.append(line.view(len(self), *[width if a == axis else 1 for a in range(len(self.shape))]))
-        pixel = torch.zeros(1, dtype=torch.long, device=self.device)
-        for line, size in zip(axes, self.shape, strict=True):
-            pixel = pixel * size + line
-        count = torch.bincount(pixel.flatten(), minlength=math.prod(self.shape))
+        count = torch.bincount(self._pixels.flatten(), minlength=math.prod(self.shape))
         window, place = torch.zeros(2, int(count.max()), len(count), dtype=torch.int32)
-        _list(len(count), pixel.flatten(1).cpu(), torch.zeros(len(count), dtype=torch.int32), window, place)
+        _list(len(count), self._pixels.cpu(), torch.zeros(len(count), dtype=torch.int32), window, place)
         return window.to(self.device), place.to(self.device), count
 
     def coverings(self) -> Iterator[Covering]:
         """See `Layout.coverings`; where fewer windows cover a pixel, window 0 is named, which is not there."""
-        windows, places, count = self._covers
+        windows, places, count = self.covers
         for k, (window, place) in enumerate(zip(windows, places, strict=True)):
-            inside = torch.unravel_index(place.long().view(self.shape), self.width)
-            yield Covering(window.long().view(self.shape), tuple(inside), (k < count).view(self.shape))
+            inside, rest = [], place.long().view(self.shape)  # torch.unravel_index loads a compiler that is not used
+            for width in reversed(self.width):
+                inside.append(rest % width)
+                rest = rest // width
+            yield Covering(window.long().view(self.shape), tuple(inside[::-1]), (k < count).view(self.shape))
+
+    @cached_property
+    def _pixels(self) -> Tensor:
+        """The number, counted row by row, of the pixel at each place of each window: (N, places), int32."""
+        axes = len(self.shape)
+        pixels = torch.zeros(1, dtype=torch.int32, device=self.device)
+        for axis, (size, width) in enumerate(zip(self.shape, self.width, strict=True)):
+            line = (self.corners[:, axis, None] + torch.arange(width, device=self.device)) % size
+            pixels = pixels * size + line.int().view(len(self), *[width if a == axis else 1 for a in range(axes)])
+        return pixels.flatten(1)
 
 
 @Compiled
 def _list(pixel: Any, listed: Any, windows: Any, places: Any, low: int, high: int) -> None:
-    """Windows and places, in order, of pixels from low to high; pixel (N, w): what lies where in each window."""
+    """Windows and places, in order, of pixels from low to high; pixel (N, places): see `FreeWindows._pixels`."""
     for window in range(len(pixel)):
         for place in range(pixel.shape[1]):
             at = pixel[window, place]
             if low <= at < high:
                 windows[listed[at], at], places[listed[at], at] = window, place
                 listed[at] += 1
+
+
+@Compiled
+def _add(pixel: Any, windows: Any, image: Any, low: int, high: int) -> None:
+    """Windows (N, places, C) added to the pixels of an image (C, pixels) from low to high."""
+    for window in range(len(pixel)):
+        for place in range(pixel.shape[1]):
+            at = pixel[window, place]
+            if low <= at < high:
+                for channel in range(len(image)):
+                    image[channel, at] += windows[window, place, channel]

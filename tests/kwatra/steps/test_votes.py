@@ -56,6 +56,32 @@ def test_the_mode_is_where_the_weighted_density_peaks():
     assert float((peaks - found).abs().min()) < 2e-3
 
 
+@pytest.mark.parametrize("threads", [1, 3])
+def test_the_mode_of_windows_of_a_bag_is_that_of_tensors(threads):
+    grid = Grid((24, 22), (6, 4), (3, 2), wrap=(True, False))
+    bag = Bag(torch.rand(50, 6, 4, 3, generator=generator()), torch.tensor([1.0, 2.0, 0.0]), generator())
+    matches = torch.randint(50, (len(grid),), generator=generator(1))
+    weights = torch.rand(len(grid), generator=generator(2)) + 0.1
+    expected = Mode(0.2)(Ballot(grid, bag, matches, weights))  # tensors, as windows on a grid are gone through
+    before = torch.get_num_threads()
+    torch.set_num_threads(threads)  # which share the pixels
+    try:
+        layout = FreeWindows(grid.shape, grid.width, grid.corners, grid.wrap)
+        total, mass = Mode(0.2)(Ballot(layout, bag, matches, weights))
+    finally:
+        torch.set_num_threads(before)
+    assert torch.allclose(mass, expected.mass)
+    assert torch.allclose(total, expected.total, atol=1e-5)
+
+
+def test_what_no_window_covers_has_no_mode():
+    bag = Bag(torch.rand(3, 4, 4, 1, generator=generator()), torch.ones(1), generator())
+    layout = FreeWindows((12, 12), (4, 4), torch.tensor([[0, 0], [7, 8]]))
+    total, mass = Mode()(Ballot(layout, bag, torch.tensor([1, 2]), torch.ones(2)))
+    assert torch.equal(mass > 0, mean(Ballot(layout, bag, torch.tensor([1, 2]), torch.ones(2))).mass > 0)
+    assert not total[mass == 0].any()
+
+
 def test_all_votes_give_one_mass_and_agree_where_windows_do():
     exemplar = Exemplar.of(torch.rand(2, 24, 24, generator=generator()))
     source = SourceWindows(exemplar, (8, 8), generator())
