@@ -1,4 +1,4 @@
-"""What everything stands on: the one error, axes, sums, linear systems, seeds, sizes."""
+"""What everything stands on: the one error, axes, sums, linear systems, seeds, sizes, threads."""
 
 from kwatra.base.axes import AVERAGE, CONVOLUTION, LARGEST, coarse_shape, enlarged, factors_of, resized
 from kwatra.base.errors import InputError, check_mask
@@ -7,6 +7,7 @@ from kwatra.base.resampling import turned
 from kwatra.base.seeds import generator_of
 from kwatra.base.sizes import whole_sizes
 from kwatra.base.solver import Solution, conjugate_gradients
+from kwatra.base.threads import shared
 
 __all__ = [
     "AVERAGE",
@@ -23,6 +24,7 @@ __all__ = [
     "mean",
     "product",
     "resized",
+    "shared",
     "total",
     "turned",
     "whole_sizes",

@@ -5,12 +5,13 @@ own, so bits do not depend on their number. Numba compiles a loop when it is fir
 """
 
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from functools import cached_property
 from itertools import pairwise
 from typing import Any, TypeVar
 
 import torch
+
+from kwatra.base.threads import shared
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -42,11 +43,6 @@ class Compiled:
     def __call__(self, items: int, *arguments: Any) -> None:
         """Work on all items, shared among torch's threads; tensors are given as they are, contiguous on the CPU."""
         arrays = [a.numpy() if isinstance(a, torch.Tensor) else a for a in arguments]
-        threads = torch.get_num_threads()
-        if threads == 1 or items < _FEW:
-            self._compiled(*arrays, 0, items)
-            return
+        threads = 1 if items < _FEW else torch.get_num_threads()
         ends = [items * k // threads for k in range(threads + 1)]
-        with ThreadPoolExecutor(threads) as pool:
-            for done in [pool.submit(self._compiled, *arrays, low, high) for low, high in pairwise(ends)]:
-                done.result()
+        shared(lambda part: self._compiled(*arrays, *part), list(pairwise(ends)))

@@ -40,15 +40,16 @@ def best_cut(
     takes than when it keeps, integer, shaped as `choice`. Of several cheapest labelings the one that takes fewest
     pixels.
     """
-    from kwatra.cut.network import energy
+    from kwatra.cut.network import at_once, energy
 
-    free = choice == FREE
+    free, most = choice == FREE, MOST_AT_ONCE if choice.ndim < 3 else MOST_AT_ONCE // 3
+    if np.count_nonzero(free) <= most:
+        return at_once(choice, pairs, taking)
     unary, arcs = energy(choice, pairs)
     if taking is not None:
         unary += taking
     take: np.ndarray = choice == TAKE
     if (unary[free] < 0).any():
-        most = MOST_AT_ONCE if choice.ndim < 3 else MOST_AT_ONCE // 3
         take[free] = solve_in_bands(unary, arcs, free, _solve, most)
     return take
 
@@ -65,4 +66,4 @@ def _solve(unary: np.ndarray, arcs: Arcs, free: np.ndarray) -> np.ndarray:
     from kwatra.cut.flow import sink_side
     from kwatra.cut.network import table
 
-    return sink_side(unary[free], *table(arcs, free), np.arange(2 * free.ndim)[::-1].copy())
+    return sink_side(unary[free], *table(arcs, free))

@@ -1,7 +1,8 @@
 """The network of a minimum cut, and the seams that are left after it: loops over the pairs of a grid, compiled.
 
 Arrays are seen as (before, along, behind): what lies before an axis, the axis, what lies behind it. So one loop serves
-any axis of any number of dimensions.
+any axis of any number of dimensions. A cut that is solved at once is one call from costs to pixels: it holds no lock of
+the interpreter's, so threads can solve several side by side.
 
 This module is compiled by numba when first used, so it is imported where a cut is solved.
 """
@@ -14,8 +15,17 @@ import numpy as np
 
 from kwatra.base.compiled import jitted
 from kwatra.cut.choices import FREE, KEEP, TAKE, VOID
+from kwatra.cut.flow import FAR, distances_after
 
 Array = np.ndarray[Any, Any]
+
+
+def at_once(choice: Array, pairs: Sequence[tuple[Array, Array, Array]], taking: Array | None) -> Array:
+    """Which pixels take the new patch, as `best_cut` says, of a network of all free pixels."""
+    weight = np.zeros(choice.size, np.int64) if taking is None else taking.astype(np.int64).ravel()
+    take, (a, b, c) = np.empty(choice.shape, np.bool_), _sides(pairs)
+    _at_once(choice.astype(np.int8).ravel(), a, b, c, weight, take.ravel())
+    return take
 
 
 def energy(choice: Array, pairs: Sequence[tuple[Array, Array, Array]]) -> tuple[Array, list[tuple[Array, Array]]]:
@@ -49,11 +59,9 @@ def table(arcs: Sequence[tuple[Array, Array]], free: Array) -> tuple[Array, Arra
 
 def left_after(choice: Array, take: Array, pairs: Sequence[tuple[Array, Array, Array]]) -> list[Array]:
     """As `seams_after` in kwatra.cut.minimum."""
-    choice, left = choice.astype(np.int8), []
-    for axis, (a, b, c) in enumerate(pairs):
-        cost = np.empty(a.shape, np.int32)
-        _left(*(lines(v, axis) for v in (choice, take, a, b, c, cost)))
-        left.append(cost)
+    left, (a, b, c) = [np.empty(pair[0].shape, np.int32) for pair in pairs], _sides(pairs)
+    costs = tuple(lines(cost, axis) for axis, cost in enumerate(left))
+    _left(choice.astype(np.int8).ravel(), np.ascontiguousarray(take).ravel(), a, b, c, costs)
     return left
 
 
@@ -61,6 +69,35 @@ def lines(values: Array, axis: int) -> Array:
     """A view of values (a copy, where they are not contiguous) as (before, along, behind) an axis."""
     before, behind = math.prod(values.shape[:axis]), math.prod(values.shape[axis + 1 :])
     return np.ascontiguousarray(values).reshape(before, values.shape[axis], behind)
+
+
+def _sides(pairs: Sequence[tuple[Array, Array, Array]]) -> list[tuple[Array, ...]]:
+    """The costs a, b and c of all axes, each as lines of one type, so that one compiled loop serves all."""
+    kind = np.result_type(np.int32, *(cost for pair in pairs for cost in pair))
+    return [tuple(lines(np.asarray(pair[n], kind), axis) for axis, pair in enumerate(pairs)) for n in range(3)]
+
+
+@jitted
+def _at_once(choice: Any, a: Any, b: Any, c: Any, weight: Any, take: Any) -> None:
+    """Solve a cut; choice, weight (what taking costs) and take (N,) are of all pixels, a, b and c of axes."""
+    node, count = np.empty(len(choice), np.int32), 0
+    for i in range(len(choice)):
+        node[i] = count if choice[i] == FREE else -1
+        count += choice[i] == FREE
+    residual, near = np.zeros((count, 2 * len(a)), np.int64), np.full((count, 2 * len(a)), -1, np.int32)
+    for axis in range(len(a)):
+        before, pairs, behind = a[axis].shape
+        shape = (before, pairs + 1, behind)
+        ahead, back = np.empty(a[axis].shape, np.int64), np.empty(a[axis].shape, np.int64)
+        _priced(choice.reshape(shape), a[axis], b[axis], c[axis], weight.reshape(shape), ahead, back)
+        _joined(node.reshape(shape), ahead, back, residual, near, axis, 2 * len(a) - 1 - axis)
+    excess, drain = np.empty(count, np.int64), np.empty(count, np.int64)
+    for i in range(len(choice)):
+        if node[i] >= 0:
+            excess[node[i]], drain[node[i]] = max(weight[i], 0), max(-weight[i], 0)
+    distance = distances_after(excess, drain, residual, near)
+    for i in range(len(choice)):
+        take[i] = distance[node[i]] < FAR if node[i] >= 0 else choice[i] == TAKE
 
 
 @jitted
@@ -100,16 +137,20 @@ def _joined(node: Any, ahead: Any, back: Any, capacity: Any, neighbor: Any, behi
 
 
 @jitted
-def _left(choice: Any, take: Any, a: Any, b: Any, c: Any, cost: Any) -> None:
-    for i in range(a.shape[0]):
-        for j in range(a.shape[1]):
-            for k in range(a.shape[2]):
-                p, q = take[i, j, k], take[i, j + 1, k]
-                if choice[i, j, k] == VOID or choice[i, j + 1, k] == VOID or (p and q):
-                    cost[i, j, k] = 0
-                elif p:
-                    cost[i, j, k] = c[i, j, k]
-                elif q:
-                    cost[i, j, k] = b[i, j, k]
-                else:
-                    cost[i, j, k] = a[i, j, k]
+def _left(choice: Any, take: Any, a: Any, b: Any, c: Any, left: Any) -> None:
+    for axis in range(len(a)):
+        before, pairs, behind = a[axis].shape
+        states = choice.reshape((before, pairs + 1, behind))
+        taken = take.reshape((before, pairs + 1, behind))
+        for i in range(before):
+            for j in range(pairs):
+                for k in range(behind):
+                    p, q = taken[i, j, k], taken[i, j + 1, k]
+                    if states[i, j, k] == VOID or states[i, j + 1, k] == VOID or (p and q):
+                        left[axis][i, j, k] = 0
+                    elif p:
+                        left[axis][i, j, k] = c[axis][i, j, k]
+                    elif q:
+                        left[axis][i, j, k] = b[axis][i, j, k]
+                    else:
+                        left[axis][i, j, k] = a[axis][i, j, k]

@@ -20,7 +20,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from kwatra.base import mean
+from kwatra.base import mean, shared
 from kwatra.elements import Lattice
 from kwatra.exemplar import Exemplar
 from kwatra.pieces.again import Budget, lay_again
@@ -71,6 +71,9 @@ Two panels of 16 textures score .052 and .058 with it, .052 and .059 with .5, an
 
 AGAIN, PATIENCE = 0.3, 6
 """Blocks are laid again at most so often, for each that was laid, and until so many in a row have not helped."""
+
+Chosen = tuple[tuple[int, ...], float]
+"""The corner of a block in the exemplar, and what it costs."""
 
 
 class BlockStart:
@@ -149,7 +152,7 @@ class BlockStart:
         for corner in product(*self.starts):
             box = Box(corner, block).clipped(self.shape, self.sheet.periodic)
             chosen = self._choose(box, self._needed(box))
-            self._commit(min((self._cut(place, box, cost) for place, cost in chosen), key=lambda cut: cut[1])[0])
+            self._commit(min(self._cuts(box, chosen), key=lambda cut: cut[1])[0])
             self.laid += 1
         if self.aligned:
             regions = Regions(self.sheet, tuple(max(b // 2, 1) for b in block), self.generator)
@@ -178,7 +181,7 @@ class BlockStart:
             corner.append(first if wraps else min(max(first, 0), max(size - block, 0) // g * g))
         box = Box(tuple(corner), self.corners.block).clipped(self.shape, self.sheet.periodic)
         chosen = self._choose(box, np.zeros(box.extent, bool))
-        cut = min((self._cut(place, box, cost)[0] for place, cost in chosen), key=lambda cut: cut.price)
+        cut = min((cut for cut, _ in self._cuts(box, chosen)), key=lambda cut: cut.price)
         if cut.price >= 0 or not cut.take.any():
             return False
         self._commit(cut)
@@ -186,13 +189,13 @@ class BlockStart:
 
     def _commit(self, cut: Cut) -> None:
         """Lay a block, and count what is used of the exemplar now."""
-        here = cut.at
-        gone = cut.take & (self.sheet.label[here] >= 0)
-        for places, count in ((cut.places[cut.take], 1), (self.sheet.places[here][gone], -1)):
-            np.add.at(self.used, tuple(self.sheet.sources.coordinates(places)[1]), count)
+        cell = self.sheet.sources.cell
+        gone = self.sheet.places[cut.at][cut.take & (self.sheet.label[cut.at] >= 0)]
+        new, old = (np.bincount(places, minlength=math.prod(cell)) for places in (cut.places[cut.take], gone))
+        self.used += (new - old).reshape(cell)[tuple(slice(1, n + 1) for n in self.used.shape)]
         self.sheet.commit(cut)
 
-    def _choose(self, box: Box, needed: Array) -> list[tuple[tuple[int, ...], float]]:
+    def _choose(self, box: Box, needed: Array) -> list[Chosen]:
         """Corners of blocks to copy, and their costs: good agreement with what is known and wished for, little used.
 
         needed: the pixels of the box that they have to fill.
@@ -204,9 +207,12 @@ class BlockStart:
         valid = self.corners.valid
         if any(self.corners.hang):
             valid = valid & (self.corners.inside(needed) == needed.sum())
-        mismatch = self._mismatch(known, place, at, valid)
-        same = self._continuations(known, place)
-        again = same > 0
+        same = self.corners.continuing(place, known)
+        again = same > 0  # what would only continue a copy that is there already
+        mismatch, shown = shared(
+            lambda part: part(),
+            [lambda: self._mismatch(known, place, at, valid), lambda: self._repetition(box, known, at, same, valid)],
+        )
         # in units of what agreement this texture affords: rows that can line up are not torn for the sake of even use
         others = mismatch[valid & ~again]
         if len(others) == 0:
@@ -214,7 +220,7 @@ class BlockStart:
         least = max(others.min(), MISMATCH_FLOOR), max(np.quantile(others, GOOD), MISMATCH_FLOOR)
         scale = math.sqrt(math.prod(least))
         away = charged(self.places, box.start, valid.shape, self.grain, self.exemplar.canvas.device)
-        cost = (mismatch + away / self.variance) / scale + self._repetition(box, known, at, same, valid)
+        cost = (mismatch + away / self.variance) / scale + shown
         flat = np.where(valid, cost, math.inf).ravel()
         wished = self.wish is not None and self.wish.anything(at)
         if self.seams > 1 and self.aligned and known.any() and not wished:
@@ -262,17 +268,14 @@ class BlockStart:
                 mismatch = mismatch + self.corners.on_grain(self.fit.inside(value, weight)) / (count * self.variance)
         return np.round(mismatch, 9)  # what agrees equally well stays a tie, whatever the transform rounds
 
-    def _continuations(self, known: Array, place: Array) -> Array:
-        """On how many pixels blocks would only continue a copy that is there already, shaped as `valid`."""
-        same = np.zeros(self.corners.valid.shape)
-        np.add.at(same, self.corners.numbers((place - np.indices(known.shape))[:, known]), 1.0)
-        return same
+    def _cuts(self, box: Box, chosen: Sequence[Chosen]) -> list[tuple[Cut, float]]:
+        """Blocks cut in along the cheapest seams, and their costs with what of seams is seen: 1 for one in plain sight.
 
-    def _cut(self, place: tuple[int, ...], box: Box, cost: float) -> tuple[Cut, float]:
-        """A block cut in along the cheapest seam, and its cost with what of seams is seen: 1 for one in plain sight.
-
-        In plain sight is a seam between unrelated pixels all along the block.
+        In plain sight is a seam between unrelated pixels all along the block. Threads share the blocks.
         """
+        return shared(lambda one: self._cut(box, *one), chosen)
+
+    def _cut(self, box: Box, place: tuple[int, ...], cost: float) -> tuple[Cut, float]:
         shift = tuple(s - p for s, p in zip(box.start, place, strict=True))
         box = box.within(Box(shift, self.exemplar.shape))
         patch = Patch(0, shift, box)

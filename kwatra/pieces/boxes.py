@@ -46,11 +46,14 @@ def span_sums(values: np.ndarray, spans: Sequence[tuple[np.ndarray, np.ndarray]]
 
     spans: starts and stops of each axis, whole numbers in 0 .. its length. Values may have further axes before.
     """
+    from kwatra.cut.network import lines
+    from kwatra.pieces.loops import sum_spans
+
     sums: np.ndarray = values.astype(np.int64 if values.dtype.kind in "biu" else np.float64)
     for axis, (starts, stops) in enumerate(spans, values.ndim - len(spans)):
-        table = np.cumsum(sums, axis=axis)
-        table = np.concatenate([np.zeros_like(table.take([0], axis)), table], axis=axis)
-        sums = table.take(stops, axis) - table.take(starts, axis)
+        shape = (*sums.shape[:axis], len(starts), *sums.shape[axis + 1 :])
+        within, sums = sums, np.empty(shape, sums.dtype)
+        sum_spans(lines(within, axis), starts, stops, lines(sums, axis))
     return sums
 
 

@@ -68,13 +68,12 @@ def kept_in_step(lattice: Lattice, step: Array, shown: Array, valid: Array) -> A
 
 def shown_near(sheet: Sheet[Mosaic], box: Box, reach: int, shape: Sequence[int]) -> Array:
     """How much of an exemplar of some shape is shown around a box: 1 for a pixel in it, 0 from `reach` away from it."""
-    around = Box(tuple(s - reach for s in box.start), tuple(e + 2 * reach for e in box.extent))
-    at = tuple(slice(max(a, 0), min(b, n)) for a, b, n in zip(around.start, around.stop, sheet.shape, strict=True))
-    there = sheet.label[at] >= 0
-    squared = np.zeros(())
-    for line, start, stop in zip(np.ogrid[at], box.start, box.stop, strict=True):
-        squared = squared + np.maximum(np.maximum(start - line, line - (stop - 1)), 0) ** 2
-    share = np.clip(1 - np.sqrt(squared) / reach, 0, 1)
+    from kwatra.pieces.loops import sum_near
+
+    low = np.maximum(np.array(box.start) - reach, 0)
+    high = np.minimum(np.array(box.stop) + reach, sheet.shape)
+    at = tuple(slice(a, b) for a, b in zip(low, high, strict=True))
     cell = sheet.sources.cell
-    shown = np.bincount(sheet.places[at][there], share[there], minlength=math.prod(cell)).reshape(cell)
-    return shown[tuple(slice(1, n + 1) for n in shape)]
+    shown = np.zeros(math.prod(cell))
+    sum_near(sheet.places[at], sheet.label[at] >= 0, low, np.array(box.start), np.array(box.stop), float(reach), shown)
+    return shown.reshape(cell)[tuple(slice(1, n + 1) for n in shape)]

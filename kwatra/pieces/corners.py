@@ -14,7 +14,7 @@ import numpy as np
 
 from kwatra.base import InputError
 from kwatra.exemplar import Exemplar
-from kwatra.pieces.boxes import box_sums, span_sums
+from kwatra.pieces.boxes import span_sums
 from kwatra.pieces.fitting import Fit
 from kwatra.pieces.stock import Array
 
@@ -54,11 +54,17 @@ class Corners:
         corners = np.stack(np.unravel_index(numbers, self.valid.shape), 1) * np.array(self.grain) - np.array(self.hang)
         return [tuple(corner) for corner in corners.tolist()]
 
-    def numbers(self, first: Array) -> tuple[Array, ...]:
-        """The numbers (one array per axis) of those that are among some first pixels (axes, ...)."""
-        beyond = (first.reshape(len(self.shape), -1).T + self.hang) // self.grain
-        there = ((beyond >= 0) & (beyond < self.valid.shape)).all(1)
-        return tuple(beyond[there].T)
+    def continuing(self, place: Array, known: Array) -> Array:
+        """How many pixels of a box (*E) come from where each block would have them, of those that are `known`.
+
+        place (axes, *E): where they come from.
+        """
+        from kwatra.pieces.loops import count_offsets
+
+        counts = np.zeros(self.valid.shape)
+        extent, hang, grain = np.array(known.shape), np.array(self.hang), np.array(self.grain)
+        count_offsets(place.reshape(len(place), -1), known.ravel(), extent, hang, grain, counts)
+        return counts
 
     def around(self, image: Array) -> Array:
         """An image (..., *shape) with as much of nothing around it as blocks may hang over."""
@@ -72,16 +78,19 @@ class Corners:
 
     def sums(self, values: Array) -> Array:
         """The sum of the exemplar's values (*shape) under each block."""
-        return self.on_grain(box_sums(self.around(values), self.block))
+        corners = self._corners
+        spans = [(c.clip(0, n), (c + b).clip(0, n)) for c, b, n in zip(corners, self.block, self.shape, strict=True)]
+        return span_sums(values, spans)
 
     def inside(self, values: Array) -> Array:
         """The sum of a block's values (..., *E) over what lies inside of the exemplar, of each block (..., *n)."""
-        lines = zip(values.shape[-len(self.shape) :], self.shape, self.grain, self.hang, self.valid.shape, strict=True)
-        spans = []
-        for extent, size, g, h, count in lines:
-            first = np.arange(count) * g - h
-            spans.append((np.clip(-first, 0, extent), np.clip(size - first, 0, extent)))
-        return span_sums(values, spans)
+        lines = zip(self._corners, values.shape[-len(self.shape) :], self.shape, strict=True)
+        return span_sums(values, [(np.clip(-c, 0, extent), np.clip(size - c, 0, extent)) for c, extent, size in lines])
+
+    @cached_property
+    def _corners(self) -> list[Array]:
+        """Where blocks start, axis by axis."""
+        return [np.arange(n) * g - h for n, g, h in zip(self.valid.shape, self.grain, self.hang, strict=True)]
 
     def squares(self, fit: Fit, content: Array, known: Array) -> tuple[Array, Array]:
         """The squared difference of each block to the content (C, *E) that is `known` (*E), and over how many pixels.

@@ -9,10 +9,13 @@ the stretch's.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import torch
 from scipy import fft, ndimage
 
+from kwatra.base import shared
 from kwatra.exemplar import Exemplar
 from kwatra.pieces.boxes import box_sums
 
@@ -33,13 +36,14 @@ class Fit:
         shape, extent = self.image.shape[1:], content.shape[1:]
         size = _fast(shape)
         known = np.where(weight > 0, content, 0) * weight
-        if weight.ndim == len(extent):
-            spectrum = np.conj(_forward(weight, size)) * self._spectrum(size)[-1]
-        else:
-            squares = zip(weight, self._channel_squares(), strict=True)
-            spectrum = sum(np.conj(_forward(w, size)) * square for w, square in squares)
-        for plane, color in zip(self._spectrum(size)[:-1], known, strict=True):
-            spectrum -= 2 * np.conj(_forward(color, size)) * plane
+        single = weight.ndim == len(extent)
+        weights, against = ([weight], self._spectrum(size)[-1:]) if single else (weight, self._channel_squares())
+        transforms = shared(lambda plane: _forward(plane, size), [*weights, *known])
+        spectrum = sum(np.conj(one) * square for one, square in zip(transforms, against, strict=False))
+        for one, plane in zip(transforms[len(weights) :], self._spectrum(size)[:-1], strict=True):
+            np.conj(one, out=one)
+            one *= 2
+            spectrum -= np.multiply(one, plane, out=one)
         room = tuple(n - e + 1 for n, e in zip(shape, extent, strict=True))
         constant = (known * np.where(weight > 0, content, 0)).sum(dtype=np.float64)
         return np.maximum(_inverse(spectrum, size, room) + constant, 0)
@@ -85,12 +89,20 @@ def _fast(extent: tuple[int, ...]) -> tuple[int, ...]:
 
 
 def _forward(values: np.ndarray, size: tuple[int, ...]) -> np.ndarray:
-    spectrum: np.ndarray = fft.rfftn(values, size)
+    """The transform of values on a grid of some size; along the last axis no lines are transformed but theirs."""
+    lines = fft.rfft(values, size[-1])
+    spectrum: np.ndarray = fft.fftn(lines, size[:-1], range(len(size) - 1), overwrite_x=True)
     return spectrum
 
 
 def _inverse(spectrum: np.ndarray, size: tuple[int, ...], room: tuple[int, ...]) -> np.ndarray:
-    values: np.ndarray = fft.irfftn(spectrum, size)[tuple(slice(0, r) for r in room)]
+    """The values of a transform from 0 to `room`; lines beyond are not transformed along the last axis.
+
+    A spectrum may be written over.
+    """
+    lines = fft.ifftn(spectrum, axes=range(len(size) - 1), norm="forward", overwrite_x=True)
+    lines = lines[tuple(slice(0, r) for r in room[:-1])]
+    values: np.ndarray = fft.irfft(lines, size[-1], norm="forward")[..., : room[-1]] * (1 / math.prod(size))
     return values
 
 

@@ -178,7 +178,7 @@ class Sheet(Generic[S]):
         must_not: np.ndarray | None,
     ) -> np.ndarray:
         filled = self.label[at] >= 0
-        choice = np.where(filled, KEEP, VOID)
+        choice = np.where(filled, np.int8(KEEP), np.int8(VOID))
         core = np.where(filled[inner], FREE, TAKE)
         if must is not None:
             core[must] = TAKE

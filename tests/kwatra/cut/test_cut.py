@@ -71,7 +71,7 @@ def test_the_flow_cuts_as_an_independent_solver_does(shape, seed):
         low, high = node.take(range(shape[axis] - 1), axis).ravel(), node.take(range(1, shape[axis]), axis).ravel()
         capacity[high, axis], neighbor[high, axis] = rng.integers(0, 100, len(high)), low
         capacity[low, 2 * dims - 1 - axis], neighbor[low, 2 * dims - 1 - axis] = rng.integers(0, 100, len(low)), high
-    found = sink_side(weight, capacity, neighbor, np.arange(2 * dims)[::-1].copy())
+    found = sink_side(weight, capacity, neighbor)
     full = np.zeros((count + 2, count + 2), np.int32)
     for d in range(2 * dims):
         there = neighbor[:, d] >= 0

@@ -26,9 +26,22 @@ def test_corners_lie_on_the_grain_and_as_far_beyond_the_border_as_asked():
     assert min(every) == (-4, -2)
     assert max(every) == (14 - 6 + 4, 8)  # 8 + 4 reaches one pixel beyond 11: the next on the grain would be 3
     assert found.valid.all()
-    again = np.ravel_multi_index(found.numbers(np.array(every).T), found.valid.shape)
-    assert np.array_equal(again, np.arange(found.valid.size))
-    assert [len(n) for n in found.numbers(np.array([[-6, 14], [0, 0]]))] == [0, 0]  # beyond what may be
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_what_continues_a_copy_is_counted_where_a_block_would_have_it(seed):
+    rng, found = np.random.default_rng(seed), corners()
+    corner = np.array(found.at(np.arange(found.valid.size))[seed * 7])
+    place = np.indices(BLOCK) + corner[:, None, None]
+    place[:, rng.random(BLOCK) < 0.4] += rng.integers(-9, 10, (2, 1))  # some are of elsewhere, or of no block
+    known = rng.random(BLOCK) < 0.7
+    expected = np.zeros(found.valid.shape)
+    for pixel in np.argwhere(known):
+        first = [(p - u + h) // g for p, u, h, g in zip(place[:, *pixel], pixel, HANG, GRAIN, strict=True)]
+        if all(0 <= n < count for n, count in zip(first, found.valid.shape, strict=True)):
+            expected[tuple(first)] += 1
+    assert expected.max() > 3
+    np.testing.assert_array_equal(found.continuing(place, known), expected)
 
 
 def test_sums_and_differences_are_those_of_what_lies_inside():

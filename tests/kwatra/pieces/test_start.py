@@ -8,6 +8,7 @@ from skimage import data
 from torch import Tensor
 
 from kwatra import Exemplar, InputError, Settings, SoftPixels, optimize
+from kwatra.base import generator_of
 from kwatra.loop.task import task_of
 from kwatra.pieces import BlockStart, block_start, blocks
 from kwatra.pieces.start import USAGE, USAGE_IN_TIME, block_size
@@ -234,3 +235,15 @@ def test_two_periods_of_an_ornament_are_continued_by_whole_periods(seed):
     )
     y, x = (result.source[1 + axis] - torch.arange(n).unsqueeze(1 - axis) for axis, n in enumerate((90, 100)))
     assert bool(((y - y[0, 0]) % 32 == 0).all() & ((x - x[0, 0]) % 30 == 0).all())
+
+
+@pytest.mark.parametrize("striped", [False, True])
+def test_any_number_of_threads_lays_the_same_blocks(striped):
+    image = stripes(48, 48, 12).expand(3, -1, -1) if striped else torch.rand(3, 40, 44, generator=generator_of(1))
+    before, laid = torch.get_num_threads(), []
+    for threads in (1, 2, 3):
+        torch.set_num_threads(threads)
+        laid.append(run(Exemplar.of(image.contiguous()), (80, 90), (20, 20), seams=6).where)
+    torch.set_num_threads(before)
+    assert torch.equal(laid[0], laid[1])
+    assert torch.equal(laid[0], laid[2])

@@ -1,0 +1,50 @@
+"""Work that threads share: calls that do not depend on each other, side by side.
+
+What is called has to let go of the interpreter's lock to gain by it, as compiled loops and transforms do. Each call is
+made once, by one thread, so bits depend neither on the number of threads nor on their order.
+"""
+
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+from typing import TypeVar
+
+import torch
+
+Item = TypeVar("Item")
+Made = TypeVar("Made")
+
+
+def shared(call: Callable[[Item], Made], items: Sequence[Item]) -> list[Made]:
+    """What a call makes of each item, in their order; as many threads work on them as torch has.
+
+    The calling thread is one of them. Where the others are busy, as when calls share work of their own, it does all.
+    """
+    threads = torch.get_num_threads()
+    if threads == 1 or len(items) < 2:
+        return [call(item) for item in items]
+    made: dict[int, Made] = {}
+    left = iter(range(len(items)))  # the next number goes to whoever asks
+
+    def work() -> None:
+        for number in left:
+            made[number] = call(items[number])
+
+    pool = _pool(threads - 1, os.getpid())
+    helpers = [pool.submit(work) for _ in range(min(threads, len(items)) - 1)]
+    try:
+        work()
+    finally:
+        for _ in left:  # after an error nobody goes on
+            pass
+        for helper in helpers:
+            if not helper.cancel():
+                helper.result()
+    return [made[number] for number in range(len(items))]
+
+
+@cache
+def _pool(threads: int, process: int) -> ThreadPoolExecutor:
+    """The helpers of a process: a fork has none of its parent's threads."""
+    return ThreadPoolExecutor(threads)

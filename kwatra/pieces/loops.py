@@ -1,0 +1,60 @@
+"""Loops over the pixels of a window or an exemplar that choosing a block takes, compiled.
+
+This module is compiled by numba when first used, so it is imported where a block is chosen.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from kwatra.base.compiled import jitted
+
+
+@jitted
+def sum_spans(values: Any, starts: Any, stops: Any, sums: Any) -> None:
+    """Sums (before, spans, behind) of values (before, along, behind) from each start to before its stop."""
+    table = np.zeros((values.shape[1] + 1, values.shape[2]), sums.dtype)
+    for i in range(values.shape[0]):
+        for j in range(values.shape[1]):
+            for k in range(values.shape[2]):
+                table[j + 1, k] = table[j, k] + values[i, j, k]
+        for span in range(len(starts)):
+            for k in range(values.shape[2]):
+                sums[i, span, k] = table[stops[span], k] - table[starts[span], k]
+
+
+@jitted
+def count_offsets(place: Any, known: Any, extent: Any, hang: Any, grain: Any, counts: Any) -> None:
+    """Count from which corners (*n) of an exemplar the known pixels of a box come, those from elsewhere left out.
+
+    place (axes, N): in the exemplar; known (N,): whether there is one; extent (axes,): of the box; a corner's number is
+    its place and what may `hang` over, in steps of grain.
+    """
+    flat = counts.ravel()
+    for pixel in range(len(known)):
+        rest, number, stride, found = pixel, 0, 1, known[pixel]
+        for axis in range(len(extent) - 1, -1, -1):
+            first = place[axis, pixel] - rest % extent[axis] + hang[axis]
+            step = first // grain[axis]
+            found = found and first >= 0 and step < counts.shape[axis]
+            number += step * stride
+            stride *= counts.shape[axis]
+            rest //= extent[axis]
+        if found:
+            flat[number] += 1
+
+
+@jitted
+def sum_near(places: Any, there: Any, corner: Any, start: Any, stop: Any, reach: Any, shown: Any) -> None:
+    """Add to each place's `shown` how near to a box it is shown: 1 in it, 0 from `reach` away.
+
+    places, there (H, W): what pixels show and whether they do, the first of them at `corner`; start, stop: of the box.
+    """
+    for i in range(places.shape[0]):
+        down = max(start[0] - (corner[0] + i), corner[0] + i - (stop[0] - 1), 0)
+        for j in range(places.shape[1]):
+            if there[i, j]:
+                right = max(start[1] - (corner[1] + j), corner[1] + j - (stop[1] - 1), 0)
+                share = 1 - np.sqrt(down * down + right * right) / reach
+                if share > 0:
+                    shown[places[i, j]] += share

@@ -1,0 +1,51 @@
+import threading
+import time
+
+import pytest
+import torch
+
+from kwatra.base import shared
+
+
+@pytest.fixture(params=[1, 2, 3])
+def threads(request):
+    before = torch.get_num_threads()
+    torch.set_num_threads(request.param)
+    yield request.param
+    torch.set_num_threads(before)
+
+
+@pytest.mark.parametrize("count", [0, 1, 2, 7])
+def test_each_item_is_called_once_and_results_keep_their_order(threads, count):
+    called = []
+
+    def square(n):
+        called.append(n)
+        time.sleep(0.001 * (count - n))  # later ones are done first
+        return n * n
+
+    assert shared(square, range(count)) == [n * n for n in range(count)]
+    assert sorted(called) == list(range(count))
+
+
+def test_calls_run_side_by_side_in_as_many_threads_as_torch_has(threads):
+    together = threading.Barrier(threads)
+    assert shared(lambda n: together.wait(timeout=20) >= 0, range(threads)) == [True] * threads
+
+
+def test_calls_may_share_work_of_their_own(threads):
+    found = shared(lambda n: sum(shared(lambda k: 10 * n + k, range(4))), range(5))
+    assert found == [40 * n + 6 for n in range(5)]
+
+
+def test_after_an_error_nobody_goes_on(threads):
+    called = []
+
+    def refuse(n):
+        called.append(n)
+        time.sleep(0.01)
+        raise ValueError(f"item {n}")
+
+    with pytest.raises(ValueError, match="item"):
+        shared(refuse, range(50))
+    assert len(called) <= threads
