@@ -4,6 +4,7 @@ For colors on the CPU: what `Mode` needs passes over all pixels for, each with t
 """
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -16,17 +17,19 @@ from kwatra.windows import FreeWindows
 
 
 def modes_in_bag(
-    layout: FreeWindows, bag: Bag, matches: Tensor, weights: Tensor, bandwidth: float, rounds: int
+    layout: FreeWindows, bag: Bag, matches: Tensor, weights: Tensor, narrow: Sequence[float]
 ) -> tuple[Tensor, Tensor]:
-    """See `kwatra.steps.votes.Mode`: the modes times the masses (C, *S), and these (1, *S). Memory: what is returned,
-    and two numbers per pixel and window that covers it.
+    """See `kwatra.steps.votes.Mode`: the modes times the masses (C, *S), and these (1, *S).
+
+    narrow: for each round what squared differences are multiplied by in the kernel's exponent; 0 gives the mean.
+    Memory: what is returned, and two numbers per pixel and window that covers it.
     """
     window, place, count = layout.covers
     channels = bag.metric.weight.shape[-1]
     total, mass = torch.zeros(channels, *layout.shape), torch.zeros(1, *layout.shape)
     _modes(
         math.prod(layout.shape), bag.held.flatten(1, -2), matches.contiguous(), weights.contiguous(),
-        bag.metric.falloff.flatten(), bag.metric.share, window, place, count, 1 / (2 * bandwidth**2), rounds,
+        bag.metric.falloff.flatten(), bag.metric.share, window, place, count, np.array(narrow),
         total.view(channels, -1), mass.view(-1),
     )  # fmt: skip
     return total, mass
@@ -35,31 +38,28 @@ def modes_in_bag(
 @Compiled
 def _modes(
     bag: Any, matches: Any, weights: Any, falloff: Any, share: Any, windows: Any, places: Any, count: Any,
-    narrow: float, rounds: int, total: Any, mass: Any, low: int, high: int,
+    narrow: Any, total: Any, mass: Any, low: int, high: int,
 ) -> None:  # fmt: skip
-    """The pixels from low to high: from the value that weighs most, so many rounds of the mean shift."""
+    """The pixels from low to high: a mean shift of as many rounds as kernels are given."""
     most, channels = len(windows), len(total)
     values, pull = np.empty((most, channels), np.float32), np.empty(most, np.float32)
     mode, near = np.empty(channels), np.empty(channels)
     for pixel in range(low, high):
-        best = 0
         for k in range(count[pixel]):
             window, place = windows[k, pixel], places[k, pixel]
             pull[k] = weights[window] * falloff[place]
             mass[pixel] += pull[k]
-            best = k if pull[k] > pull[best] else best
             for c in range(channels):
                 values[k, c] = bag[matches[window], place, c]
-        for c in range(channels):
-            mode[c] = values[best, c] if count[pixel] else 0.0
-        for _ in range(rounds):
+        mode[:] = 0.0
+        for exponent in narrow:
             seen = 0.0
             near[:] = 0.0
             for k in range(count[pixel]):
                 apart = 0.0
                 for c in range(channels):
                     apart += share[c] * (values[k, c] - mode[c]) ** 2
-                weight = pull[k] * np.exp(-narrow * apart)
+                weight = pull[k] * np.exp(-exponent * apart)
                 seen += weight
                 for c in range(channels):
                     near[c] += weight * values[k, c]

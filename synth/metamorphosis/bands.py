@@ -64,9 +64,10 @@ class Bands:
 _STRONGEST = 2.0
 """Halfway, details that have nothing to do with each other are 1.4 times weaker; warps take some of the rest."""
 
-SETTLING = 4
+SETTLING = 3
 """So often a finished image is given what it is to have: bands overlap, and once leaves a fifth of the finest missing;
-a step towards statistics goes only a part of the way."""
+a step towards statistics goes only a part of the way. Fast stills between six pairs of photographs are as sharp
+with 4, within .001; with 2, up to .008 less."""
 
 
 def settled(image: Tensor, given_to: Callable[[Tensor], Tensor]) -> Tensor:

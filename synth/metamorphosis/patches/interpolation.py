@@ -168,7 +168,8 @@ class Interpolation:
         """A picture of one texture, its elements as large as at these weights, and the neighborhoods that it is of."""
         found = self.finest.neighborhoods
         where, image = self._picture(number, found.scale(weights) / found.units[number])
-        layout = spread(tuple(side + 2 * self._margin for side in self.shape), (self._reach,) * 2, (self.wrap,) * 2)
+        shape, cells = tuple(side + 2 * self._margin for side in self.shape), self.making.cells
+        layout = spread(shape, (self._reach,) * 2, (self.wrap,) * 2, cells)
         return image, Arrangement.of(self.finest, number, where, layout, self.shape[0] / where.shape[1], self._margin)
 
     def _alone(self, weighting: Weighting) -> int | None:

@@ -28,9 +28,6 @@ from synth.metamorphosis.patches.model import Matched
 from synth.metamorphosis.patches.relaxation import Relaxed
 from synth.metamorphosis.patches.weighting import Weighting
 
-_ROUNDS = 3
-"""Of the mean shift; more look the same, and it is half of the cost."""
-
 
 @dataclass(frozen=True)
 class Synthesis:
@@ -76,7 +73,7 @@ class Synthesis:
         if varied:
             weights += [self.map_weight] * len(weighting.values)
             start = torch.cat([start, weighting.values.to(start)])
-        last = _Last(Mode(rounds=_ROUNDS) if self.mean_shift else mean)
+        last = _Last(Mode() if self.mean_shift else mean)
         settings = Settings(
             levels=tuple(Level(*m.level, self.iterations) for m in levels),
             wrap=wrap,
