@@ -7,7 +7,7 @@ from kwatra.base.resampling import turned
 from kwatra.base.seeds import generator_of
 from kwatra.base.sizes import whole_sizes
 from kwatra.base.solver import Solution, conjugate_gradients
-from kwatra.base.threads import shared
+from kwatra.base.threads import apart, shared
 
 __all__ = [
     "AVERAGE",
@@ -15,6 +15,7 @@ __all__ = [
     "LARGEST",
     "InputError",
     "Solution",
+    "apart",
     "check_mask",
     "coarse_shape",
     "conjugate_gradients",

@@ -31,7 +31,7 @@ def shared(call: Callable[[Item], Made], items: Sequence[Item]) -> list[Made]:
         for number in left:
             made[number] = call(items[number])
 
-    pool = _pool(threads - 1, os.getpid())
+    pool = _pool(os.getpid())
     helpers = [pool.submit(work) for _ in range(min(threads, len(items)) - 1)]
     try:
         work()
@@ -44,7 +44,23 @@ def shared(call: Callable[[Item], Made], items: Sequence[Item]) -> list[Made]:
     return [made[number] for number in range(len(items))]
 
 
+def apart(call: Callable[[Item], Made], items: Sequence[Item]) -> list[Made]:
+    """As `shared`, of few and long calls, which themselves share work: torch's threads are divided among them."""
+    threads = torch.get_num_threads()
+
+    def alone(item: Item) -> Made:
+        torch.set_num_threads(max(threads // len(items), 1))  # which each thread has to be told
+        return call(item)
+
+    if threads == 1 or len(items) < 2:
+        return [call(item) for item in items]
+    try:
+        return shared(alone, items)
+    finally:
+        torch.set_num_threads(threads)
+
+
 @cache
-def _pool(threads: int, process: int) -> ThreadPoolExecutor:
-    """The helpers of a process: a fork has none of its parent's threads."""
-    return ThreadPoolExecutor(threads)
+def _pool(process: int) -> ThreadPoolExecutor:
+    """The helpers of a process, made as they are needed: a fork has none of its parent's threads."""
+    return ThreadPoolExecutor(os.cpu_count())

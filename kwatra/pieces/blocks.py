@@ -32,7 +32,7 @@ from kwatra.pieces.gaps import LARGEST, Gaps, gaps
 from kwatra.pieces.mosaic import Mosaic
 from kwatra.pieces.regions import Regions
 from kwatra.pieces.seams import SeamCost
-from kwatra.pieces.sheet import Cut, Patch, Sheet, each
+from kwatra.pieces.sheet import Cut, Patch, Sheet, Window, each
 from kwatra.pieces.stock import Array
 from kwatra.pieces.wished import Wished, variance
 from kwatra.terms import PlaceCharge, Wish
@@ -209,10 +209,7 @@ class BlockStart:
             valid = valid & (self.corners.inside(needed) == needed.sum())
         same = self.corners.continuing(place, known)
         again = same > 0  # what would only continue a copy that is there already
-        mismatch, shown = shared(
-            lambda part: part(),
-            [lambda: self._mismatch(known, place, at, valid), lambda: self._repetition(box, known, at, same, valid)],
-        )
+        mismatch = self._mismatch(known, place, at, valid)
         # in units of what agreement this texture affords: rows that can line up are not torn for the sake of even use
         others = mismatch[valid & ~again]
         if len(others) == 0:
@@ -220,7 +217,7 @@ class BlockStart:
         least = max(others.min(), MISMATCH_FLOOR), max(np.quantile(others, GOOD), MISMATCH_FLOOR)
         scale = math.sqrt(math.prod(least))
         away = charged(self.places, box.start, valid.shape, self.grain, self.exemplar.canvas.device)
-        cost = (mismatch + away / self.variance) / scale + shown
+        cost = (mismatch + away / self.variance) / scale + self._repetition(box, known, at, same, valid)
         flat = np.where(valid, cost, math.inf).ravel()
         wished = self.wish is not None and self.wish.anything(at)
         if self.seams > 1 and self.aligned and known.any() and not wished:
@@ -273,15 +270,16 @@ class BlockStart:
 
         In plain sight is a seam between unrelated pixels all along the block. Threads share the blocks.
         """
-        return shared(lambda one: self._cut(box, *one), chosen)
+        window = self.sheet.window(box)
+        return shared(lambda one: self._cut(box, window, *one), chosen)
 
-    def _cut(self, box: Box, place: tuple[int, ...], cost: float) -> tuple[Cut, float]:
+    def _cut(self, box: Box, window: Window, place: tuple[int, ...], cost: float) -> tuple[Cut, float]:
         shift = tuple(s - p for s, p in zip(box.start, place, strict=True))
         box = box.within(Box(shift, self.exemplar.shape))
         patch = Patch(0, shift, box)
         if not self.aligned:
-            return self.sheet.cut(patch, must=np.ones(box.extent, bool)), cost
-        cut = self.sheet.cut(patch, taking=self._taking(patch))
+            return self.sheet.cut(patch, must=np.ones(box.extent, bool), window=window), cost
+        cut = self.sheet.cut(patch, taking=self._taking(patch), window=window)
         known = int(self.sheet.filled_at(self.sheet.indices(box)).sum())
         length = max(known / min(self.overlap), 1.0)
         return cut, cost + cut.price / (self.contrast * length)

@@ -15,7 +15,6 @@ import numpy as np
 import torch
 from scipy import fft, ndimage
 
-from kwatra.base import shared
 from kwatra.exemplar import Exemplar
 from kwatra.pieces.boxes import box_sums
 
@@ -36,11 +35,13 @@ class Fit:
         shape, extent = self.image.shape[1:], content.shape[1:]
         size = _fast(shape)
         known = np.where(weight > 0, content, 0) * weight
-        single = weight.ndim == len(extent)
-        weights, against = ([weight], self._spectrum(size)[-1:]) if single else (weight, self._channel_squares())
-        transforms = shared(lambda plane: _forward(plane, size), [*weights, *known])
-        spectrum = sum(np.conj(one) * square for one, square in zip(transforms, against, strict=False))
-        for one, plane in zip(transforms[len(weights) :], self._spectrum(size)[:-1], strict=True):
+        if weight.ndim == len(extent):
+            spectrum = np.conj(_forward(weight, size)) * self._spectrum(size)[-1]
+        else:
+            squares = zip(weight, self._channel_squares(), strict=True)
+            spectrum = sum(np.conj(_forward(w, size)) * square for w, square in squares)
+        for plane, color in zip(self._spectrum(size)[:-1], known, strict=True):
+            one = _forward(color, size)
             np.conj(one, out=one)
             one *= 2
             spectrum -= np.multiply(one, plane, out=one)

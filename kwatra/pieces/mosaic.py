@@ -84,11 +84,10 @@ class Mosaic(Stock):
 
     def places(self, number: int, lines: Sequence[np.ndarray]) -> np.ndarray:
         """Places of the grid spanned by source coordinates `lines` (one array per axis); outside, the rim."""
-        shape = self.shapes[number]
-        total = np.full((1,) * self.dims, number * self.cell_size, self.place_type)
-        for axis, at in enumerate(lines):
-            line = ((np.clip(at, -1, shape[axis]) + 1) * self.strides[axis]).astype(self.place_type)
-            total = total + line.reshape([-1 if d == axis else 1 for d in range(self.dims)])
+        total: np.ndarray = np.array(number * self.cell_size, self.place_type)
+        for axis, (at, size, stride) in enumerate(zip(lines, self.shapes[number], self.strides, strict=True)):
+            line = ((at.clip(-1, size) + 1) * stride).astype(self.place_type)
+            total = total + line.reshape([-1] + [1] * (self.dims - 1 - axis))
         return total
 
     def places_of(self, at: Sequence[np.ndarray]) -> np.ndarray:

@@ -62,6 +62,22 @@ class Cut(NamedTuple):
     price: int
 
 
+class Window(NamedTuple):
+    """What a sheet shows in a box, and around it by one pixel: `at` (open mesh) of its pixels, and arrays over them.
+
+    kept: what happens to pixels that no patch is laid on (kwatra.cut); laid: to those that one is. fixed: pixels that
+    keep their patch. places: what they show; remembered: per axis the cost of the seam between a pixel and the next.
+    """
+
+    box: Box
+    at: tuple[np.ndarray, ...]
+    kept: np.ndarray
+    laid: np.ndarray
+    fixed: np.ndarray
+    places: np.ndarray
+    remembered: list[np.ndarray]
+
+
 class Sheet(Generic[S]):
     """What is laid so far; arrays are indexed by output pixel.
 
@@ -124,6 +140,18 @@ class Sheet(Generic[S]):
         self.commit(cut)
         return True
 
+    def window(self, box: Box) -> Window:
+        """What there is to cut patches into that lie within a box."""
+        around = Box(tuple(s - 1 for s in box.start), tuple(e + 2 for e in box.extent))
+        around = around.clipped(self.shape, self.periodic)
+        at = self.indices(around)
+        filled, fixed = self.filled_at(at), self.fixed[at]
+        kept = np.where(filled, np.int8(KEEP), np.int8(VOID))
+        laid = np.where(filled, np.int8(FREE), np.int8(TAKE))
+        laid[fixed] = KEEP
+        remembered = [seams[at][along(k, None, -1, len(at))] for k, seams in enumerate(self.seams)]
+        return Window(around, at, kept, laid, fixed, self.places[each(at)], remembered)
+
     def cut(
         self,
         patch: Patch,
@@ -131,31 +159,30 @@ class Sheet(Generic[S]):
         must: np.ndarray | None = None,
         must_not: np.ndarray | None = None,
         taking: np.ndarray | None = None,
+        window: Window | None = None,
     ) -> Cut:
         """The cheapest way to cut a patch in.
 
         Arrays over the patch's box: `must`, `must_not`: booleans, pixels that have to take it or may not. `taking`:
-        what a filled pixel costs more when it takes the patch, in the units of the seams, whole numbers.
+        what a filled pixel costs more when it takes the patch, in the units of the seams, whole numbers. window: of a
+        box in which the patch's lies, as it is now, where several patches are tried on it.
         """
-        window = Box(tuple(s - 1 for s in patch.box.start), tuple(e + 2 for e in patch.box.extent))
-        window = window.clipped(self.shape, self.periodic)
-        at = self.indices(window)
+        window = self.window(patch.box) if window is None else window
         inner = tuple(
-            slice(b - w, b - w + e) for b, w, e in zip(patch.box.start, window.start, patch.box.extent, strict=True)
+            slice(b - w, b - w + e) for b, w, e in zip(patch.box.start, window.box.start, patch.box.extent, strict=True)
         )
-        choice = self._choice(at, inner, must, must_not)
-        new = self._patch_places(patch, window)
-        remembered = [seams[at][along(k, None, -1, len(at))] for k, seams in enumerate(self.seams)]
-        pairs = self.cost.pairs(self.places[each(at)], new, remembered)
+        choice = _choice(window, inner, must, must_not)
+        new = self._patch_places(patch, window.box)
+        pairs = self.cost.pairs(window.places, new, window.remembered)
         extra = None
         if taking is not None:
             extra = np.zeros(choice.shape, np.int64)
             extra[inner] = taking
         take = best_cut(choice, pairs, extra)
         seams = seams_after(choice, take, pairs)
-        change = summed(seams) - summed(a for a, _, _ in pairs)
+        change = summed(seams) - summed(window.remembered)
         more = 0 if extra is None else int(extra[take & (choice == FREE)].sum())
-        return Cut(patch, at, take, new, seams, change, change + more)
+        return Cut(patch, window.at, take, new, seams, change, change + more)
 
     def commit(self, cut: Cut) -> None:
         """Lay a patch as it was cut; nothing may have been laid in between."""
@@ -170,28 +197,24 @@ class Sheet(Generic[S]):
         self.patches.append(cut.patch)
         self.total += cut.change
 
-    def _choice(
-        self,
-        at: tuple[np.ndarray, ...],
-        inner: tuple[slice, ...],
-        must: np.ndarray | None,
-        must_not: np.ndarray | None,
-    ) -> np.ndarray:
-        filled = self.label[at] >= 0
-        choice = np.where(filled, np.int8(KEEP), np.int8(VOID))
-        core = np.where(filled[inner], FREE, TAKE)
-        if must is not None:
-            core[must] = TAKE
-        if must_not is not None:
-            core[must_not] = np.where(filled[inner][must_not], KEEP, VOID)
-        core[self.fixed[at][inner]] = KEEP
-        choice[inner] = core
-        return choice
-
     def _patch_places(self, patch: Patch, window: Box) -> np.ndarray:
         steps = zip(window.start, window.stop, patch.box.start, patch.box.stop, patch.shift, strict=True)
-        lines = [np.clip(np.arange(low, high), first - 1, last) - shift for low, high, first, last, shift in steps]
+        lines = [np.arange(low, high).clip(first - 1, last) - shift for low, high, first, last, shift in steps]
         return self.sources.places(patch.number, lines)
+
+
+def _choice(
+    window: Window, inner: tuple[slice, ...], must: np.ndarray | None, must_not: np.ndarray | None
+) -> np.ndarray:
+    """What may happen to a window's pixels where a patch is cut in within `inner`."""
+    choice, core = window.kept.copy(), window.laid[inner].copy()
+    free = ~window.fixed[inner]
+    if must is not None:
+        core[must & free] = TAKE
+    if must_not is not None:
+        core[must_not & free] = window.kept[inner][must_not & free]
+    choice[inner] = core
+    return choice
 
 
 def each(at: Iterable[Any]) -> Any:

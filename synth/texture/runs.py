@@ -3,8 +3,12 @@
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from threading import Lock
+
+import torch
 
 from kwatra import Exemplar, Progress, Result
+from kwatra.base import apart
 from kwatra.pieces import visible_seams
 from kwatra.scoring import Ranking, pasted
 
@@ -22,6 +26,9 @@ PASTED = 0.05
 The best of 20 of textures of two panels copy .235 and .237 of their exemplar at a time in place of .293 and .251, and
 score .0506 and .0433 in place of .0488 and .0430."""
 
+BESIDE = 2**20
+"""Runs are made side by side, a thread each, of so many pixels together: memory stays that of one of 1024 a side."""
+
 
 def share_of(callback: Callable[[Progress], None], number: int, count: int) -> Callable[[Progress], None]:
     """The callback for one of several parts of the work, with its fraction as a share of all."""
@@ -31,7 +38,8 @@ def share_of(callback: Callable[[Progress], None], number: int, count: int) -> C
 class Runs:
     """Several runs of which the best is kept; of images, only the first `channels` are.
 
-    finish: done to each result. copied: whether how large copies are counts, and what is seen of their seams.
+    finish: done to each result. copied: whether how large copies are counts, and what is seen of their seams. callback:
+    called from one thread at a time, not always the same.
     """
 
     def __init__(
@@ -45,22 +53,31 @@ class Runs:
     ) -> None:
         self.count, self.seed, self.callback, self.channels = count, seed, callback, channels
         self.finish, self.copied = finish, copied
+        self._done, self._telling = [0.0] * count, Lock()
 
     def best(self, run: Callable[..., Result], source: Exemplar) -> Result:
         """The run, told its seed and callback, whose result measures best against the exemplar."""
         if self.count == 1:
             return self._image_of(run(seed=self.seed, callback=self.callback))
-        best, least = None, float("inf")
         pictures = [picture[: self.channels] for picture in source.pictures()]
         figure, area = Ranking(pictures, thorough=self.count >= MANY), sum(picture[0].numel() for picture in pictures)
-        for number in range(self.count):
+
+        def made(number: int) -> tuple[Result, float]:
             result = self._image_of(run(seed=self.seed + 1000 * number, callback=self._part(number)))
             overall = figure(result.image.cpu())
             if self.copied:
                 overall += PASTED * pasted(result.where, area)
                 overall += TORN * math.log(visible_seams(source, result.where) + LEAST_TORN)
-            if best is None or overall < least:
-                best, least = result, overall
+            self._done[number] = 1.0
+            return result, overall
+
+        best, least, left = None, float("inf"), range(self.count)
+        while left:
+            beside = 1 if best is None else min(torch.get_num_threads(), max(BESIDE // best.image[0].numel(), 1))
+            for result, overall in apart(made, left[:beside]):
+                if best is None or overall < least:
+                    best, least = result, overall
+            left = left[beside:]
         assert best is not None
         return best
 
@@ -72,7 +89,13 @@ class Runs:
 
     def _part(self, number: int) -> Callable[[Progress], None] | None:
         """The callback for one run, with its fraction as a share of all runs."""
-        if self.callback is None:
+        callback, count = self.callback, self.count
+        if callback is None:
             return None
-        share, count = share_of(self.callback, number, self.count), self.count
-        return lambda p: share(replace(p, attempt=number + 1, tries=count))
+
+        def tell(progress: Progress) -> None:
+            with self._telling:
+                self._done[number] = progress.fraction
+                callback(replace(progress, fraction=sum(self._done) / count, attempt=number + 1, tries=count))
+
+        return tell

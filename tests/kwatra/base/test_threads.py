@@ -4,7 +4,7 @@ import time
 import pytest
 import torch
 
-from kwatra.base import shared
+from kwatra.base import apart, shared
 
 
 @pytest.fixture(params=[1, 2, 3])
@@ -49,3 +49,16 @@ def test_after_an_error_nobody_goes_on(threads):
     with pytest.raises(ValueError, match="item"):
         shared(refuse, range(50))
     assert len(called) <= threads
+
+
+def test_long_calls_divide_threads_among_them_and_leave_their_number_as_it_was(threads):
+    assert apart(lambda _: torch.get_num_threads(), [0]) == [threads]
+    assert apart(lambda _: torch.get_num_threads(), range(2)) == [max(threads // 2, 1)] * 2
+    assert apart(lambda n: n + 1, range(5)) == [1, 2, 3, 4, 5]
+    with pytest.raises(ValueError, match="no 1"):
+        apart(refuse, range(3))
+    assert torch.get_num_threads() == threads
+
+
+def refuse(number):
+    raise ValueError(f"no {number}" if number else "no 1")

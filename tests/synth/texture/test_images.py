@@ -97,6 +97,15 @@ def test_the_best_of_several_runs_is_chosen_among_the_smallest_pictures_too(side
     assert set(made.image.ravel()) <= set(range(int(brick(side).min()), int(brick(side).max()) + 1))
 
 
+@pytest.fixture
+def in_turn():
+    before = torch.get_num_threads()
+    torch.set_num_threads(1)
+    yield
+    torch.set_num_threads(before)
+
+
+@pytest.mark.usefixtures("in_turn")
 def test_the_best_of_several_runs_is_the_one_of_least_rank(monkeypatch):
     ranked = []
 
@@ -111,6 +120,7 @@ def test_the_best_of_several_runs_is_the_one_of_least_rank(monkeypatch):
     assert not any(torch.equal(made.result.image, image) for _, image in (*ranked[:3], *ranked[4:]))
 
 
+@pytest.mark.usefixtures("in_turn")
 @pytest.mark.parametrize(("steered", "kept"), [(False, 1), (True, 0)])
 @pytest.mark.parametrize("measured", ["pasted", "visible_seams"])
 def test_of_runs_of_one_rank_the_least_torn_and_pasted_is_kept(measured, steered, kept, monkeypatch):
@@ -144,6 +154,22 @@ def test_the_best_of_several_runs_reports_growing_progress():
     synthesize(brick(40), (40, 40), preset="best", levels=((1, 8),), callback=lambda p: seen.append(p.fraction))
     assert seen == sorted(seen)
     assert 0.75 < seen[-1] <= 1
+
+
+@pytest.mark.parametrize(("pixels", "together"), [(40 * 40 * 2, [2, 1, 1]), (40 * 40 * 2 - 1, [2, 2, 2])])
+def test_runs_are_made_side_by_side_where_memory_allows_and_the_same_is_kept(pixels, together, in_turn, monkeypatch):
+    used = []
+    monkeypatch.setattr("synth.texture.runs.BESIDE", pixels)
+    monkeypatch.setattr(
+        "synth.texture.runs.Ranking",
+        lambda pictures, thorough: lambda image: used.append(torch.get_num_threads()) or float(image.mean()),
+    )
+    made = []
+    for threads in (1, 2):
+        torch.set_num_threads(threads)
+        made.append(synthesize(brick(40), (40, 40), levels=((1, 8),), seed=2).image)
+    assert used == [1, 1, 1, *together]
+    assert np.array_equal(*made)
 
 
 def test_the_thesis_levels_are_a_named_choice():
