@@ -61,15 +61,8 @@ class Fading:
         return Fading(below, share, shade)
 
     def mixed(self, above: Tensor, below: Tensor, known: Tensor, colors: int) -> Tensor:
-        """What is shown (C, H, W) where copies (C, H, W) lie above others, which are known (H, W) wherever seen.
-
-        Details of the first so many channels, the colors, stay as strong as those of both are on average.
-        """
-        shown = above + self.share * (below - above)
-        one, other = _detail(above[:colors], known), _detail(below[:colors], known)
-        gain = _gain(one, other, self.share, known)
-        shown[:colors] += (gain - 1) * (one + self.share * (other - one))
-        return shown
+        """What is shown (C, H, W) where copies (C, H, W) lie above others: see `mixed`."""
+        return mixed(above, below, self.share, known, colors)
 
     def replaced(self, source: Tensor, changed: Tensor, left: float) -> "Fading":
         """What lies below once copies at source coordinates (2, H, W) were replaced where they changed (H, W).
@@ -78,6 +71,17 @@ class Fading:
         """
         below = torch.where(changed, source, self.below)
         return Fading(below, left * torch.where(changed, 1.0, self.share), self.shade)
+
+
+def mixed(above: Tensor, below: Tensor, share: Tensor, known: Tensor, colors: int) -> Tensor:
+    """Pictures (C, H, W) mixed: a share (H, W) is that of the one below, which is known (H, W) wherever it is seen.
+
+    Details of the first so many channels, the colors, stay as strong as those of both are on average.
+    """
+    shown = above + share * (below - above)
+    one, other, both = (_detail(picture[:colors], known) for picture in (above, below, shown))
+    shown[:colors] += (_gain(one, other, share, known) - 1) * both
+    return shown
 
 
 def _detail(colors: Tensor, known: Tensor) -> Tensor:

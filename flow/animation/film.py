@@ -105,8 +105,14 @@ class Film:
         return self if self.motion is None else replace(self, step=-self.step)
 
     @cached_property
-    def _read(self) -> Reading:
+    def read(self) -> Reading:
+        """The strip between its pixels, bilinearly."""
         return Reading(self.strip, "bilinear")
+
+    @cached_property
+    def read_also(self) -> Reading | None:
+        """The strip of maps, read in the same way."""
+        return None if self.also is None else Reading(self.also, "bilinear")
 
     def onward(self, source: Tensor) -> Tensor:
         """Where texture at source coordinates (2, *S) is read a frame later; the same where it cannot live on."""
@@ -115,7 +121,7 @@ class Film:
         velocity = warp(self.motion, source, "bilinear")
         moved = source + self.step * velocity
         moved[1] += self.step * self.pitch
-        return torch.where(self._read.usable(moved), moved, source)
+        return torch.where(self.read.usable(moved), moved, source)
 
     @cached_property
     def left(self) -> Tensor:
@@ -137,7 +143,7 @@ class Film:
     @cached_property
     def _gray(self) -> Tensor:
         """The strip's mean color, (1, rows, W)."""
-        return (self._read.continued * self.strip.share).sum(0, keepdim=True)
+        return (self.read.continued * self.strip.share).sum(0, keepdim=True)
 
     @cached_property
     def grain(self) -> Tensor | None:
@@ -175,7 +181,7 @@ class Film:
         before = places[:, : -self.pitch].unflatten(1, (self.pages - 1, self.pitch))[:, :, known].flatten(1)
         after = replace(self, step=1).onward(before)
         lives = (after != before).any(0)
-        change = (self._read(after) - self._read(before))[:, lives].square().sum(0)
+        change = (self.read(after) - self.read(before))[:, lives].square().sum(0)
         spread = frames[:, :, known].var(1).sum(0)
         unrelated = 2 * mean(spread) if bool(lives.any()) else torch.zeros(())
         return float((1 - mean(change) / unrelated).clamp(0, _LONGEST)) if float(unrelated) > 0 else 0.0

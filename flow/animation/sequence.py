@@ -21,8 +21,8 @@ from torch import Tensor
 from flow.animation.carrying import carried
 from flow.animation.copies import JUMP, tidied
 from flow.animation.entering import SIDES, entered, enters, known_of
-from flow.animation.evening import evened
 from flow.animation.fading import Fading, left_of, shaded
+from flow.animation.feathering import feathered
 from flow.animation.film import Film
 from flow.animation.reading import Reading
 from flow.animation.renewal import Renewal
@@ -252,8 +252,12 @@ class Motion:
     def _picture(self, source: Tensor, inside: Tensor, colors: Tensor | None = None) -> Tensor:
         """What source coordinates show: colors (C, H, W), unless they are known, and below them the maps."""
         colors = self.read.picture(source, inside) if colors is None else colors
-        colors = evened(colors, source, inside, self.read, self.renewing.light)
-        return colors if self._read_also is None else torch.cat([colors, self._read_also.picture(source, inside)])
+        reach = self.renewing.feather
+        colors = feathered(colors, source, inside, self.film.read, reach, details=True)
+        if self._read_also is None or self.film.read_also is None:
+            return colors
+        maps = self._read_also.picture(source, inside)
+        return torch.cat([colors, feathered(maps, source, inside, self.film.read_also, reach, details=False)])
 
     def _blended(self, copies: Tensor, before: State, look: Lookup) -> Tensor:
         """A frame (C, H, W) that shows its copies and, as the flow term asks, what the one before has carried there.

@@ -15,8 +15,8 @@ class Renewing:
     as bright as others shown too often cost. usage: what much-used parts of the exemplar cost. inertia: how much the
     frame before, carried along, counts in a frame's colors against its copies' 1; of videos, after how many frames as
     much of what was replaced is left as their own texture keeps from one to the next; 0: nothing. shades: in [0, 1), of
-    videos, how much of what the frame before is brighter or darker than the copies, over some px around, lasts. light:
-    over how many px a step of light between two copies is spread; 0: it stays an edge. aging: what a video's texture
+    videos, how much of what the frame before is brighter or darker than the copies, over some px around, lasts.
+    feather: of videos, over how many px from a seam the copy beyond it is seen; 0: none. aging: what a video's texture
     costs that cannot live on; what soon cannot, a part of it. blocks: at most so many a frame, besides those that new
     texture needs. block: their size, or that of two elements where there are gaps between them. window, step: the
     windows whose energy is measured, and their distance. interpolation: see `flow.warp`.
@@ -35,7 +35,7 @@ class Renewing:
     usage: float = 0.3
     inertia: float = 0.4
     shades: float = 0.0
-    light: float = 0.0
+    feather: int = 0
     aging: float = 0.3
     blocks: int = 14
     block: int = 48
@@ -45,7 +45,7 @@ class Renewing:
 
     def __post_init__(self) -> None:
         costs = self.flow_weight, self.seam, self.tolerance, self.stiffness, self.area, self.tones, self.usage
-        if min(*costs, self.inertia, self.shades, self.light, self.aging, self.blocks) < 0:
+        if min(*costs, self.inertia, self.shades, self.feather, self.aging, self.blocks) < 0:
             raise InputError(f"{self} has a negative weight or number of blocks; give 0 or more")
         if self.shades >= 1:
             raise InputError(f"{self} keeps all shades, for ever; give less than 1")
@@ -62,7 +62,7 @@ PRESETS = {
 
 
 def _for_videos(preset: Renewing, blocks: int) -> Renewing:
-    return replace(preset, tolerance=0.4, tones=0.6, usage=0.15, inertia=0.25, shades=0.8, light=20.0, blocks=blocks)
+    return replace(preset, tolerance=0.4, tones=0.6, usage=0.15, inertia=0.25, shades=0.8, feather=11, blocks=blocks)
 
 
 VIDEO_PRESETS = {

@@ -28,7 +28,7 @@ def drops(frames: int = 8) -> Tensor:
 
 
 def test_a_drop_that_is_gone_leaves_no_dark_print() -> None:
-    renewing = replace(QUICK, inertia=2.0, shades=0.0, light=0.0)
+    renewing = replace(QUICK, inertia=2.0, shades=0.0, feather=0)
     frames = list(flow.animate(drops(), flow.rotation(2.0), SHAPE, frames=10, renewing=renewing))
     assert sum(frame.energies[0]["renewed"] for frame in frames[1:]) > 0.3
     dark = torch.stack([(frame.image < 0.48).float().mean() for frame in frames])

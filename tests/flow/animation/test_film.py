@@ -71,7 +71,7 @@ def test_drift_is_the_motion_of_what_only_moves_and_none_where_nothing_moves() -
 def test_what_drifts_is_followed_from_page_to_page() -> None:
     film = Film.of(Exemplar.of(drifting()))
     places = pixel_coordinates((64, 72))[:, 20:44, 20:36]
-    before, after = film._read(places), film._read(film.onward(places))
+    before, after = film.read(places), film.read(film.onward(places))
     assert float((after - before).abs().mean()) < 0.05 * float(before.std())
     assert torch.equal(film.onward(places)[1] // film.pitch, torch.ones_like(places[1]))
     again = film.backward.onward(film.onward(places))

@@ -10,6 +10,7 @@ import pytest
 import torch
 
 import flow
+from flow.animation.fading import mixed
 from flow.warps import pixel_coordinates
 from synth import Kind, read_image, write_image
 from synth.cli import main
@@ -133,14 +134,14 @@ def test_maps_of_videos_go_along(folder: Path, monkeypatch: pytest.MonkeyPatch) 
     write_video("living", clip, 10.0, GRAY)
     write_video("depth", 1 - clip, 10.0, GRAY)
     command = ["animate", "living", "--flow", "rotation", "--preset", "fast", "--frames", "3", "--speed", "1"]
-    assert main([*command, "-o", "even", "--also", "depth=depth"]) == 0
-    monkeypatch.setattr("flow.animation.sequence.evened", lambda colors, *_: colors)
+    assert main([*command, "-o", "strong", "--also", "depth=depth"]) == 0
+    monkeypatch.setattr("flow.animation.feathering.mixed", lambda *given: mixed(*given[:-1], colors=0))
     assert main([*command, "-o", "out", "--also", "depth=depth"]) == 0
-    sharp, even = frames("out")[0], frames("even")[0]
-    torch.testing.assert_close(frames("out_depth")[0], 1 - sharp, rtol=0, atol=2.01 / 255)
+    plain, strong = frames("out")[0], frames("strong")[0]
+    torch.testing.assert_close(frames("out_depth")[0], 1 - plain, rtol=0, atol=2.01 / 255)
     assert len(frames("out_depth")) == 3
-    assert not torch.equal(even, sharp)  # light is evened in what is seen, and in no map
-    assert torch.equal(frames("even_depth")[0], frames("out_depth")[0])
+    assert not torch.equal(strong, plain)  # details are kept strong in what is seen, and in no map
+    assert torch.equal(frames("strong_depth")[0], frames("out_depth")[0])
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,71 @@
+"""Seams of videos that flow are feathered: near one, what is shown passes over from one copy to the other.
+
+Copies agree in the frame in which a cut parted them, and less from frame to frame as each lives on, so that seams, and
+the straight sides of blocks most of all, come to be seen. Therefore a pixel shows, besides its own copy, what the
+copies around it would show there if they went on, each by its share of what lies around. Within a copy nothing changes,
+as it would show the same. The mean of copies that do not agree is flat; its details get back the variance that mixing
+takes from them (`flow.animation.fading`).
+"""
+
+import numpy as np
+import torch
+from scipy import ndimage, sparse
+from scipy.sparse.csgraph import connected_components
+from torch import Tensor
+
+from flow.animation.copies import changes, offsets, turns
+from flow.animation.fading import mixed
+from flow.animation.reading import Reading
+
+
+def feathered(image: Tensor, source: Tensor, inside: Tensor, read: Reading, reach: int, details: bool) -> Tensor:
+    """A frame (C, H, W) that shows an exemplar at source coordinates (2, H, W), its seams feathered.
+
+    inside (H, W): where there is texture. read: what the exemplar has at coordinates. reach >= 0: up to so many px from
+    a seam the copy beyond it is seen, by a Gaussian of half as many; with 0 nothing changes, nor does a frame of one
+    copy. A copy goes on from its nearest pixel, turned as it is there. details: whether they stay strong; of maps
+    nothing is made up.
+    """
+    if reach == 0:
+        return image
+    known, copy = inside.cpu().numpy(), _numbered(source, inside)
+    boxes = [(number, box) for number, box in enumerate(ndimage.find_objects(copy), 1) if box is not None]
+    if len(boxes) < 2:
+        return image
+    toward = turns(source).transpose(0, 1)  # takes the pixels' directions to those in the exemplar
+    own, whole, other = torch.zeros_like(image[0]), torch.zeros_like(image[0]), torch.zeros_like(image)
+    for number, box in boxes:
+        part = tuple(slice(max(side.start - reach, 0), side.stop + reach) for side in box)
+        here = copy[part] == number
+        share = ndimage.gaussian_filter(here.astype(np.float32), reach / 2, mode="constant", radius=reach)
+        beyond = (share > 0) & ~here & known[part]
+        weight = torch.from_numpy(share).to(image)
+        whole[part] += weight
+        own[part] += weight * torch.from_numpy(here).to(image)
+        if beyond.any():
+            nearest = ndimage.distance_transform_edt(~here, return_distances=False, return_indices=True)
+            places = np.stack([np.array(beyond.nonzero()), nearest[:, beyond]]) + [[side.start] for side in part]
+            at, there = torch.from_numpy(places).to(image.device)
+            (down, right), turn = at - there, toward[:, :, *there]
+            goes_on = source[:, *there] + turn[:, 0] * right + turn[:, 1] * down
+            other[:, *at] += weight[torch.from_numpy(beyond)] * read(goes_on)
+    rest = whole - own
+    other = torch.where(rest > 0, other / rest.clamp(min=1e-9), image)
+    shown = mixed(image, other, rest / whole.clamp(min=1e-9), inside, len(image) if details else 0)
+    return torch.where(inside, read.within(shown), image)
+
+
+def _numbered(source: Tensor, inside: Tensor) -> np.ndarray:
+    """The number of the copy that each pixel belongs to, (H, W), and 0 where not inside; not all numbers are used."""
+    (_, down), (_, right) = changes(offsets(source))
+    number = np.arange(inside.numel()).reshape(inside.shape)
+    links = []
+    for axis, joined in enumerate((down & inside[1:] & inside[:-1], right & inside[:, 1:] & inside[:, :-1])):
+        both = joined.cpu().numpy()
+        first, second = np.delete(number, -1, axis), np.delete(number, 0, axis)
+        links.append(np.stack([first[both], second[both]]))
+    one, other = np.concatenate(links, 1)
+    graph = sparse.coo_matrix((np.ones(len(one), bool), (one, other)), (number.size, number.size))
+    _, copies = connected_components(graph, directed=False)
+    numbered: np.ndarray = np.where(inside.cpu().numpy(), copies.reshape(inside.shape) + 1, 0)
+    return numbered
