@@ -6,6 +6,7 @@ from itertools import combinations, pairwise
 
 import torch
 import torch.nn.functional as F
+from scipy.ndimage import uniform_filter
 from torch import Tensor
 
 from kwatra.base import InputError
@@ -72,6 +73,15 @@ class Weighting:
         """The same, `margin` pixels further at every border."""
         nearest = continued(self.nearest[None].float(), margin)[0].long()
         return Weighting(continued(self.values, margin), self.palette, nearest)
+
+    def purity(self, reach: int, wrap: bool) -> Tensor:
+        """How much of the weight one texture has (1, H, W), in the mean over `reach` px: from 0, as others, to 1, all.
+
+        wrap: the map is periodic.
+        """
+        mode = "wrap" if wrap else "nearest"
+        most = torch.from_numpy(uniform_filter(self.values.numpy(), (0, reach, reach), mode=mode)).amax(0, keepdim=True)
+        return ((most * len(self.values) - 1) / (len(self.values) - 1)).clamp(min=0)
 
     def at(self, corners: Tensor, width: int) -> Tensor:
         """The number in the palette (N,) at the middles of windows with these first pixels (N, 2)."""

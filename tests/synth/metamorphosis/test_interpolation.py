@@ -199,6 +199,20 @@ def test_elements_of_a_map_grow_along_it() -> None:
     assert periods == pytest.approx([8 * (14 / 8) ** (middle / 192) for middle in middles], abs=1.25)
 
 
+def test_a_map_made_as_published_keeps_the_grain_of_textures_where_they_are_nearly_alone() -> None:
+    a, b = (torch.rand(1, SIZE, SIZE, generator=torch.Generator().manual_seed(seed)) for seed in range(2))
+    ramp = torch.linspace(0, 1, 96).expand(40, -1)
+    made = synth.interpolate([a, b], [ramp], preset="fast", independent=True).image
+    assert unlike(made[:, :, :12], a) < 0.5  # 0.65 where windows are averaged and made as strong again
+    assert unlike(made[:, :, -12:], b) < 0.5
+
+
+def unlike(image: torch.Tensor, texture: torch.Tensor) -> float:
+    """How much 5x5 windows of an image (1, H, W) differ from the nearest of a texture, in the texture's variance."""
+    windows, known = (each.unfold(1, 5, 1).unfold(2, 5, 1).reshape(-1, 25) for each in (image, texture))
+    return float(torch.cdist(windows, known).amin(1).square().mean() / 25 / texture.var())
+
+
 def test_where_a_map_has_textures_of_other_scale_alone_they_stay_themselves() -> None:
     a, b = tiles(8, 0), tiles(14, 1)
     mask = torch.zeros(80, 80)

@@ -30,6 +30,17 @@ def test_maps_are_made_to_sum_to_1_and_told_apart() -> None:
     assert made.at(torch.tensor([[0, 0], [0, 1], [0, 2]]), 4).tolist() == made.nearest[2, 2:].tolist()
 
 
+def test_purity_is_1_where_one_texture_is_alone_and_0_where_all_are_alike() -> None:
+    maps = torch.zeros(3, 8, 40)
+    maps[:, :, :20], maps[1, :, 20:] = 1.0, 1.0
+    pure = Weighting.of(maps).purity(5, wrap=False)
+    assert pure.shape == (1, 8, 40)
+    assert torch.allclose(pure[:, :, :18], torch.zeros(1, 8, 18), atol=1e-6)
+    assert torch.allclose(pure[:, :, 22:], torch.ones(1, 8, 18))
+    assert torch.allclose(pure[0, 0, 18:22], torch.arange(1, 5) / 5)  # the mean over 5 px
+    assert float(Weighting.of(maps).purity(5, wrap=True)[0, 0, -1]) == pytest.approx(0.6)
+
+
 @pytest.mark.parametrize(
     "maps",
     [
