@@ -200,7 +200,7 @@ def section_7(side: int) -> Tensor:
     neither: the same without the copies. Below, these clouds carried along the flow while they live on.
     """
     size, field, noise = (side, side), flow.uniform(1.0), torch.Generator().manual_seed(0)
-    wide = F.avg_pool2d(torch.rand(1, 2 * side, 2 * side, generator=noise), 5, 1, 2)
+    wide = F.avg_pool2d(F.pad(torch.rand(1, 2 * side, 2 * side, generator=noise), (2, 2, 2, 2), mode="circular"), 5, 1)
     wide = ((wide - wide.amin()) / (wide.amax() - wide.amin())).expand(3, -1, -1)
     right, down = (
         torch.stack([wide.roll((t * row, t * column), (1, 2))[:, :side, :side] for t in range(12)], 1)
