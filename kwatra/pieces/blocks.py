@@ -21,6 +21,7 @@ import torch
 from torch import Tensor
 
 from kwatra.base import mean, shared
+from kwatra.cut import KEEP
 from kwatra.elements import Lattice
 from kwatra.exemplar import Exemplar
 from kwatra.pieces.again import Budget, lay_again
@@ -280,7 +281,7 @@ class BlockStart:
         if not self.aligned:
             return self.sheet.cut(patch, must=np.ones(box.extent, bool), window=window), cost
         cut = self.sheet.cut(patch, taking=self._taking(patch), window=window)
-        known = int(self.sheet.filled_at(self.sheet.indices(box)).sum())
+        known = np.count_nonzero(window.kept[window.part(box)] == KEEP)
         length = max(known / min(self.overlap), 1.0)
         return cut, cost + cut.price / (self.contrast * length)
 

@@ -24,6 +24,7 @@ class Regions:
         self.extent = tuple(min(e, sheet.longest(d)) for d, e in enumerate(extent))
         self.tried = np.ones(sheet.shape, np.float32)
         self._scores: np.ndarray | None = None
+        self._highest = np.zeros(0)  # of the scores of each row
         self._known = 0
 
     def first(self) -> Box:
@@ -49,13 +50,15 @@ class Regions:
         """The region whose seams cost most, regions lately visited counting less; None without seams."""
         if self._scores is None:
             self._scores = np.zeros([n if w else n - e + 1 for n, e, w in self._axes])
+            self._highest = np.zeros(len(self._scores))
             self._score(Box((0,) * len(self.extent), self.sheet.shape))
         else:  # only what patches laid since then may have changed
             for patch in self.sheet.patches[self._known :]:
                 self._score(Box(tuple(s - 1 for s in patch.box.start), tuple(e + 2 for e in patch.box.extent)))
         self._known = len(self.sheet.patches)
-        spot = np.unravel_index(int(np.argmax(self._scores)), self._scores.shape)
-        return Box(tuple(int(i) for i in spot), self.extent) if self._scores[spot] > 0 else None
+        row = int(np.argmax(self._highest))  # not of all scores: they are as many as pixels
+        rest = np.unravel_index(int(np.argmax(self._scores[row])), self._scores.shape[1:])
+        return Box((row, *(int(i) for i in rest)), self.extent) if self._highest[row] > 0 else None
 
     @property
     def _axes(self) -> list[tuple[int, int, bool]]:
@@ -76,6 +79,8 @@ class Regions:
         )
         sums = box_sums(sum(seams[under].astype(np.int64) for seams in self.sheet.seams), self.extent)
         self._scores[at] = sums * self.tried[at]
+        rows = at[0].ravel()
+        self._highest[rows] = self._scores[rows].reshape(len(rows), -1).max(1)
 
     def anywhere(self) -> Box:
         """A region drawn at random."""

@@ -77,6 +77,11 @@ class Window(NamedTuple):
     places: np.ndarray
     remembered: list[np.ndarray]
 
+    def part(self, box: Box) -> tuple[slice, ...]:
+        """The index of a box that lies in it."""
+        sides = zip(box.start, self.box.start, box.extent, strict=True)
+        return tuple(slice(start - first, start - first + extent) for start, first, extent in sides)
+
 
 class Sheet(Generic[S]):
     """What is laid so far; arrays are indexed by output pixel.
@@ -168,9 +173,7 @@ class Sheet(Generic[S]):
         box in which the patch's lies, as it is now, where several patches are tried on it.
         """
         window = self.window(patch.box) if window is None else window
-        inner = tuple(
-            slice(b - w, b - w + e) for b, w, e in zip(patch.box.start, window.box.start, patch.box.extent, strict=True)
-        )
+        inner = window.part(patch.box)
         choice = _choice(window, inner, must, must_not)
         new = self._patch_places(patch, window.box)
         pairs = self.cost.pairs(window.places, new, window.remembered)
