@@ -17,6 +17,9 @@ from flow.animation.copies import changes, offsets, turns
 from flow.animation.fading import mixed
 from flow.animation.reading import Reading
 
+_LEAST = 32
+"""Copies of fewer pixels are crumbs: what is around goes on over them. It saves most of the time where copies fray."""
+
 
 def feathered(image: Tensor, source: Tensor, inside: Tensor, read: Reading, reach: int, details: bool) -> Tensor:
     """A frame (C, H, W) that shows an exemplar at source coordinates (2, H, W), its seams feathered.
@@ -29,9 +32,10 @@ def feathered(image: Tensor, source: Tensor, inside: Tensor, read: Reading, reac
     if reach == 0:
         return image
     known, copy = inside.cpu().numpy(), _numbered(source, inside)
-    boxes = [(number, box) for number, box in enumerate(ndimage.find_objects(copy), 1) if box is not None]
-    if len(boxes) < 2:
+    sizes = np.bincount(copy.ravel())
+    if (sizes[1:] > 0).sum() < 2:
         return image
+    boxes = [(number, box) for number, box in enumerate(ndimage.find_objects(copy), 1) if sizes[number] >= _LEAST]
     toward = turns(source).transpose(0, 1)  # takes the pixels' directions to those in the exemplar
     own, whole, other = torch.zeros_like(image[0]), torch.zeros_like(image[0]), torch.zeros_like(image)
     for number, box in boxes:

@@ -91,3 +91,10 @@ def test_one_copy_and_what_is_outside_keep_every_bit() -> None:
     upper = everywhere()
     upper[10:] = False
     assert torch.equal(feathers(source, upper, read)[:, 10:], read(source)[:, 10:])
+
+
+def test_crumbs_are_grown_over() -> None:
+    read = reading(torch.rand(3, SIDE, 3 * SIDE, generator=torch.Generator().manual_seed(2)))
+    whole, crumb = pixel_coordinates((SIDE, SIDE)), pixel_coordinates((SIDE, SIDE)).clone()
+    crumb[0, 20:24, 10:14] += 40
+    assert torch.allclose(feathers(crumb, everywhere(), read), read(whole), atol=1e-5)
