@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import torch
 
-from kwatra.pieces.boxes import Box, box_sums, wrapped
+from kwatra.pieces.boxes import Box, box_sums, span_sums, wrapped
 from kwatra.pieces.sheet import Sheet
 
 
@@ -33,18 +33,17 @@ class Regions:
 
     def frontier(self) -> Box:
         """A region on the border of the filled part, about half of it filled."""
-        filled = box_sums(wrapped(self.sheet.filled, self.extent, self.sheet.periodic), self.extent)
-        volume = int(np.prod(self.extent))
-        share = filled / volume
-        score = np.where((filled > 0) & (filled < volume), 1 - np.abs(share - 0.5), -1)
-        lattice = np.full(score.shape, -1.0)
-        at = np.ix_(*[_stations(n, max(e // 2, 1)) for n, e in zip(score.shape, self.extent, strict=True)])
-        lattice[at] = score[at]
-        if lattice.max() < 0:
-            lattice = score
-        best = np.flatnonzero((lattice >= lattice.max() - 0.1) & (lattice > 0))
-        spot = best[self._below(len(best))]
-        return Box(tuple(int(i) for i in np.unravel_index(spot, score.shape)), self.extent)
+        filled, volume = wrapped(self.sheet.filled, self.extent, self.sheet.periodic), int(np.prod(self.extent))
+        rooms = [n - e + 1 for n, e in zip(filled.shape, self.extent, strict=True)]
+        stations = [_stations(room, max(e // 2, 1)) for room, e in zip(rooms, self.extent, strict=True)]
+        for lines in (stations, [np.arange(room) for room in rooms]):  # everywhere if no station is on the border
+            count = span_sums(filled, [(line, line + e) for line, e in zip(lines, self.extent, strict=True)])
+            score = np.where((count > 0) & (count < volume), 1 - np.abs(count / volume - 0.5), -1)
+            if score.max() >= 0:
+                break
+        best = np.flatnonzero((score >= score.max() - 0.1) & (score > 0))
+        spot = np.unravel_index(best[self._below(len(best))], score.shape)
+        return Box(tuple(int(line[i]) for line, i in zip(lines, spot, strict=True)), self.extent)
 
     def costliest(self) -> Box | None:
         """The region whose seams cost most, regions lately visited counting less; None without seams."""

@@ -145,8 +145,8 @@ class Placer:
         periods = [n if wraps else 0 for n, wraps in zip(self.sheet.shape, self.sheet.periodic, strict=True)]
         apart = self.rule.apart or (1,) * len(periods)
         for home, shift in self.used:
-            if home == number:
-                lines = zip(shift, span.start, span.stop, periods, apart, strict=True)
+            lines = [*zip(shift, span.start, span.stop, periods, apart, strict=True)]
+            if home == number and all(n > 0 or low - a < s < high - 1 + a for s, low, high, n, a in lines):
                 mask[np.ix_(*[_near(*line) for line in lines])] = True
         return mask
 
