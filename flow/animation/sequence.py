@@ -251,13 +251,15 @@ class Motion:
 
     def _picture(self, source: Tensor, inside: Tensor, colors: Tensor | None = None) -> Tensor:
         """What source coordinates show: colors (C, H, W), unless they are known, and below them the maps."""
-        colors = self.read.picture(source, inside) if colors is None else colors
-        reach = self.renewing.feather
-        colors = feathered(colors, source, inside, self.film.read, reach, details=True)
-        if self._read_also is None or self.film.read_also is None:
+        reach, also = self.renewing.feather, self.film.read_also
+        if reach:  # softened seams would stay in them as thin lines
+            colors = feathered(self.read(source), source, inside, self.film.read, reach, details=True)
+        elif colors is None:
+            colors = self.read.picture(source, inside)
+        if self._read_also is None or also is None:
             return colors
-        maps = self._read_also.picture(source, inside)
-        return torch.cat([colors, feathered(maps, source, inside, self.film.read_also, reach, details=False)])
+        maps = self._read_also(source) if reach else self._read_also.picture(source, inside)
+        return torch.cat([colors, feathered(maps, source, inside, also, reach, details=False)])
 
     def _blended(self, copies: Tensor, before: State, look: Lookup) -> Tensor:
         """A frame (C, H, W) that shows its copies and, as the flow term asks, what the one before has carried there.
