@@ -49,8 +49,8 @@ def synthesize(
     channels: where the output's has a value, texture goes that has a like one in the exemplar; `size` may be left out,
     it is the output map's. guide_weight: what the guide counts beside the colors; 0.1 to 0.3 suits maps that vary
     smoothly. Several guides are a list, and may have a weight each. exemplar_mask: boolean, of the exemplar's size,
-    True where it may be copied from; of several exemplars one for each. Same seed, same bits, for any number of
-    threads.
+    True where it may be copied from; of several exemplars one for each. callback: told of each iteration, by one thread
+    at a time, but not always the same one. Same seed, same bits, for any number of threads.
 
     A long video of which nothing but its texture is asked is made in stretches, see `stretches`. Raises InputError for
     what cannot be used.
