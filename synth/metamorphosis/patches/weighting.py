@@ -74,6 +74,13 @@ class Weighting:
         nearest = continued(self.nearest[None].float(), margin)[0].long()
         return Weighting(continued(self.values, margin), self.palette, nearest)
 
+    @property
+    def steepest(self) -> float:
+        """The most that a weight changes from one pixel to the next."""
+        return max(
+            (float(self.values.diff(dim=axis).abs().max()) for axis in (1, 2) if self.shape[axis - 1] > 1), default=0
+        )
+
     def purity(self, reach: int, wrap: bool) -> Tensor:
         """How much of the weight one texture has (1, H, W), in the mean over `reach` px: from 0, as others, to 1, all.
 

@@ -207,6 +207,16 @@ def test_a_map_made_as_published_keeps_the_grain_of_textures_where_they_are_near
     assert unlike(made[:, :, -12:], b) < 0.5
 
 
+def test_a_map_that_fades_is_made_as_published_and_one_that_jumps_is_led(
+    pair: tuple[torch.Tensor, torch.Tensor],
+) -> None:
+    fades = torch.linspace(0, 1, SIZE).expand(SIZE, -1)
+    jumps = torch.where(torch.arange(SIZE) < SIZE // 2, 0.8, 0.2).expand(SIZE, -1)
+    for ramp, published in ((fades, True), (jumps, False)):
+        made, alone = (synth.interpolate(list(pair), [ramp], independent=how, **QUICK).image for how in (False, True))
+        assert torch.equal(made, alone) == published
+
+
 def unlike(image: torch.Tensor, texture: torch.Tensor) -> float:
     """How much 5x5 windows of an image (1, H, W) differ from the nearest of a texture, in the texture's variance."""
     windows, known = (each.unfold(1, 5, 1).unfold(2, 5, 1).reshape(-1, 25) for each in (image, texture))

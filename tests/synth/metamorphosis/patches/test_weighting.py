@@ -30,6 +30,14 @@ def test_maps_are_made_to_sum_to_1_and_told_apart() -> None:
     assert made.at(torch.tensor([[0, 0], [0, 1], [0, 2]]), 4).tolist() == made.nearest[2, 2:].tolist()
 
 
+def test_the_steepest_change_is_that_to_the_next_pixel() -> None:
+    maps = torch.zeros(2, 1, 9)
+    maps[1, 0] = torch.tensor([0, 0.1, 0.2, 0.3, 0.7, 0.8, 0.9, 1, 1])
+    maps[0] = 1 - maps[1]
+    assert Weighting.of(maps).steepest == pytest.approx(0.4)
+    assert Weighting.of(maps.mT).steepest == pytest.approx(0.4)
+
+
 def test_purity_is_1_where_one_texture_is_alone_and_0_where_all_are_alike() -> None:
     maps = torch.zeros(3, 8, 40)
     maps[:, :, :20], maps[1, :, 20:] = 1.0, 1.0
