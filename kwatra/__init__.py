@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from kwatra.base import InputError
-    from kwatra.elements import Lattice, element_size, find_lattice, place_dependence
+    from kwatra.elements import Lattice, direction_dependence, element_size, find_lattice, place_dependence
     from kwatra.exemplar import Exemplar
     from kwatra.levels import THESIS, Level, planned_levels
     from kwatra.loop import optimize
@@ -52,6 +52,7 @@ __all__ = [
     "Sum",
     "Term",
     "TermLike",
+    "direction_dependence",
     "element_size",
     "find_lattice",
     "gradient",
@@ -97,6 +98,7 @@ _HOMES = {
     "THESIS": "kwatra.levels",
     "Term": "kwatra.terms",
     "TermLike": "kwatra.terms",
+    "direction_dependence": "kwatra.elements",
     "element_size": "kwatra.elements",
     "find_lattice": "kwatra.elements",
     "gradient": "kwatra.windows",

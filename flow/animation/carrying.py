@@ -8,7 +8,7 @@ as sharp as the first. Where two copies of the exemplar meet, coordinates jump; 
 import torch
 from torch import Tensor
 
-from flow.animation.copies import JUMP
+from flow.animation.copies import JUMP, angles, rigid
 from flow.warps import Lookup, filled, pixel_coordinates
 
 
@@ -23,28 +23,28 @@ def carried(source: Tensor, look: Lookup, inside: Tensor | None = None) -> Tenso
         return source
     height, width = source.shape[1:]
     pixels = pixel_coordinates(source.shape[1:], source.device)
-    here, offset = source.flatten(1), (source - pixels).flatten(1)
+    here = source.flatten(1)
     x, y = look.coordinates[0].clamp(0, width - 1).flatten(), look.coordinates[1].clamp(0, height - 1).flatten()
     left, top = x.floor().clamp(max=max(width - 2, 0)), y.floor().clamp(max=max(height - 2, 0))
     across, down = x - left, y - top
     middle = (y.round() * width + x.round()).long()
-    nearest = offset[:, middle]
+    nearest, (below, right) = here[:, middle], rigid(angles(source, inside).flatten()[middle])
     first = (top * width + left).long()
     change, mass = torch.zeros_like(nearest), torch.zeros_like(x)
-    for step, share in (
-        (0, (1 - across) * (1 - down)),
-        (1, across * (1 - down)),
-        (width, (1 - across) * down),
-        (width + 1, across * down),
-    ):
-        corner = (first + step).clamp(max=height * width - 1)
-        differs = offset[:, corner] - nearest
+    for row, column in ((0, 0), (0, 1), (1, 0), (1, 1)):
+        corner = (first + row * width + column).clamp(max=height * width - 1)
+        differs = here[:, corner] - nearest - (top + row - y.round()) * below - (left + column - x.round()) * right
         counts = differs.square().sum(0) < JUMP**2
         if inside is not None:
             counts = counts & inside.flatten()[corner]
-        share = share * counts
+        share = (down if row else 1 - down) * (across if column else 1 - across) * counts
         change, mass = change + torch.where(counts, share * differs, 0.0), mass + share
     change = torch.where(mass > 0, change / mass.clamp(min=1e-12), 0.0)
-    moved = here[:, middle] + (look.coordinates.flatten(1) - pixels.flatten(1)[:, middle]) + change
-    moved = moved.view_as(source)
-    return torch.where(look.known, moved, pixels + filled(moved - pixels, look.known))
+    over, under = look.coordinates.flatten(1) - pixels.flatten(1)[:, middle]
+    moved = (nearest + under * below + over * right + change).view_as(source)
+    if bool(look.known.all()):
+        return moved
+    column, row = filled(pixels, look.known).long()
+    end = moved[:, row, column], below.view_as(source)[:, row, column], right.view_as(source)[:, row, column]
+    beyond = end[0] + (pixels[1] - row) * end[1] + (pixels[0] - column) * end[2]
+    return torch.where(look.known, moved, beyond)

@@ -1,8 +1,9 @@
 """Copies: the regions of a frame in which neighboring pixels show neighboring places of the exemplar.
 
-Within a copy the offset between a pixel and its source changes little from pixel to pixel; where two copies meet, it
-jumps. A carried seam frays, for each pixel keeps the copy that is nearest: `tidied` takes the crumbs away, and
-`softened` shows the seam between two pixels as a camera would, with a little of both.
+Within a copy what pixels show moves on by a pixel from each to the next, in a direction that depends on how the copy is
+turned, and little else; where two copies meet, it jumps. A carried seam frays, for each pixel keeps the copy that is
+nearest: `tidied` takes the crumbs away, and `softened` shows the seam between two pixels as a camera would, with a
+little of both.
 """
 
 from collections.abc import Callable
@@ -11,11 +12,13 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from flow.warps import pixel_coordinates
-
 JUMP = 1.5
-"""Offsets of neighboring pixels that differ by this many px or more belong to two copies. Tried: .203 with 1, .199 with
-2.5."""
+"""Neighboring pixels belong to two copies where what the second shows is so many px or more from where the first one's
+copy goes on. Tried: .203 with 1, .199 with 2.5."""
+
+NEIGHBORS = 2.0
+"""Neighboring pixels that show places less than so many px apart tell how their copy is turned; exact copies show
+neighbors. Not tuned."""
 
 _BESIDE = ((0, 1), (0, -1), (1, 0), (-1, 0))
 AROUND = (*_BESIDE, (1, 1), (1, -1), (-1, 1), (-1, -1))
@@ -33,30 +36,55 @@ _BLEED = 0.125
 .2."""
 
 
-def offsets(source: Tensor) -> Tensor:
-    """How far (2, H, W), in px, each pixel's source (2, H, W) is from the pixel itself."""
-    return source - pixel_coordinates(source.shape[1:], source.device)
+def angles(source: Tensor, inside: Tensor | None = None) -> Tensor:
+    """By how much each pixel's copy is turned in the exemplar, (H, W), in radians from x to y.
+
+    It is the rotation next to the derivative of source coordinates (2, H, W), seen in the pixels around that show
+    places less than NEIGHBORS px away; 0 where there are none. inside (H, W): where there is texture; what is elsewhere
+    has no influence.
+    """
+    steps = []
+    for axis in (1, 2):
+        step = source.diff(dim=axis)
+        near = step.square().sum(0) < NEIGHBORS**2
+        if inside is not None:
+            near &= inside.narrow(axis - 1, 0, near.shape[axis - 1]) & inside.narrow(axis - 1, 1, near.shape[axis - 1])
+        steps.append(_meant(step, near, axis))
+    down, right = steps
+    return torch.atan2(right[1] - down[0], right[0] + down[1])
 
 
-def changes(offset: Tensor) -> tuple[tuple[Tensor, Tensor], tuple[Tensor, Tensor]]:
-    """What offsets (2, H, W) change by from each pixel to the one below and to the one on its right.
+def rigid(angle: Tensor) -> tuple[Tensor, Tensor]:
+    """What source coordinates change by a row down and a column to the right where copies are turned by an angle (*S).
+
+    Both (2, *S), x first.
+    """
+    cos, sin = angle.cos(), angle.sin()
+    return torch.stack([-sin, cos]), torch.stack([cos, sin])
+
+
+def changes(source: Tensor, angle: Tensor | None = None) -> tuple[tuple[Tensor, Tensor], tuple[Tensor, Tensor]]:
+    """What source coordinates (2, H, W) change by from each pixel to the one below and to the one on its right, more
+    than in a copy turned by `angle` (H, W), by default its own.
 
     Each, (2, H - 1, W) and (2, H, W - 1), comes with where the two pixels belong to one copy.
     """
-    down, right = offset.diff(dim=1), offset.diff(dim=2)
+    below, beside = rigid(angles(source) if angle is None else angle)
+    down, right = source.diff(dim=1) - below[:, :-1], source.diff(dim=2) - beside[:, :, :-1]
     return (down, _near(down, 0)), (right, _near(right, 0))
 
 
-def distortion(source: Tensor) -> Tensor:
+def distortion(source: Tensor, angle: Tensor) -> Tensor:
     """How much more or less of the exemplar's area than its own each pixel shows, (H, W).
 
     It is the square of the determinant of the source's derivative less 1, at most 1; 0 between copies. Turning and
-    shearing keep areas.
+    shearing keep areas. angle (H, W): that of the copies.
     """
-    (down, one), (right, other) = changes(offsets(source))
-    down, one = F.pad(down, (0, 0, 0, 1)), F.pad(one, (0, 0, 0, 1))
-    right, other = F.pad(right, (0, 1)), F.pad(other, (0, 1))
-    area = (1 + right[0]) * (1 + down[1]) - right[1] * down[0]
+    (down, one), (right, other) = changes(source, angle)
+    below, beside = rigid(angle)
+    down, one = F.pad(down, (0, 0, 0, 1)) + below, F.pad(one, (0, 0, 0, 1))
+    right, other = F.pad(right, (0, 1)) + beside, F.pad(other, (0, 1))
+    area = right[0] * down[1] - right[1] * down[0]
     return torch.where(one & other, (area - 1).square().clamp(max=1), 0.0)
 
 
@@ -65,16 +93,13 @@ def turns(source: Tensor) -> Tensor:
 
     It is the rotation next to the inverse of the derivative of source coordinates (2, H, W).
     """
-    (down, one), (right, other) = changes(offsets(source))
-    down, right = _meant(down * one, one, 1), _meant(right * other, other, 2)
-    angle = torch.atan2(right[1] - down[0], 2 + right[0] + down[1])
-    cos, sin = angle.cos(), angle.sin()
-    return torch.stack([torch.stack([cos, sin]), torch.stack([-sin, cos])])
+    below, beside = rigid(angles(source))
+    return torch.stack([beside, below])
 
 
 def _meant(change: Tensor, counts: Tensor, axis: int) -> Tensor:
     """At each pixel (2, H, W) the mean change to the next one and from the one before, of those that count."""
-    values = torch.cat([change, counts[None].to(change)]).transpose(axis, 2)
+    values = torch.cat([torch.where(counts, change, 0.0), counts[None].to(change)]).transpose(axis, 2)
     both = (F.pad(values, (1, 0)) + F.pad(values, (0, 1))).transpose(axis, 2)
     return both[:2] / both[2:].clamp(min=1)
 
@@ -86,8 +111,9 @@ def tidied(source: Tensor, free: Tensor, inside: Tensor) -> Tensor:
     bit.
     """
     for _ in range(_ROUNDS):
-        place = (free & _at_seams(source)).nonzero().T
-        near, there = _around(source, inside, place)
+        angle = angles(source, inside)
+        place = (free & _at_seams(source, angle)).nonzero().T
+        near, there = _around(source, angle, inside, place)
         own = (there & _near(near - source[:, *place], 1)).sum(0)
         lone = own <= _FEW
         place, near, there = place[:, lone], near[:, :, lone], there[:, lone]
@@ -106,18 +132,18 @@ def softened(image: Tensor, source: Tensor, inside: Tensor, read: Callable[[Tens
 
     read: what the exemplar has at coordinates (2, N), (C, N). inside (H, W): where there is texture.
     """
-    soft = image.clone()
+    soft, angle = image.clone(), angles(source, inside)
     for step in _BESIDE:
-        beside = _continued(source, step)
+        beside = _continued(source, angle, step)
         seam = inside & _shifted(inside[None], step)[0] & ~_near(beside - source, 0)
         if bool(seam.any()):
             soft[:, seam] += _BLEED * (read(beside[:, seam]) - image[:, seam])
     return soft
 
 
-def _at_seams(source: Tensor) -> Tensor:
+def _at_seams(source: Tensor, angle: Tensor) -> Tensor:
     """Where (H, W) a pixel and one beside it belong to two copies."""
-    (_, down), (_, right) = changes(offsets(source))
+    (_, down), (_, right) = changes(source, angle)
     seams = torch.zeros_like(source[0], dtype=torch.bool)
     seams[1:] |= ~down
     seams[:-1] |= ~down
@@ -126,7 +152,7 @@ def _at_seams(source: Tensor) -> Tensor:
     return seams
 
 
-def _around(source: Tensor, inside: Tensor, place: Tensor) -> tuple[Tensor, Tensor]:
+def _around(source: Tensor, angle: Tensor, inside: Tensor, place: Tensor) -> tuple[Tensor, Tensor]:
     """Where pixels at places (2, N), row first, are in the copies of the eight around them, (8, 2, N).
 
     It comes with where (8, N) there is texture; beyond the border is the border.
@@ -135,12 +161,14 @@ def _around(source: Tensor, inside: Tensor, place: Tensor) -> tuple[Tensor, Tens
     sides = torch.tensor(inside.shape, device=source.device)[:, None]
     beside = (place + steps).clamp(min=0).minimum(sides - 1)
     y, x = beside.unbind(1)
-    return source[:, y, x].movedim(1, 0) - (beside - place).flip(1), inside[y, x]
+    (row, column), (below, right) = (beside - place).unbind(1), rigid(angle[y, x])
+    return (source[:, y, x] - row * below - column * right).movedim(1, 0), inside[y, x]
 
 
-def _continued(source: Tensor, step: tuple[int, int]) -> Tensor:
-    """Where (2, H, W) each pixel is in the copy of the pixel `step` rows and columns away."""
-    return _shifted(source, step) - torch.tensor(step[::-1], device=source.device).view(2, 1, 1)
+def _continued(source: Tensor, angle: Tensor, step: tuple[int, int]) -> Tensor:
+    """Where (2, H, W) each pixel is in the copy, turned by an angle (H, W), of the one `step` rows and columns away."""
+    below, right = rigid(_shifted(angle[None], step)[0])
+    return _shifted(source, step) - step[0] * below - step[1] * right
 
 
 def _near(change: Tensor, axis: int) -> Tensor:

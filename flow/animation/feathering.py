@@ -13,7 +13,7 @@ from scipy import ndimage, sparse
 from scipy.sparse.csgraph import connected_components
 from torch import Tensor
 
-from flow.animation.copies import changes, offsets, turns
+from flow.animation.copies import changes, turns
 from flow.animation.fading import mixed
 from flow.animation.reading import Reading
 
@@ -61,7 +61,7 @@ def feathered(image: Tensor, source: Tensor, inside: Tensor, read: Reading, reac
 
 def _numbered(source: Tensor, inside: Tensor) -> np.ndarray:
     """The number of the copy that each pixel belongs to, (H, W), and 0 where not inside; not all numbers are used."""
-    (_, down), (_, right) = changes(offsets(source))
+    (_, down), (_, right) = changes(source)
     number = np.arange(inside.numel()).reshape(inside.shape)
     links = []
     for axis, joined in enumerate((down & inside[1:] & inside[:-1], right & inside[:, 1:] & inside[:, :-1])):

@@ -19,9 +19,17 @@ from flow.animation.blur import blurred
 from flow.animation.drift import drift
 from flow.animation.reading import Reading
 from flow.warps import pixel_coordinates, warp
-from kwatra import Exemplar, InputError, place_dependence
+from kwatra import Exemplar, InputError, direction_dependence, element_size, place_dependence
 from kwatra.base import mean
+from kwatra.source import look_up
 from kwatra.terms.stay import SCENE
+
+_DIRECTED = 0.21
+"""Of pictures with less `direction_dependence` copies may turn. Gravel, grass, rocks, terrazzo, tomatoes, radishes and
+made stones have .03 to .20; plaster, chainmail, nuts and words .22 to .33, bricks, tiles and cloth more."""
+
+_AS_ONE = 0.25
+"""Copies turn as one over so many sizes of an element: elements turn, and are not bent. Not tuned."""
 
 _GAP = 16
 """Rows between pages, at least, and the drift's largest step besides: what flows beyond a page ends in no other one."""
@@ -50,7 +58,9 @@ class Film:
     strip: all pages as one picture. pages: their number; pitch: rows from one to the next. motion (2, pages * pitch,
     W): the exemplar's own, x first, in px per frame, forward; None for a picture. step: 1, or -1 where time runs
     backward. also: maps of the exemplar on a strip of their own, which decide nothing; None where there are none.
-    scene: whether what is seen depends on the place in its frame.
+    scene: whether what is seen depends on the place in its frame. turning: over how many px copies turn as one with
+    the flow; 0 where they keep the exemplar's directions. placed (2, rows, W): of a picture that was grown
+    (`flow.animation.growing`) which pixels of the exemplar's own canvas it shows, row first; None of others.
     """
 
     strip: Exemplar
@@ -60,14 +70,23 @@ class Film:
     step: int = 1
     also: Exemplar | None = None
     scene: bool = False
+    turning: float = 0.0
+    placed: Tensor | None = None
 
     @classmethod
-    def of(cls, exemplar: Exemplar, also: Exemplar | None = None) -> "Film":
+    def of(cls, exemplar: Exemplar, also: Exemplar | None = None, turn: bool | None = None) -> "Film":
         """The film of an exemplar of pictures or videos; of videos, texture that is masked in any frame is not used.
 
-        also: maps of each of its images or videos, an exemplar made as it was.
+        also: maps of each of its images or videos, an exemplar made as it was. turn: whether copies may turn; None:
+        where an exemplar of pictures prefers no direction.
         """
         film = cls._of(exemplar)
+        if turn and film.motion is not None:
+            raise InputError(
+                "texture is to turn with the flow, but that of a video keeps its directions; leave turn out"
+            )
+        if film.motion is None and (turn or (turn is None and direction_dependence(film.strip) < _DIRECTED)):
+            film = replace(film, turning=_AS_ONE * element_size(film.strip))
         if also is None:
             return film
         if also.shape != exemplar.shape or not torch.equal(also.owner, exemplar.owner):
@@ -219,8 +238,16 @@ class Film:
         number = torch.tensor(pages, device=where.device)[where[0] // self.pitch]
         return torch.stack([number * self.pitch + where[0] % self.pitch, where[1]])
 
+    def middle(self, shape: tuple[int, int]) -> Tensor:
+        """The source coordinates (2, H, W) of a frame of `shape` in the middle of a picture."""
+        corner = [(there - here) // 2 for there, here in zip(self.strip.shape, shape, strict=True)]
+        places = pixel_coordinates(shape, self.strip.canvas.device)
+        return places + torch.tensor(corner[::-1], device=places.device).view(2, 1, 1)
+
     def where(self, pixels: Tensor) -> Tensor:
         """The places on the exemplar's own canvas of pixels of the strip (2, *S), row first: frame, row and column."""
+        if self.placed is not None:
+            pixels = look_up(self.placed, pixels)
         if len(self.strip.origin) == 3:
             return pixels
         return torch.stack([pixels[0] // self.pitch, pixels[0] % self.pitch, pixels[1]])

@@ -15,7 +15,9 @@ import torch
 from scipy import ndimage
 from torch import Tensor
 
-from flow.animation.sequence import Frame, Mask, Motion, film_of
+from flow.animation.asked import Mask, check, film_of
+from flow.animation.growing import grown
+from flow.animation.sequence import Frame, Motion
 from flow.animation.settings import Renewing
 from flow.animation.state import State
 from flow.fields import Field, Shape
@@ -44,6 +46,7 @@ def loop(
     seed: int = 0,
     after: State | None = None,
     also: Exemplar | Tensor | None = None,
+    turn: bool | None = None,
 ) -> Iterator[Frame]:
     """The frames, of `shape` (H, W), of a texture that flows along a field and comes back to its first frame.
 
@@ -55,8 +58,9 @@ def loop(
     """
     if frames < 2:
         raise InputError(f"a loop is to have {frames} frames; give at least 2")
-    motion = Motion(film_of(exemplar, also), field, shape, mask, None, renewing, seed)
-    motion.check(after)
+    film = film_of(exemplar, also, turn)
+    check(film, field, shape, mask, None, after)
+    motion = Motion(grown(film, shape, synthesis or Settings(), seed), field, shape, mask, None, renewing, seed)
     return _frames(motion, frames, first, synthesis or Settings(), after)
 
 

@@ -27,7 +27,7 @@ from torch import Tensor
 
 from flow.animation.aging import Aging
 from flow.animation.blocks import Blocks
-from flow.animation.copies import JUMP, softened
+from flow.animation.copies import JUMP, angles, softened
 from flow.animation.film import Film
 from flow.animation.reading import Reading
 from flow.animation.settings import Renewing
@@ -83,7 +83,7 @@ class Carried:
     @property
     def source(self) -> Tensor:
         """The source coordinates (2, H, W), x first; they share the sheet's memory."""
-        return torch.from_numpy(self.sheet.places).to(self.image.device)
+        return torch.from_numpy(self.sheet.places[:2]).to(self.image.device)
 
     @property
     def usable(self) -> Tensor:
@@ -144,12 +144,12 @@ class Renewal:
         usable = inside & self.read.usable(source)
         image = self.read(source)
         sheet = Sheet(self.stock, self.shape, (False, False), self._seams)
-        sheet.places[:] = source.cpu().numpy()
+        sheet.places[:] = torch.cat([source, angles(source, usable)[None]]).cpu().numpy()
         sheet.label[usable.cpu().numpy()] = 0
         for axis in range(2):
             p, q = along(axis, None, -1, 2), along(axis, 1, None, 2)
             ahead = self.stock.beyond(sheet.places[(slice(None), *p)], axis, 1)
-            jump = np.square(sheet.places[(slice(None), *q)] - ahead).sum(0) >= JUMP**2
+            jump = ~self.stock.same(sheet.places[(slice(None), *q)], ahead)
             jump &= sheet.filled[p] & sheet.filled[q]
             one, other = (sheet.places[(slice(None), *side)][:, jump] for side in (p, q))
             sheet.seams[axis][p][jump] = sheet.cost.seam(one, other, axis, 2)

@@ -2,28 +2,33 @@
 
 The first frame is ordinary synthesis. Every other one is the frame before it carried along the flow, x+, and then
 optimized: its texture energy against the flow energy. Frames are carried as source coordinates (`flow.carrying`),
-their elements turned upright (`flow.upright`), and blocks copied where the texture has worn all the same
+their elements turned upright (`flow.upright`) and blocks copied where the texture has worn all the same
 (`flow.renewal`); so a sequence never wears out. What is shown is the blend of these copies and x+, as the flow term has
 it (`flow.term`): what was replaced fades within a few frames. Memory does not grow with the number of frames.
+
+Where the exemplar of a picture prefers no direction elements turn with the flow and are only kept rigid; the first
+frame is then the middle of a larger still that takes the exemplar's place (`flow.growing`).
 
 A picture is a video of one frame. Of a longer one texture also lives on: before it is renewed it moves on to the
 video's next frame (`flow.film`), and so does what fades below it (`flow.fading`). Where what is seen depends on the
 place in its frame, the first frame keeps the places.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import count
 
 import torch
 from torch import Tensor
 
+from flow.animation.asked import Mask, allowed, check, film_of
 from flow.animation.carrying import carried
 from flow.animation.copies import JUMP, tidied
-from flow.animation.entering import SIDES, entered, enters, known_of
+from flow.animation.entering import SIDES, entered, known_of
 from flow.animation.fading import Fading, left_of, shaded
 from flow.animation.feathering import feathered
 from flow.animation.film import Film
+from flow.animation.growing import grown
 from flow.animation.reading import Reading
 from flow.animation.renewal import Renewal
 from flow.animation.settings import PRESETS, VIDEO_PRESETS, Renewing
@@ -34,7 +39,7 @@ from flow.animation.upright import Upright
 from flow.fields import Field
 from flow.warps import Lookup, filled, lookup, warp
 from kwatra import Exemplar, InputError, Level, Result, Settings, Stay, optimize
-from kwatra.base import check_mask, generator_of
+from kwatra.base import generator_of
 from kwatra.result import Row
 from kwatra.source import look_up
 from kwatra.terms.stay import STAYING
@@ -44,8 +49,6 @@ _BEGINNING = 1 << 17
 
 _PROJECTION = (Level(1, 16), Level(1, 8))
 """How a given first picture is brought to the exemplar: at full resolution, keeping what is texture already."""
-
-Mask = Tensor | Callable[[int], Tensor] | None
 
 
 @dataclass(frozen=True)
@@ -77,6 +80,7 @@ def animate(
     seed: int = 0,
     after: State | None = None,
     also: Exemplar | Tensor | None = None,
+    turn: bool | None = None,
 ) -> Iterator[Frame]:
     """The frames, of `shape` (H, W), of a texture that flows along a field.
 
@@ -87,7 +91,9 @@ def animate(
     the first frame is made; renewing: how the others are (default: of PRESETS or VIDEO_PRESETS). after: go on after
     this state instead of beginning; the frames are the same bits as without the break. also: maps of the exemplar, of
     its size, (M, H, W) or (M, T, H, W), or an Exemplar of them made as it was; they are read, and fade, as its colors
-    do, and decide nothing.
+    do, and decide nothing. turn: whether elements of pictures turn with the flow; else they keep their directions, and
+    what cannot is renewed (thesis 6.2). None: they turn where the exemplar prefers no direction
+    (`kwatra.direction_dependence` below .21).
 
     Raises InputError for what cannot be done, at once where it can be seen at once.
     """
@@ -97,16 +103,10 @@ def animate(
         raise InputError(f"texture is to enter from {enter!r}; give one of {', '.join(SIDES)}")
     if enter is not None and first is not None:
         raise InputError("texture is to enter an empty frame, but a first frame is given; leave out one of the two")
-    motion = Motion(film_of(exemplar, also), field, shape, mask, enter, renewing, seed)
-    motion.check(after)
+    film = film_of(exemplar, also, turn)
+    check(film, field, shape, mask, enter, after)
+    motion = Motion(grown(film, shape, synthesis or Settings(), seed), field, shape, mask, enter, renewing, seed)
     return _frames(motion, frames, first, synthesis, after)
-
-
-def film_of(exemplar: Exemplar | Tensor, also: Exemplar | Tensor | None) -> Film:
-    """The film of an exemplar and its maps, given as such or as tensors."""
-    own, maps = (Exemplar.of(given) if isinstance(given, Tensor) else given for given in (exemplar, also))
-    assert own is not None
-    return Film.of(own, maps)
 
 
 def _frames(
@@ -142,37 +142,16 @@ class Motion:
         self.film, self.field, self.shape = film, field, shape
         self.mask, self.enter, self.seed = mask, enter, seed
         self.channels, self.device = len(film.strip.canvas), film.strip.canvas.device
-        self.upright = Upright(film.strip, renewing.stiffness)
+        self.upright = Upright(film.strip, renewing.stiffness, film.turning)
         self.renewing, self.renewal = renewing, Renewal(film, shape, renewing)
         self.read = Reading(film.strip, renewing.interpolation)
         self._read_also = None if film.also is None else Reading(film.also, renewing.interpolation)
         self._steady: tuple[Tensor, Lookup] | None = None
         self._whole = torch.ones(shape, dtype=torch.bool, device=self.device)
 
-    def check(self, state: State | None) -> None:
-        """Refuse with InputError a field or a mask that does not fit the frame, or a state of another size."""
-        flow = self.field(0 if state is None else state.number, self.shape)
-        self.allowed(0 if state is None else state.number)
-        if state is not None and tuple(state.inside.shape) != tuple(self.shape):
-            size, asked = "x".join(map(str, state.inside.shape)), "x".join(map(str, self.shape))
-            raise InputError(f"the state to go on from has frames of {size} (HxW), not {asked}; give that shape")
-        want = self.channels + (0 if self.film.also is None else len(self.film.also.canvas))
-        if state is not None and len(state.image) != want:
-            have = len(state.image)
-            raise InputError(
-                f"the state to go on from has {have} channels, the exemplar {want}; give that it was made of"
-            )
-        if state is None and self.enter and self.field.steady and not bool(enters(flow, self.enter).any()):
-            side = "any side" if self.enter == "all" else f"the {self.enter}"
-            raise InputError(f"texture is to enter from {side}, but the flow never comes from there; give another side")
-
     def allowed(self, number: int) -> Tensor:
         """Where (H, W) texture may be in a frame."""
-        if self.mask is None:
-            return self._whole
-        mask = self.mask if isinstance(self.mask, Tensor) else self.mask(number)
-        check_mask(mask, self.shape)
-        return mask.to(self.device)
+        return self._whole if self.mask is None else allowed(self.mask, number, self.shape).to(self.device)
 
     def begin(self, first: Tensor | None, synthesis: Settings) -> Frame:
         """Frame 0: empty if texture is to enter it, else synthesized, or a given picture brought to the exemplar."""
@@ -182,6 +161,8 @@ class Motion:
             nowhere = torch.full((2, *self.shape), NOWHERE, device=self.device)
             empty = self._picture(nowhere, inside) * 0
             return self._frame(State(0, nowhere, inside, empty), {})
+        if self.film.placed is not None and first is None:
+            return self._shown(self.film.middle(self.shape), inside)
         start: Tensor | str = "aligned"
         if first is not None:
             start, synthesis = first, replace(synthesis, levels=_PROJECTION)
@@ -191,6 +172,10 @@ class Motion:
         stay = [Stay(STAYING)] if self.film.scene and first is None else []
         still = optimize(exemplar, self.shape, settings=synthesis, terms=stay, start=start, mask=mask, seed=self.seed)
         source = tidied(self.film.uncut(still.where, pages).flip(0).float(), inside, inside)
+        return self._shown(source, inside)
+
+    def _shown(self, source: Tensor, inside: Tensor) -> Frame:
+        """Frame 0, at source coordinates (2, H, W)."""
         return self._frame(State(0, source, inside, self._picture(source, inside)), {})
 
     def resumed(self, state: State) -> Frame:

@@ -27,7 +27,7 @@ _MOST = 1000.0
 
 
 class Coordinates(Stock):
-    """An exemplar read at source coordinates (2, *S), x first.
+    """An exemplar read at places (3, *S): source coordinates, x first, and the angle by which their copy is turned.
 
     It is read between its pixels as what is compared, not shown, needs it: bilinearly. Colors differ by their distance
     in the exemplar's deviations (variance: the mean square of one), times `cost`.
@@ -45,34 +45,36 @@ class Coordinates(Stock):
         rows, columns = hidden.depth.shape
 
         def depth(places: Array) -> Array:
-            x, y = np.rint(places).astype(np.int64)
+            x, y = np.rint(places[:2]).astype(np.int64)
             at: Array = hidden.depth[y.clip(0, rows - 1), x.clip(0, columns - 1)]
             return at
 
         return SeamCost(self, depth=Depth(depth, MIXING * hidden.hides * self._cost * COUNTS, hidden=1.0))
 
     def nowhere(self, shape: tuple[int, ...]) -> Array:
-        """Coordinates for pixels that show nothing."""
-        return np.full((2, *shape), NOWHERE, np.float32)
+        """Places for pixels that show nothing."""
+        return np.stack([np.full(shape, value, np.float32) for value in (NOWHERE, NOWHERE, 0.0)])
 
     def places(self, number: int, lines: Sequence[Array]) -> Array:
-        """The coordinates on the grid spanned by rows and columns (fractions of a pixel); there is one source."""
+        """The places on the grid spanned by rows and columns (fractions of a pixel) of the one source."""
         y, x = np.meshgrid(*lines, indexing="ij")
-        return np.stack([x, y]).astype(np.float32)
+        return np.stack([x, y, np.zeros_like(x)]).astype(np.float32)
 
     def colors(self, places: Array) -> Array:
-        """The colors at coordinates."""
-        return self._read(torch.from_numpy(np.ascontiguousarray(places))).numpy()
+        """The colors at places."""
+        return self._read(torch.from_numpy(np.ascontiguousarray(places[:2]))).numpy()
 
     def beyond(self, places: Array, axis: int, step: int) -> Array:
-        """The coordinates one step (1 or -1) along an axis: rows, then columns."""
-        ahead = places.copy()
-        ahead[1 - axis] += step
+        """The places one step (1 or -1) along an axis of the frame: rows, then columns."""
+        ahead, cos, sin = places.copy(), np.cos(places[2]), np.sin(places[2])
+        across, down = (cos, sin) if axis else (-sin, cos)
+        ahead[0] += step * across
+        ahead[1] += step * down
         return ahead
 
     def same(self, one: Array, other: Array) -> Array:
-        """Whether coordinates are those of one copy, which may be bent."""
-        near: Array = np.square(one - other).sum(0) < JUMP**2
+        """Whether places are those of one copy, which may be bent."""
+        near: Array = np.square(one[:2] - other[:2]).sum(0) < JUMP**2
         return near
 
     def distance(self, one: Array, other: Array) -> Array:

@@ -44,8 +44,8 @@ def published(
 
     exemplar: an Exemplar, or a tensor (C, H, W) or (C, T, H, W); turned and scaled variants of a video's tensor serve
     where the flow asks for directions or speeds that it lacks (section 7.3). weight: lambda. loop, mask (H, W), True
-    where texture belongs: for videos. A picture's first frame is the one that `flow.animate` begins with, for the same
-    seed; a video's frames are made all at once, before the first is given.
+    where texture belongs: for videos. Of a picture the first frame is, for the same seed, the one that `flow.animate`
+    begins with where elements do not turn; a video's frames are made all at once, before the first is given.
 
     Raises InputError for a loop or a mask of a picture, or a video of fewer than 2 frames.
     """

@@ -10,6 +10,9 @@ d is the exemplar's detail, its gradients' energy, where S reads it: the motion 
 the gradient weight K of thesis equation 27, for small motions), nor is its distortion. c is what the offset of S
 changes by between neighbors of one copy, shortened where that is much, and 0 across a seam: elements are stiff, the
 flat gaps between them give way, and the two sides of a seam stay together.
+
+Where the exemplar prefers no direction there is none to keep: c is then what S changes by more than in a copy that is
+turned as this one is on the whole, around each pixel. Elements turn with the flow, and only their bending is undone.
 """
 
 import torch
@@ -17,7 +20,7 @@ import torch.nn.functional as F
 from scipy import ndimage
 from torch import Tensor
 
-from flow.animation.copies import changes, offsets
+from flow.animation.copies import angles, changes
 from flow.animation.reading import continued
 from flow.warps import warp
 from kwatra import Exemplar
@@ -42,10 +45,13 @@ _FIXED = 1e6
 
 
 class Upright:
-    """Turns copies of an exemplar upright, as far as `stiffness` >= 0 (in px^2) asks for; 0: not at all."""
+    """Turns copies of an exemplar upright, as far as `stiffness` >= 0 (in px^2) asks for; 0: not at all.
 
-    def __init__(self, exemplar: Exemplar, stiffness: float) -> None:
-        self.stiffness = stiffness
+    turning > 0: copies may turn, as one over so many px, and are made rigid only.
+    """
+
+    def __init__(self, exemplar: Exemplar, stiffness: float, turning: float = 0.0) -> None:
+        self.stiffness, self._turning = stiffness, turning
         canvas = continued(exemplar.canvas, exemplar.owner)
         padded = F.pad(canvas[None], (0, 1, 0, 1), mode="replicate")[0]
         slopes = padded[:, :-1, 1:] - canvas, padded[:, 1:, :-1] - canvas
@@ -62,7 +68,7 @@ class Upright:
             return source
         detail = warp(self._detail[None], source, "bilinear")[0]
         anchor = torch.where(free, detail, _FIXED)
-        (down, one), (right, other) = changes(offsets(source))
+        (down, one), (right, other) = changes(source, self._turned(source, free))
         down, right = (
             c * both / (c.square().sum(0).sqrt() / _MOST).clamp(min=1) for c, both in ((down, one), (right, other))
         )
@@ -77,6 +83,14 @@ class Upright:
         right_side = -_pull(still.clone(), tall * down, wide * right)
         solution = conjugate_gradients(system, right_side, diagonal.expand_as(source), still, _TOLERANCE, _STEPS)
         return torch.where(free, source + solution.x, source)
+
+    def _turned(self, source: Tensor, free: Tensor) -> Tensor:
+        """The angle (H, W) by which copies are turned and may stay so: that around each pixel, or 0."""
+        if self._turning == 0:
+            return torch.zeros_like(source[0])
+        angle = angles(source, free)
+        sin, cos = (ndimage.gaussian_filter(part.cpu().numpy(), self._turning) for part in (angle.sin(), angle.cos()))
+        return torch.atan2(torch.from_numpy(sin), torch.from_numpy(cos)).to(source)
 
 
 def _pull(values: Tensor, down: Tensor, right: Tensor) -> Tensor:

@@ -7,8 +7,9 @@ import torch
 from torch import Tensor
 
 from flow.animation.blur import blurred
-from flow.animation.copies import distortion
+from flow.animation.copies import angles, distortion, rigid
 from flow.animation.film import Film
+from flow.warps import warp
 from kwatra import Grid
 from kwatra.source import SourceWindows
 from kwatra.windows import channels_last, windows_at
@@ -26,6 +27,9 @@ _EXACT = 1 << 24
 _SEARCHED = 1 << 17
 """Of a video windows are looked for in pages that have about so many pixels together, and in two at least."""
 
+_TURNED = 0.02
+"""Windows of copies turned by less, in radians, are compared as if they were not: a bound on time."""
+
 _REACH = math.ceil(4 * _BLUR)
 """How far, in px, the blur carries a change."""
 
@@ -35,19 +39,21 @@ Spot = tuple[slice, slice]
 @dataclass(frozen=True)
 class Worn:
     """The wear (H, W) of a frame, and what it is made of: the blurred image (C, H, W), what each of its windows (N,)
-    differs from the exemplar by, and how copies are bent (H, W).
+    differs from the exemplar by, how copies are bent (H, W), and the angle (H, W) by which they are turned.
     """
 
     wear: Tensor
     smooth: Tensor
     energy: Tensor
     bent: Tensor
+    angle: Tensor
 
 
 class Wear:
     """Measures frames of `shape` (H, W) against an exemplar, by windows `width` px wide every `step` px.
 
-    Values are in variances of the exemplar: 0 is a verbatim copy, 2 what two unrelated pixels have between them.
+    Values are in variances of the exemplar: 0 is a verbatim copy, 2 what two unrelated pixels have between them. Where
+    copies may turn (`Film.turning`) a window is compared with what its copy shows turned as it is.
     """
 
     def __init__(self, film: Film, shape: tuple[int, int], width: int, step: int, area: float) -> None:
@@ -77,25 +83,28 @@ class Wear:
     def of(self, image: Tensor, source: Tensor) -> Worn:
         """The wear of a frame: its image (C, H, W) and source coordinates (2, H, W)."""
         smooth = blurred(image, torch.ones_like(source[0], dtype=torch.bool), _BLUR)
-        energy = self._energy(smooth, source, torch.arange(len(self.grid), device=image.device))
-        bent = distortion(source)
-        return Worn(self._spread(self.grid, energy) + self.area * bent, smooth, energy, bent)
+        angle = angles(source)
+        energy = self._energy(smooth, source, angle, torch.arange(len(self.grid), device=image.device))
+        bent = distortion(source, angle)
+        return Worn(self._spread(self.grid, energy) + self.area * bent, smooth, energy, bent, angle)
 
     def after(self, worn: Worn, image: Tensor, source: Tensor, spot: Spot) -> Worn:
         """The wear of a frame that has changed within a spot since it was `worn`; as `of`, at less cost."""
         around, _ = _around(spot, _REACH, source[0].shape)
         wide, there = _around(around, _REACH, source[0].shape)
-        smooth, bent = worn.smooth.clone(), worn.bent.clone()
+        smooth, bent, angle = worn.smooth.clone(), worn.bent.clone(), worn.angle.clone()
         known = torch.ones_like(source[0][wide], dtype=torch.bool)
         smooth[(slice(None), *around)] = blurred(image[(slice(None), *wide)], known, _BLUR)[(slice(None), *there)]
-        bent[around] = distortion(source[(slice(None), *wide)])[there]
+        part = source[(slice(None), *wide)]
+        turned = angles(part)
+        angle[around], bent[around] = turned[there], distortion(part, turned)[there]
         energy, touched = worn.energy.clone(), self._touched(around)
-        energy[touched] = self._energy(smooth, source, touched)
+        energy[touched] = self._energy(smooth, source, angle, touched)
         columns = self.grid.counts[1]
         rows = int(touched[0]) // columns, int(touched[-1]) // columns + 1
         change = (energy - worn.energy)[rows[0] * columns : rows[1] * columns]
         wear = worn.wear + self._spread(replace(self.grid, rows=rows), change) + self.area * (bent - worn.bent)
-        return Worn(wear, smooth, energy, bent)
+        return Worn(wear, smooth, energy, bent, angle)
 
     def reach(self, spot: Spot) -> Spot:
         """Where the wear may differ of a frame that has changed within a spot."""
@@ -113,7 +122,7 @@ class Wear:
         high = torch.tensor([part.stop for part in spot], device=corners.device)
         return ((corners < high) & (corners + width > low)).all(1).nonzero()[:, 0]
 
-    def _copied(self, source: Tensor, which: Tensor) -> Tensor:
+    def _copied(self, source: Tensor, angle: Tensor, which: Tensor) -> Tensor:
         """The windows (n, *width, C) that put the coordinates at these windows' centers there."""
         half = torch.tensor([w // 2 for w in self.grid.width], device=source.device)
         center = self.grid.corners[which] + half
@@ -122,12 +131,24 @@ class Wear:
         first = torch.stack([page, torch.zeros_like(page)], 1)
         # pages are alike in what may be copied
         corner = self.source.corners(self.source.snapped((there - first - half).clamp(max=self._last)))
-        return windows_at(self._pixels, first + corner, self.source.width)
+        windows = windows_at(self._pixels, first + corner, self.source.width)
+        turned = angle[tuple(center.T)] * bool(self._film.turning)
+        there = (turned.abs() > _TURNED).nonzero()[:, 0]
+        if len(there):
+            windows[there] = self._turned(source[(slice(None), *center[there].T)], turned[there])
+        return windows
 
-    def _energy(self, image: Tensor, source: Tensor, which: Tensor) -> Tensor:
+    def _turned(self, middle: Tensor, angle: Tensor) -> Tensor:
+        """The windows (n, *width, C) of copies turned by angles (n,) whose middles show source coordinates (2, n)."""
+        rows, columns = (torch.arange(w, device=middle.device) - w // 2 for w in self.grid.width)
+        below, beside = (step[:, :, None, None] for step in rigid(angle))
+        places = middle[:, :, None, None] + rows.view(-1, 1) * below + columns * beside
+        return warp(self._pixels.movedim(-1, 0), places, "bilinear").movedim(0, -1)
+
+    def _energy(self, image: Tensor, source: Tensor, angle: Tensor, which: Tensor) -> Tensor:
         """Squared distance (n,) of these windows to the nearest of what each copies and what the search finds."""
         windows = windows_at(channels_last(image), self.grid.corners[which], self.grid.width)
-        energy = self.source.metric.squared(windows - self._copied(source, which))
+        energy = self.source.metric.squared(windows - self._copied(source, angle, which))
         worn = (energy > _SETTLED * self.variance).nonzero()[:, 0]
         if len(worn):
             windows = windows[worn]

@@ -1,5 +1,6 @@
 """The elements of a texture: how large they are, the ground between them, and the lattice on which they stand."""
 
+from kwatra.elements.direction import direction_dependence
 from kwatra.elements.ground import Ground, find_ground
 from kwatra.elements.lattice import Lattice, find_lattice
 from kwatra.elements.place import place_dependence
@@ -11,6 +12,7 @@ __all__ = [
     "Ground",
     "Lattice",
     "continued",
+    "direction_dependence",
     "element_size",
     "find_ground",
     "find_lattice",

@@ -24,6 +24,7 @@ _FRAMES, _FPS = 100, 25.0
 _EPILOG = """examples:
   kwatra animate brick.png --flow rotation                  100 frames, as brick_rotation.mp4
   kwatra animate brick.png --flow uniform:90 --loop 60 -o falling.gif
+  kwatra animate keys.png --flow rotation --turn off        keys stay upright while they go round
   kwatra animate leaves.png --flow wind.flo --speed 2 --frames 1000 -o frames/
   kwatra animate smoke.mp4 --flow vortices --frames 300     its texture moves as told and lives on as it does there
   kwatra animate sand.png --flow uniform --obstacle disc --fill-from left
@@ -54,12 +55,13 @@ def add(commands: Subparsers) -> None:
     length.add_argument("--loop", type=whole(2), metavar="N", help="N frames of which the last leads into the first")
     add("--obstacle", type=_obstacle, metavar="WHAT", help="what is flowed around: an image, white where the obstacle "
         "is; or disc, in the middle; or disc:X,Y,RADIUS in pixels")  # fmt: skip
-    add("--background", type=file, metavar="IMAGE", help="what is seen behind the obstacle, and where no texture has "
-        "come yet (default: gray, and black)")  # fmt: skip
+    add("--background", type=file, metavar="IMAGE", help="what is seen around the texture (default: black, or gray)")
     begin = parser.add_mutually_exclusive_group()
     begin.add_argument("--first", type=file, metavar="IMAGE", help="a picture to begin with, of the frames' size")
     begin.add_argument("--fill-from", choices=("left", "right", "top", "bottom", "all"), help="begin with an empty "
         "frame that texture enters from there")  # fmt: skip
+    add("--turn", choices=("on", "off"), help="whether the elements of a picture turn with the flow, or keep their "
+        "directions (default: on where the picture prefers none, as gravel; off for bricks)")  # fmt: skip
     add("-o", "--output", type=file, metavar="OUT", help="an .mp4 or .gif to write, or a folder for PNG frames, TIFF "
         "where the exemplar needs it (default: EXEMPLAR_FIELD.mp4 in this folder)")  # fmt: skip
     add("--also", action="append", default=[], metavar="NAME=FILE", help="carry a map of the exemplar along, frame by "
@@ -104,6 +106,7 @@ def run(arguments: argparse.Namespace) -> str:
         )
     if arguments.published:
         refuse_unused(arguments, ["fill_from", "first"], "begins an animation, but what was --published has no such")
+        refuse_unused(arguments, ["turn"], "is of copies that are carried, but what was --published carries none")
         refuse_unused(arguments, ["also"], "goes along with what is renewed, but what was --published renews nothing")
         if len(arguments.exemplars) > 1:
             raise synth.InputError("what was --published has one exemplar; give one")

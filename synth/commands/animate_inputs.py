@@ -164,6 +164,7 @@ def frames_of(
         seed=arguments.seed,
         after=None if after is None else after.to(device),
         also=also,
+        turn=None if arguments.turn is None else arguments.turn == "on",
         **more,
     )
 
@@ -200,6 +201,7 @@ def _settings(
         "--first": "None" if first is None else digest(first.pixels, first.kind),
         "--seed": str(arguments.seed),
         "--preset": arguments.preset,
+        "--turn": str(arguments.turn),
         "--published": str(arguments.published) + (f", {arguments.frames}" if arguments.published else ""),
         **{f"--{name}": str(getattr(arguments, name)) for name in ("mirror", "rotate", "scale", "device")},
         **versions(),

@@ -221,7 +221,10 @@ def test_what_cannot_be_done_is_refused_at_once() -> None:
     refused("has 3 channels, the exemplar 1; give that it was made of", after=state)
     speck = torch.zeros(80, 80, dtype=torch.bool)
     speck[::3, ::3] = True
-    refused("no 2x2 block fits into the exemplar", exemplar=Exemplar.of(brick(), masks=[speck]))
+    refused("no 2x2 block fits into the exemplar", exemplar=Exemplar.of(brick(), masks=[speck]), turn=False)
+    refused("no 4x4 window fits between the exemplar's holes", exemplar=Exemplar.of(brick(), masks=[speck]), turn=True)
+    clip = brick()[:, None].repeat(1, 3, 1, 1)
+    refused("that of a video keeps its directions", exemplar=Exemplar.of(clip), turn=True)
 
 
 def test_a_motion_shows_the_state_it_is_given() -> None:

@@ -8,7 +8,7 @@ from torch import Tensor
 
 import flow
 from flow.animation.carrying import carried
-from flow.animation.copies import JUMP
+from flow.animation.copies import JUMP, rigid
 from flow.warps import lookup, pixel_coordinates
 
 SHAPE = (24, 30)
@@ -84,3 +84,19 @@ def test_what_is_behind_a_mask_has_no_influence() -> None:
 def test_where_nothing_is_known_coordinates_stay() -> None:
     look = lookup(still(2, 0))._replace(known=torch.zeros(SHAPE, dtype=torch.bool))
     assert torch.equal(carried(scattered(), look), scattered())
+
+
+@pytest.mark.parametrize("degrees", [50.0, 120.0, 180.0])
+def test_a_turned_copy_is_carried_exactly(degrees: float) -> None:
+    """By fractions of a pixel, a copy turned by any angle goes on as one, up to its seam, and beyond the border."""
+    below, beside = (step.view(2, 1, 1) for step in rigid(torch.tensor(math.radians(degrees))))
+    pixels = pixel_coordinates(SHAPE)
+
+    def copy_at(x: float, y: float) -> Tensor:
+        return (pixels[0] - x) * beside + (pixels[1] - y) * below + 50
+
+    source = copy_at(0.0, 0.0)
+    source[:, :, 14:] += 30
+    moved, wanted = carried(source, lookup(still(2.3, -1.4))), copy_at(2.3, -1.4)
+    assert torch.allclose(moved[:, :, :14], wanted[:, :, :14], atol=1e-4)
+    assert torch.allclose(moved[:, :, 18:], wanted[:, :, 18:] + 30, atol=1e-4)

@@ -2,11 +2,12 @@
 
 import math
 
+import pytest
 import torch
 from torch import Tensor
 
 import flow
-from flow.animation.copies import JUMP, changes, distortion, offsets, softened, tidied, turns
+from flow.animation.copies import JUMP, angles, changes, distortion, rigid, softened, tidied, turns
 from flow.warps.warp import pixel_coordinates
 
 SHAPE = (24, 30)
@@ -24,33 +25,61 @@ def two_copies() -> Tensor:
     return source
 
 
-def test_offsets_are_from_pixel_to_source() -> None:
-    assert torch.equal(offsets(copy_of(3.0, -4.0)), torch.tensor([3.0, -4.0]).view(2, 1, 1).expand(2, *SHAPE))
+def turned_copy(degrees: float, x: float, y: float) -> Tensor:
+    """One copy turned in the exemplar, whose first pixel shows (x, y)."""
+    below, beside = rigid(torch.tensor(math.radians(degrees)))
+    across, down = pixel_coordinates(SHAPE)
+    return torch.tensor([x, y]).view(2, 1, 1) + below.view(2, 1, 1) * down + beside.view(2, 1, 1) * across
+
+
+@pytest.mark.parametrize("degrees", [0.0, 30.0, -100.0, 179.0])
+def test_a_copy_turned_by_any_angle_is_one_copy(degrees: float) -> None:
+    source = turned_copy(degrees, 60.0, 50.0)
+    assert torch.allclose(angles(source), torch.tensor(math.radians(degrees)), atol=1e-4)
+    assert all(bool(one.all()) and float(change.abs().max()) < 1e-4 for change, one in changes(source))
+    assert torch.equal(tidied(source, WHOLE, WHOLE), source)
+    assert float(distortion(source, angles(source)).max()) < 1e-6
+
+
+def test_crumbs_join_a_turned_copy_where_it_goes_on() -> None:
+    source = turned_copy(130.0, 60.0, 50.0)
+    frayed = source.clone()
+    frayed[:, 5, 4] = torch.tensor([5.0, 90.0])
+    assert torch.allclose(tidied(frayed, WHOLE, WHOLE), source, atol=1e-4)
+
+
+def test_a_seam_shows_a_turned_copy_where_it_goes_on() -> None:
+    source = turned_copy(75.0, 60.0, 50.0)
+    on = source[:, :, 15].clone()
+    source[:, :, 15:] = turned_copy(-160.0, 20.0, 30.0)[:, :, 15:]
+    seen: list[Tensor] = []
+    softened(torch.zeros(1, *SHAPE), source, WHOLE, lambda at: seen.append(at) or torch.zeros(1, at.shape[1]))  # type: ignore[func-returns-value]
+    assert any(at.shape == on.shape and torch.allclose(at, on, atol=1e-4) for at in seen)
 
 
 def test_an_offset_that_jumps_is_another_copy() -> None:
-    (_, below), (across, right) = changes(offsets(two_copies()))
+    (_, below), (across, right) = changes(two_copies())
     assert bool(below.all())
     assert bool(right[:, :14].all() & right[:, 15:].all() & ~right[:, 14].any())
     assert torch.equal(across[:, 0, 14], torch.tensor([50.0, 30.0]))
     ahead = copy_of(0.0, 0.0)
     ahead[0, :, 15:] += 0.99 * JUMP
-    assert bool(changes(offsets(ahead))[1][1].all())
+    assert bool(changes(ahead)[1][1].all())
 
 
 def test_turning_and_shearing_keep_areas_and_enlarging_does_not() -> None:
     x, y = pixel_coordinates(SHAPE)
     turn = math.radians(9)
     turned = torch.stack([math.cos(turn) * x - math.sin(turn) * y, math.sin(turn) * x + math.cos(turn) * y])
-    assert float(distortion(turned)[:-1, :-1].abs().max()) < 1e-8
-    assert float(distortion(torch.stack([x + 0.3 * y, y]))[:-1, :-1].abs().max()) < 1e-8
-    enlarged = distortion(torch.stack([0.8 * x, 0.9 * y]))
+    assert float(distortion(turned, angles(turned))[:-1, :-1].abs().max()) < 1e-8
+    assert float(distortion(torch.stack([x + 0.3 * y, y]), torch.zeros(SHAPE))[:-1, :-1].abs().max()) < 1e-8
+    enlarged = distortion(torch.stack([0.8 * x, 0.9 * y]), torch.zeros(SHAPE))
     assert torch.allclose(enlarged[:-1, :-1], torch.tensor((0.72 - 1) ** 2), atol=1e-4)
-    assert float(distortion(2.0 * pixel_coordinates(SHAPE)).max()) == 1
+    assert float(distortion(2.0 * pixel_coordinates(SHAPE), torch.zeros(SHAPE)).max()) == 1
 
 
 def test_a_seam_is_no_distortion() -> None:
-    assert float(distortion(two_copies()).abs().max()) < 1e-8
+    assert float(distortion(two_copies(), torch.zeros(SHAPE)).abs().max()) < 1e-8
 
 
 def test_directions_turn_with_a_copy_and_a_seam_turns_none() -> None:

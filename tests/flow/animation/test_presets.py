@@ -44,7 +44,9 @@ def test_the_presets_spend_rising_work_on_a_frame(
     for preset in presets.values():
         start = Settings(seams=1, iterations=1)
         exemplar = Exemplar.of(texture())
-        frames = flow.animate(exemplar, flow.rotation(12.0), (128, 128), frames=2, renewing=preset, synthesis=start)
+        turn = None if exemplar.canvas.ndim > 3 else False
+        field = flow.rotation(12.0)
+        frames = flow.animate(exemplar, field, (128, 128), frames=2, renewing=preset, synthesis=start, turn=turn)
         next(frames)
         with Work() as counted:
             list(frames)

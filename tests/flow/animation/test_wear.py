@@ -35,10 +35,12 @@ def turned(degrees: float, size: float = 1.0) -> Tensor:
     return torch.stack([cos * x - sin * y, sin * x + cos * y]) + center + 12
 
 
-def wear_of(exemplar: Exemplar | Tensor, source: Tensor, area: float = 0.0, inside: Tensor = WHOLE) -> Tensor:
+def wear_of(
+    exemplar: Exemplar | Tensor, source: Tensor, area: float = 0.0, inside: Tensor = WHOLE, turn: bool = False
+) -> Tensor:
     exemplar = Exemplar.of(exemplar) if isinstance(exemplar, Tensor) else exemplar
     image = flow.warp(exemplar.canvas, source, "lanczos")
-    return Wear(Film.of(exemplar), SHAPE, 16, 4, area)(image, source, inside)
+    return Wear(Film.of(exemplar, turn=turn), SHAPE, 16, 4, area)(image, source, inside)
 
 
 def test_a_verbatim_copy_is_not_worn() -> None:
@@ -62,6 +64,24 @@ def test_wear_grows_as_a_copy_turns() -> None:
     assert means[0] < AT_THE_BORDER / 4
     assert all(2 * before < after for before, after in itertools.pairwise(means))
     assert means[1] > 0.005
+
+
+def test_what_may_turn_is_not_worn_by_that_and_bent_as_ever() -> None:
+    for angle in (8, 16, 100, 180):
+        may, may_not = (float(wear_of(stones(), turned(angle), turn=turn).mean()) for turn in (True, False))
+        assert may < 0.005 < 0.1 * may_not
+    assert float(wear_of(stones(), turned(16, 1.3), 1.0, turn=True).mean()) > 0.1
+
+
+def test_wear_of_a_part_is_that_of_the_whole_where_copies_may_turn() -> None:
+    wear = Wear(Film.of(Exemplar.of(stones()), turn=True), SHAPE, 16, 4, 0.5)
+    source = turned(40)
+    before = wear.of(flow.warp(stones(), source, "lanczos"), source)
+    source[:, 6:14, 9:20] = turned(-70)[:, 6:14, 9:20]
+    image = flow.warp(stones(), source, "lanczos")
+    whole, part = wear.of(image, source), wear.after(before, image, source, (slice(6, 14), slice(9, 20)))
+    assert torch.allclose(part.wear, whole.wear, atol=1e-5)
+    assert torch.equal(part.angle, whole.angle)
 
 
 def test_wear_is_where_the_wrong_pixels_are() -> None:

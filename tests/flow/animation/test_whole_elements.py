@@ -34,8 +34,8 @@ def test_a_seam_through_elements_costs_more_and_along_gaps_as_much_as_anywhere()
     assert found is not None
     plain, dearer = SeamCost(stock), stock.whole(found)
     generator = np.random.default_rng(0)
-    s, t = generator.uniform(2, 125, (2, 2, 500)).astype(np.float32)
-    depth = np.minimum(*(found.depth[tuple(np.rint(at[::-1]).astype(int))] for at in (s, t)))
+    s, t = generator.uniform(2, 125, (2, 3, 500)).astype(np.float32)
+    depth = np.minimum(*(found.depth[tuple(np.rint(at[1::-1]).astype(int))] for at in (s, t)))
     for axis in range(2):
         once, more = (cost.seam(s, t, axis, 2) for cost in (plain, dearer))
         assert np.abs(more - once - MIXING * found.hides * 1.2 * COUNTS * depth).max() <= 1

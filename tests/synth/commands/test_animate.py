@@ -158,3 +158,17 @@ def test_a_flow_of_another_size_is_stretched_on_request(folder: Path) -> None:
     arguments = ["animate", "sand.png", "--flow", "wind.flo", "--frames", "2", *QUICK]
     assert main([*arguments, "-o", "out", "--resample", "--speed", "2"]) == 0
     assert read_image("out/000001.png").pixels.shape == (1, *SHAPE)
+
+
+def test_elements_turn_or_keep_their_directions_as_asked(folder: Path) -> None:
+    exemplar = read_image("sand.png").pixels
+    low, high = float(exemplar.min()), float(exemplar.max())
+    for asked in (True, False):
+        assert main([*SAND, "--frames", "2", "--turn", "on" if asked else "off", "-o", f"out{asked}"]) == 0
+        *_, frame = flow.animate(
+            (exemplar - low) / (high - low), flow.rotation(2.0), SHAPE, frames=2, renewing=flow.PRESETS["fast"],
+            synthesis=PRESETS["fast"][0], turn=asked
+        )  # fmt: skip
+        made = read_image(f"out{asked}/000001.png").pixels
+        torch.testing.assert_close(made, frame.image * (high - low) + low, rtol=0, atol=0.51 / 255)
+    assert not torch.equal(*(read_image(f"out{asked}/000001.png").pixels for asked in (True, False)))

@@ -122,6 +122,7 @@ def test_a_video_flows_as_published(
     capsys.readouterr()
     for more, said in (
         (["--preset", "fast"], "--preset says how to renew, but what was --published renews nothing"),
+        (["--turn", "on"], "--turn is of copies that are carried, but what was --published carries none"),
         (["--fill-from", "left"], "--fill-from begins an animation, but what was --published has no such"),
     ):
         assert main([*command, *more]) == 2

@@ -32,6 +32,7 @@ def test_a_folder_from_other_settings(folder: Path, refused: Callable[..., str])
         ("--speed 1 --seed 1", "another --speed and another --seed; give the same again, or begin anew"),
         ("--size 48x42", "another --size;"),
         ("--preset default", "another --preset;"),
+        ("--turn off", "another --turn;"),
         ("--obstacle disc", "another --obstacle;"),
         ("--fill-from left", "another --fill-from;"),
         ("--first start.png", "another --first;"),

@@ -1,0 +1,48 @@
+"""What is asked of an animation, and whether it can be done."""
+
+from collections.abc import Callable
+
+import torch
+from torch import Tensor
+
+from flow.animation.entering import enters
+from flow.animation.film import Film
+from flow.animation.state import State
+from flow.fields import Field, Shape
+from kwatra import Exemplar, InputError
+from kwatra.base import check_mask
+
+Mask = Tensor | Callable[[int], Tensor] | None
+
+
+def film_of(exemplar: Exemplar | Tensor, also: Exemplar | Tensor | None, turn: bool | None) -> Film:
+    """The film of an exemplar and its maps, given as such or as tensors; see `Film.of`."""
+    own, maps = (Exemplar.of(given) if isinstance(given, Tensor) else given for given in (exemplar, also))
+    assert own is not None
+    return Film.of(own, maps, turn)
+
+
+def allowed(mask: Mask, number: int, shape: Shape) -> Tensor:
+    """Where (H, W) texture may be in a frame; InputError for a mask of another size or type."""
+    if mask is None:
+        return torch.ones(shape, dtype=torch.bool)
+    now = mask if isinstance(mask, Tensor) else mask(number)
+    check_mask(now, shape)
+    return now
+
+
+def check(film: Film, field: Field, shape: Shape, mask: Mask, enter: str | None, state: State | None) -> None:
+    """Refuse with InputError a field or a mask that does not fit the frame, or a state of another size."""
+    number = 0 if state is None else state.number
+    flow = field(number, shape)
+    allowed(mask, number, shape)
+    if state is not None and tuple(state.inside.shape) != tuple(shape):
+        size, asked = "x".join(map(str, state.inside.shape)), "x".join(map(str, shape))
+        raise InputError(f"the state to go on from has frames of {size} (HxW), not {asked}; give that shape")
+    want = len(film.strip.canvas) + (0 if film.also is None else len(film.also.canvas))
+    if state is not None and len(state.image) != want:
+        have = len(state.image)
+        raise InputError(f"the state to go on from has {have} channels, the exemplar {want}; give that it was made of")
+    if state is None and enter and field.steady and not bool(enters(flow, enter).any()):
+        side = "any side" if enter == "all" else f"the {enter}"
+        raise InputError(f"texture is to enter from {side}, but the flow never comes from there; give another side")
