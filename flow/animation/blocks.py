@@ -46,7 +46,7 @@ class Blocks:
         if pages != self._pages:
             part = self._film.cut(self._film.described, pages)
             self._pages = pages
-            self._valid = part.corners((self.size, self.size)).cpu().numpy()
+            self._valid = {0: part.corners((self.size, self.size)).cpu().numpy()}
             self._fit = Fit(self._scaled(torch.where(part.owner >= 0, part.canvas, self._middle)))
 
     def _drawn(self, generator: torch.Generator) -> list[int]:
@@ -64,33 +64,50 @@ class Blocks:
         used: Callable[[Tensor], Tensor],
         generator: torch.Generator,
         homes: Sequence[Tensor | None] | None = None,
+        more: Sequence[int] | None = None,
     ) -> Tensor:
         """Corners (n, 2), x first, of the blocks nearest to contents (n, C, size, size) where known (n, 1, size, size).
 
         known weighs the pixels, >= 0; of a block of which nothing is known any may come. used: what each pixel of some
         rows (r,) of the strip costs, as a mean square difference, (r, W). homes: for each block a corner (2,),
         x first, in whatever frame, near which it should lie, as `kwatra.Stay` has it; None where any place is as good.
+        more: by how many px more the exemplar goes on around each block; where it does nowhere that is an error.
         """
         self._turn(self._drawn(generator))
-        places = np.argwhere(self._valid)
         costs = used(self._film.rows(self._pages))
         again = box_sums(costs.double().cpu().numpy(), (self.size, self.size)) / self.size**2
         weights = known[:, 0].double().cpu().numpy()
-        pick = iter(torch.randint(len(places), (int((weights.max((1, 2)) == 0).sum()),), generator=generator).tolist())
+        none = [None] * len(content)
         found = []
-        for block, weight, home in zip(content, weights, homes or [None] * len(content), strict=True):
+        for block, weight, home, beyond in zip(content, weights, homes or none, more or none, strict=True):
+            valid = self._around(beyond or 0)
             if weight.max() == 0:
-                found.append(places[next(pick)])
+                places = np.argwhere(valid)
+                found.append(places[int(torch.randint(len(places), (1,), generator=generator))])
                 continue
             away = 0.0 if home is None else self._away(*home.tolist())
             cost = self._fit.inside(self._scaled(block), weight) + weight.sum() * (again + away)
-            found.append(np.unravel_index(np.where(self._valid, cost, np.inf).argmin(), cost.shape))
+            found.append(np.unravel_index(np.where(valid, cost, np.inf).argmin(), cost.shape))
         corners = torch.from_numpy(np.array(found)).T
         return self._film.uncut(corners, self._pages).T.flip(1).to(content.device)
+
+    def holds(self, more: int) -> bool:
+        """Whether the exemplar goes on by so many px more around any block, on all sides."""
+        return bool(self._around(more).any())
+
+    def _around(self, more: int) -> np.ndarray:
+        """At which corners a block lies with so many px more around it."""
+        if more not in self._valid:
+            part = self._film.cut(self._film.described, self._pages)
+            wide = part.corners((self.size + 2 * more,) * 2).cpu().numpy()
+            valid = np.zeros_like(self._valid[0])
+            valid[more : more + wide.shape[0], more : more + wide.shape[1]] = wide
+            self._valid[more] = valid
+        return self._valid[more]
 
     def _away(self, x: float, y: float) -> np.ndarray:
         """What the blocks at all corners cost for how far from a place in their frames they lie, by shares of these."""
         height, width = self._film.pitch, self._film.strip.shape[1]
-        down, right = (np.arange(side) for side in self._valid.shape)
+        down, right = (np.arange(side) for side in self._valid[0].shape)
         cost: np.ndarray = self._staying * (((down % height - y) / height)[:, None] ** 2 + ((right - x) / width) ** 2)
         return cost

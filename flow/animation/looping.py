@@ -58,7 +58,7 @@ def loop(
     """
     if frames < 2:
         raise InputError(f"a loop is to have {frames} frames; give at least 2")
-    film = film_of(exemplar, also, turn)
+    film = film_of(exemplar, also, turn, field, shape)
     check(film, field, shape, mask, None, after)
     motion = Motion(grown(film, shape, synthesis or Settings(), seed), field, shape, mask, None, renewing, seed)
     return _frames(motion, frames, first, synthesis or Settings(), after)

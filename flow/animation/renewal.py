@@ -19,7 +19,7 @@ averaged, so nothing blurs; and a pixel changes only where that buys more textur
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
@@ -27,8 +27,9 @@ from torch import Tensor
 
 from flow.animation.aging import Aging
 from flow.animation.blocks import Blocks
-from flow.animation.copies import JUMP, angles, softened
+from flow.animation.copies import angles, softened
 from flow.animation.film import Film
+from flow.animation.placing import reach, settled, shift_of, turn_of, upright
 from flow.animation.reading import Reading
 from flow.animation.settings import Renewing
 from flow.animation.stock import COUNTS, Coordinates, counted
@@ -46,10 +47,6 @@ _LEAST = 0.005
 _RIM = 1 / 6
 """The part of a block's side, at either end, over which the wear that it saves is guessed less, down to nothing. Tried:
 .197 with half as much, .205 with twice as much."""
-
-_AGAIN = 1 / 8
-"""A block is a copy found again when at least so much of it is there already. Tried: .199 with half, .201 with
-twice as much."""
 
 _BETWEEN = 4
 """Blocks start at multiples of this many px, or closer where they are small, and flush with the frame's borders: a
@@ -196,16 +193,19 @@ class Renewal:
             return
         size = self.blocks.size
         spots = [(slice(row, row + size), slice(column, column + size)) for row, column in places]
-        usable = frame.usable
-        content = torch.stack([frame.image[(slice(None), *spot)] for spot in spots])
-        known = torch.stack([usable[spot] * self._bell for spot in spots])[:, None]
-        homes = [self._home(frame, spot) for spot in spots]
-        corners = self.blocks.nearest(content, known, self._costs(frame), generator, homes)
-        for spot, corner in zip(spots, corners, strict=True):
-            corner = self._in_place(frame, spot, corner.float())
-            shift = (spot[0].start - float(corner[1]), spot[1].start - float(corner[0]))
-            box = Box((spot[0].start, spot[1].start), (size, size))
-            self._fuse(frame, Patch(0, shift, box), spot)
+        turns = [self._turn(frame, spot) for spot in spots]
+        seen = [upright(frame.image, frame.usable, spot, turn) for spot, turn in zip(spots, turns, strict=True)]
+        content, known = torch.stack([part for part, _ in seen]), torch.stack([there * self._bell for _, there in seen])
+        homes, more = [self._home(frame, spot) for spot in spots], [reach(size, turn) for turn in turns]
+        corners = self.blocks.nearest(content, known[:, None], self._costs(frame), generator, homes, more)
+        for spot, turn, corner in zip(spots, turns, corners, strict=True):
+            patch = Patch(turn, shift_of(corner, spot, turn), Box((spot[0].start, spot[1].start), (size, size)))
+            self._fuse(frame, self._in_place(frame, spot, patch), spot)
+
+    def _turn(self, frame: Carried, spot: Spot) -> int:
+        """The source that is turned as copies of a spot are, if they may be and the exemplar holds such blocks."""
+        turn = turn_of(frame.worn.angle[spot], frame.usable[spot]) if self.film.turning else 0
+        return turn if self.blocks.holds(reach(self.blocks.size, turn)) else 0
 
     def _home(self, frame: Carried, spot: Spot) -> Tensor | None:
         """The corner (2,), x first, in its frame, of the exemplar's block that is most of what a spot of a scene shows.
@@ -219,19 +219,16 @@ class Renewal:
         corner[1] -= frame.source[here][1] // self.film.pitch * self.film.pitch
         return corner.flatten(1).median(1).values
 
-    def _in_place(self, frame: Carried, spot: Spot, corner: Tensor) -> Tensor:
-        """A block's corner (2,), x first, moved by the fraction of a pixel that it is off the copy already there.
+    def _in_place(self, frame: Carried, spot: Spot, patch: Patch) -> Patch:
+        """A block moved to where the copy is that it was found again for, if it then lies in the exemplar."""
+        shift = settled(patch, frame.source[(slice(None), *spot)] - self._shown(patch, spot), frame.usable[spot])
+        moved = replace(patch, shift=shift)
+        return moved if bool(self.read.usable(self._shown(moved, spot)).all()) else patch
 
-        So a copy found again is straightened where it lies and does not jump; other blocks stay whole pixels.
-        """
-        here = (slice(None), *spot)
-        source = self._pixels[here] - self._pixels[here][:, :1, :1] + corner.view(2, 1, 1)
-        off = frame.source[here] - source
-        again = frame.usable[spot] & (off.square().sum(0) < JUMP**2)
-        if float(again.float().mean()) < _AGAIN:
-            return corner
-        step = off[:, again].median(1).values
-        return corner + step if bool(self.read.usable(source + step.view(2, 1, 1)).all()) else corner
+    def _shown(self, patch: Patch, spot: Spot) -> Tensor:
+        """The source coordinates (2, h, w) that a block shows at a spot."""
+        lines = [np.arange(part.start, part.stop) - by for part, by in zip(spot, patch.shift, strict=True)]
+        return torch.from_numpy(self.stock.places(patch.number, lines)[:2]).to(self._pixels)
 
     def _costs(self, frame: Carried) -> Callable[[Tensor], Tensor]:
         """What using each exemplar pixel of some rows (r,) once more costs, (r, W).
@@ -251,7 +248,7 @@ class Renewal:
     def _fuse(self, frame: Carried, patch: Patch, spot: Spot) -> None:
         """Take of a block the pixels that lower the energy, as the cut guesses; and only if, measured, they do."""
         here = (slice(None), *spot)
-        source = self._pixels[here] - torch.tensor(patch.shift[::-1]).view(2, 1, 1).to(self._pixels)
+        source = self._shown(patch, spot)
         new, old = self.read(source), frame.image[here]
         worn = self._worn(frame, frame.worn.wear[spot], frame.source[here], spot)
         fresh = self._worn(frame, torch.zeros_like(worn), source, spot)

@@ -6,8 +6,9 @@ their elements turned upright (`flow.upright`) and blocks copied where the textu
 (`flow.renewal`); so a sequence never wears out. What is shown is the blend of these copies and x+, as the flow term has
 it (`flow.term`): what was replaced fades within a few frames. Memory does not grow with the number of frames.
 
-Where the exemplar of a picture prefers no direction elements turn with the flow and are only kept rigid; the first
-frame is then the middle of a larger still that takes the exemplar's place (`flow.growing`).
+Where the exemplar of a picture prefers no direction, and the flow turns what it carries more than it bends it, elements
+turn with the flow and are only kept rigid; the first frame is then the middle of a larger still that takes the
+exemplar's place (`flow.growing`).
 
 A picture is a video of one frame. Of a longer one texture also lives on: before it is renewed it moves on to the
 video's next frame (`flow.film`), and so does what fades below it (`flow.fading`). Where what is seen depends on the
@@ -93,7 +94,7 @@ def animate(
     its size, (M, H, W) or (M, T, H, W), or an Exemplar of them made as it was; they are read, and fade, as its colors
     do, and decide nothing. turn: whether elements of pictures turn with the flow; else they keep their directions, and
     what cannot is renewed (thesis 6.2). None: they turn where the exemplar prefers no direction
-    (`kwatra.direction_dependence` below .21).
+    (`kwatra.direction_dependence` below .21) and the flow is nearly rigid: turns and moves, and hardly shears.
 
     Raises InputError for what cannot be done, at once where it can be seen at once.
     """
@@ -103,7 +104,7 @@ def animate(
         raise InputError(f"texture is to enter from {enter!r}; give one of {', '.join(SIDES)}")
     if enter is not None and first is not None:
         raise InputError("texture is to enter an empty frame, but a first frame is given; leave out one of the two")
-    film = film_of(exemplar, also, turn)
+    film = film_of(exemplar, also, turn, field, shape)
     check(film, field, shape, mask, enter, after)
     motion = Motion(grown(film, shape, synthesis or Settings(), seed), field, shape, mask, enter, renewing, seed)
     return _frames(motion, frames, first, synthesis, after)

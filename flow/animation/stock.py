@@ -22,6 +22,9 @@ MIXING = 0.5
 nuts that turn by 2 px a frame: with 0.1 corners of other stones are left on them. Along gaps seams cost what they cost
 elsewhere: where they are cheap, as in a first frame, chips of nuts are scattered over the ground."""
 
+TURNS = 4096
+"""Source k is the exemplar turned by k of so many parts of a whole turn: .1 px over 64. Not tuned."""
+
 _MOST = 1000.0
 """Costs beyond so many variances are as good as infinite."""
 
@@ -56,9 +59,11 @@ class Coordinates(Stock):
         return np.stack([np.full(shape, value, np.float32) for value in (NOWHERE, NOWHERE, 0.0)])
 
     def places(self, number: int, lines: Sequence[Array]) -> Array:
-        """The places on the grid spanned by rows and columns (fractions of a pixel) of the one source."""
+        """The places on the grid spanned by rows and columns (fractions of a pixel) of a source."""
         y, x = np.meshgrid(*lines, indexing="ij")
-        return np.stack([x, y, np.zeros_like(x)]).astype(np.float32)
+        angle = number * 2 * np.pi / TURNS
+        cos, sin = np.cos(angle), np.sin(angle)
+        return np.stack([cos * x - sin * y, sin * x + cos * y, np.full_like(x, angle)]).astype(np.float32)
 
     def colors(self, places: Array) -> Array:
         """The colors at places."""

@@ -61,7 +61,7 @@ def add(commands: Subparsers) -> None:
     begin.add_argument("--fill-from", choices=("left", "right", "top", "bottom", "all"), help="begin with an empty "
         "frame that texture enters from there")  # fmt: skip
     add("--turn", choices=("on", "off"), help="whether the elements of a picture turn with the flow, or keep their "
-        "directions (default: on where the picture prefers none, as gravel; off for bricks)")  # fmt: skip
+        "directions (default: on where the picture prefers none, as gravel, and the flow hardly shears)")  # fmt: skip
     add("-o", "--output", type=file, metavar="OUT", help="an .mp4 or .gif to write, or a folder for PNG frames, TIFF "
         "where the exemplar needs it (default: EXEMPLAR_FIELD.mp4 in this folder)")  # fmt: skip
     add("--also", action="append", default=[], metavar="NAME=FILE", help="carry a map of the exemplar along, frame by "

@@ -7,6 +7,7 @@ from skimage import data
 from torch import Tensor
 
 import flow
+from flow.animation.asked import film_of
 from flow.animation.film import Film
 from flow.animation.growing import grown
 from kwatra import Exemplar, Settings
@@ -46,6 +47,29 @@ def test_only_what_prefers_no_direction_turns_unless_asked() -> None:
     assert Film.of(Exemplar.of(bricks()), turn=True).turning > 0
     film = Film.of(Exemplar.of(bricks()))
     assert grown(film, SHAPE, QUICK, 0) is film
+
+
+def sheared(t: float, shape: tuple[int, int]) -> Tensor:
+    """A rotation that is sheared a little."""
+    return flow.rotation(2.0)(t, shape) + 0.2 * flow.shear(2.0)(t, shape)
+
+
+@pytest.mark.parametrize(
+    ("field", "turns"),
+    [
+        (flow.rotation(2.0), True),
+        (flow.uniform(2.0), True),
+        (flow.Field(sheared), True),
+        (flow.shear(2.0), False),
+        (flow.vortices(2.0), False),
+        (flow.sink(2.0), False),
+    ],
+    ids=["rotation", "uniform", "sheared", "shear", "vortices", "sink"],
+)
+def test_copies_turn_where_the_flow_hardly_bends_them(field: flow.Field, turns: bool) -> None:
+    assert (film_of(gravel(), None, None, field, SHAPE).turning > 0) == turns
+    assert film_of(gravel(), None, True, field, SHAPE).turning > 0
+    assert film_of(bricks(), None, None, field, SHAPE).turning == 0
 
 
 @pytest.mark.parametrize("make", [flow.animate, flow.loop])

@@ -39,7 +39,7 @@ def copied(degrees: float = 0.0) -> Tensor:
 
 
 def renewed(source: Tensor, inside: Tensor = WHOLE, settings: Renewing = QUICK, exemplar: Exemplar | None = None):
-    renewal = Renewal(Film.of(exemplar or Exemplar.of(brick())), SHAPE, settings)
+    renewal = Renewal(Film.of(exemplar or Exemplar.of(brick()), turn=False), SHAPE, settings)
     return renewal, *renewal(source, inside, torch.Generator().manual_seed(0))
 
 
@@ -223,7 +223,7 @@ def test_what_is_shown_stays_within_the_exemplars_range_and_out_of_its_holes() -
     hole = torch.ones(96, 96, dtype=torch.bool)
     hole[40:50, 40:50] = False
     exemplar = Exemplar.of(torch.where(hole, brick(), 9.0), masks=[hole])
-    image = Renewal(Film.of(exemplar), SHAPE, QUICK).read(copied(3.0) + 0.4)
+    image = Renewal(Film.of(exemplar, turn=False), SHAPE, QUICK).read(copied(3.0) + 0.4)
     assert float(brick()[:, hole].min()) <= float(image.min())
     assert float(image.max()) <= float(brick()[:, hole].max())
 
@@ -274,6 +274,6 @@ def test_a_frame_is_filled_from_a_tiny_exemplar() -> None:
     source = torch.full((2, 12, 14), -9.0)
     exemplar = Exemplar.of(brick()[:, :6, :6])
     inside = torch.ones(12, 14, dtype=torch.bool)
-    renewal = Renewal(Film.of(exemplar), (12, 14), replace(QUICK, block=3))
+    renewal = Renewal(Film.of(exemplar, turn=False), (12, 14), replace(QUICK, block=3))
     filled, _, _ = renewal(source, inside, torch.Generator().manual_seed(0))
     assert bool(owned(exemplar, filled).all())
