@@ -127,12 +127,12 @@ def run(arguments: argparse.Namespace) -> str:
         "an animation",
     )
     after = job.checked()
-    frames = frames_of(arguments, inputs, job.total, after)
     done = 0 if after is None else after.number + 1
     if done == job.total and not job.video:
         return f"{job.output} has its {counted(done, 'frame')} already; there is nothing to do"
     began, told = time.perf_counter(), Contributions(arguments.exemplars)
     with work_line(f"{source.name}, {arguments.flow}") as report:
+        frames = frames_of(arguments, inputs, job.total, after)
         job.run(((inputs.drawn(frame), frame.state) for frame in _counted(frames, told)), done, report)
     return job.summary(done, time.perf_counter() - began) + told.said()
 
