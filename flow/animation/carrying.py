@@ -8,7 +8,7 @@ as sharp as the first. Where two copies of the exemplar meet, coordinates jump; 
 import torch
 from torch import Tensor
 
-from flow.animation.copies import JUMP, angles, rigid
+from flow.animation.copies import JUMP, angles, onward
 from flow.warps import Lookup, filled, pixel_coordinates
 
 
@@ -28,12 +28,12 @@ def carried(source: Tensor, look: Lookup, inside: Tensor | None = None) -> Tenso
     left, top = x.floor().clamp(max=max(width - 2, 0)), y.floor().clamp(max=max(height - 2, 0))
     across, down = x - left, y - top
     middle = (y.round() * width + x.round()).long()
-    nearest, (below, right) = here[:, middle], rigid(angles(source, inside).flatten()[middle])
+    nearest, angle = here[:, middle], angles(source, inside).flatten()[middle]
     first = (top * width + left).long()
     change, mass = torch.zeros_like(nearest), torch.zeros_like(x)
     for row, column in ((0, 0), (0, 1), (1, 0), (1, 1)):
         corner = (first + row * width + column).clamp(max=height * width - 1)
-        differs = here[:, corner] - nearest - (top + row - y.round()) * below - (left + column - x.round()) * right
+        differs = onward(here[:, corner] - nearest, angle, y.round() - (top + row), x.round() - (left + column))
         counts = differs.square().sum(0) < JUMP**2
         if inside is not None:
             counts = counts & inside.flatten()[corner]
@@ -41,10 +41,10 @@ def carried(source: Tensor, look: Lookup, inside: Tensor | None = None) -> Tenso
         change, mass = change + torch.where(counts, share * differs, 0.0), mass + share
     change = torch.where(mass > 0, change / mass.clamp(min=1e-12), 0.0)
     over, under = look.coordinates.flatten(1) - pixels.flatten(1)[:, middle]
-    moved = (nearest + under * below + over * right + change).view_as(source)
+    moved = (onward(nearest, angle, under, over) + change).view_as(source)
     if bool(look.known.all()):
         return moved
     column, row = filled(pixels, look.known).long()
-    end = moved[:, row, column], below.view_as(source)[:, row, column], right.view_as(source)[:, row, column]
-    beyond = end[0] + (pixels[1] - row) * end[1] + (pixels[0] - column) * end[2]
+    end, turn = moved[:, row, column], angle.view_as(moved[0])[row, column]
+    beyond = onward(end, turn, pixels[1] - row, pixels[0] - column)
     return torch.where(look.known, moved, beyond)

@@ -63,6 +63,15 @@ def rigid(angle: Tensor) -> tuple[Tensor, Tensor]:
     return torch.stack([-sin, cos]), torch.stack([cos, sin])
 
 
+def onward(place: Tensor, angle: Tensor, down: Tensor | float, right: Tensor | float) -> Tensor:
+    """Where (2, *S), x first, copies that show a place (2, *S) go on so many rows down and columns to the right.
+
+    angle: by which they are turned, (*S).
+    """
+    below, beside = rigid(angle)
+    return place + down * below + right * beside
+
+
 def changes(source: Tensor, angle: Tensor | None = None) -> tuple[tuple[Tensor, Tensor], tuple[Tensor, Tensor]]:
     """What source coordinates (2, H, W) change by from each pixel to the one below and to the one on its right, more
     than in a copy turned by `angle` (H, W), by default its own.
@@ -161,14 +170,13 @@ def _around(source: Tensor, angle: Tensor, inside: Tensor, place: Tensor) -> tup
     sides = torch.tensor(inside.shape, device=source.device)[:, None]
     beside = (place + steps).clamp(min=0).minimum(sides - 1)
     y, x = beside.unbind(1)
-    (row, column), (below, right) = (beside - place).unbind(1), rigid(angle[y, x])
-    return (source[:, y, x] - row * below - column * right).movedim(1, 0), inside[y, x]
+    row, column = (place - beside).unbind(1)
+    return onward(source[:, y, x], angle[y, x], row, column).movedim(1, 0), inside[y, x]
 
 
 def _continued(source: Tensor, angle: Tensor, step: tuple[int, int]) -> Tensor:
     """Where (2, H, W) each pixel is in the copy, turned by an angle (H, W), of the one `step` rows and columns away."""
-    below, right = rigid(_shifted(angle[None], step)[0])
-    return _shifted(source, step) - step[0] * below - step[1] * right
+    return onward(_shifted(source, step), _shifted(angle[None], step)[0], -step[0], -step[1])
 
 
 def _near(change: Tensor, axis: int) -> Tensor:

@@ -13,7 +13,7 @@ from scipy import ndimage, sparse
 from scipy.sparse.csgraph import connected_components
 from torch import Tensor
 
-from flow.animation.copies import changes, turns
+from flow.animation.copies import angles, changes, onward
 from flow.animation.fading import mixed
 from flow.animation.reading import Reading
 
@@ -36,7 +36,7 @@ def feathered(image: Tensor, source: Tensor, inside: Tensor, read: Reading, reac
     if (sizes[1:] > 0).sum() < 2:
         return image
     boxes = [(number, box) for number, box in enumerate(ndimage.find_objects(copy), 1) if sizes[number] >= _LEAST]
-    toward = turns(source).transpose(0, 1)  # takes the pixels' directions to those in the exemplar
+    angle = angles(source)
     own, whole, other = torch.zeros_like(image[0]), torch.zeros_like(image[0]), torch.zeros_like(image)
     for number, box in boxes:
         part = tuple(slice(max(side.start - reach, 0), side.stop + reach) for side in box)
@@ -50,8 +50,7 @@ def feathered(image: Tensor, source: Tensor, inside: Tensor, read: Reading, reac
             nearest = ndimage.distance_transform_edt(~here, return_distances=False, return_indices=True)
             places = np.stack([np.array(beyond.nonzero()), nearest[:, beyond]]) + [[side.start] for side in part]
             at, there = torch.from_numpy(places).to(image.device)
-            (down, right), turn = at - there, toward[:, :, *there]
-            goes_on = source[:, *there] + turn[:, 0] * right + turn[:, 1] * down
+            goes_on = onward(source[:, *there], angle[*there], *(at - there))
             other[:, *at] += weight[torch.from_numpy(beyond)] * read(goes_on)
     rest = whole - own
     other = torch.where(rest > 0, other / rest.clamp(min=1e-9), image)

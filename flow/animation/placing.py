@@ -5,7 +5,7 @@ import math
 import torch
 from torch import Tensor
 
-from flow.animation.copies import JUMP, rigid
+from flow.animation.copies import JUMP, onward, rigid
 from flow.animation.stock import TURNS
 from flow.warps import pixel_coordinates, warp
 from kwatra.pieces import Patch
@@ -46,9 +46,10 @@ def upright(image: Tensor, usable: Tensor, spot: Spot, turn: int) -> tuple[Tenso
         return image[(slice(None), *spot)], usable[spot]
     size = [part.stop - part.start for part in spot]
     y, x = (part.start + (side - 1) / 2 for part, side in zip(spot, size, strict=True))
-    below, beside = (step.view(2, 1, 1) for step in rigid(torch.tensor(-radians(turn))))
     column, row = pixel_coordinates((size[0], size[1])) - torch.tensor([size[1] - 1, size[0] - 1]).view(2, 1, 1) / 2
-    at = (torch.tensor([x, y]).view(2, 1, 1) + row * below + column * beside).to(image.device)
+    at = onward(torch.tensor([x, y]).view(2, 1, 1), torch.tensor(-radians(turn)).view(1, 1), row, column).to(
+        image.device
+    )
     high = torch.tensor([usable.shape[1] - 1, usable.shape[0] - 1], device=at.device).view(2, 1, 1)
     there = ((at >= -0.5) & (at <= high + 0.5)).all(0) & (warp(usable[None].float(), at, "nearest")[0] > 0)
     return warp(image, at, "bilinear"), there

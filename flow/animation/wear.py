@@ -7,7 +7,7 @@ import torch
 from torch import Tensor
 
 from flow.animation.blur import blurred
-from flow.animation.copies import angles, distortion, rigid
+from flow.animation.copies import angles, distortion, onward
 from flow.animation.film import Film
 from flow.warps import warp
 from kwatra import Grid
@@ -141,8 +141,7 @@ class Wear:
     def _turned(self, middle: Tensor, angle: Tensor) -> Tensor:
         """The windows (n, *width, C) of copies turned by angles (n,) whose middles show source coordinates (2, n)."""
         rows, columns = (torch.arange(w, device=middle.device) - w // 2 for w in self.grid.width)
-        below, beside = (step[:, :, None, None] for step in rigid(angle))
-        places = middle[:, :, None, None] + rows.view(-1, 1) * below + columns * beside
+        places = onward(middle[:, :, None, None], angle[:, None, None], rows.view(-1, 1), columns)
         return warp(self._pixels.movedim(-1, 0), places, "bilinear").movedim(0, -1)
 
     def _energy(self, image: Tensor, source: Tensor, angle: Tensor, which: Tensor) -> Tensor:

@@ -3,7 +3,7 @@
 import math
 
 import torch
-import torch.nn.functional as F
+from scipy import ndimage
 from torch import Tensor
 
 from kwatra.base import total
@@ -53,14 +53,9 @@ def _largest(exemplar: Exemplar, sigma: float) -> float:
 def _slopes(picture: Tensor, present: Tensor, sigma: float) -> tuple[Tensor, Tensor, Tensor]:
     """Derivatives (C, H, W) down and to the right of a picture blurred by sigma px, and where (H, W) they are whole."""
     reach = math.ceil(3 * sigma)
-    taps = torch.arange(-reach, reach + 1, dtype=picture.dtype)
-    bell = torch.exp(-0.5 * (taps / sigma).square())
-    slope = taps * bell
-
-    def along(values: Tensor, column: Tensor, row: Tensor) -> Tensor:
-        rim = F.pad(values[:, None], (reach,) * 4, mode="constant")
-        return F.conv2d(F.conv2d(rim, column.view(1, 1, -1, 1)), row.view(1, 1, 1, -1))[:, 0]
-
-    every = torch.ones_like(taps)
-    inside = along(present[None], every, every)[0] > len(taps) ** 2 - 0.5
-    return along(picture, slope, bell), along(picture, bell, slope), inside
+    down, right = (
+        torch.from_numpy(ndimage.gaussian_filter(picture.numpy(), sigma, order=order, radius=reach, axes=(1, 2)))
+        for order in ((1, 0), (0, 1))
+    )
+    inside = ndimage.minimum_filter(present.numpy(), 2 * reach + 1, mode="constant")
+    return down, right, torch.from_numpy(inside) > 0
