@@ -174,14 +174,6 @@ class Mosaic(Stock):
                 out[:, row][:, here] = self.images[k][(slice(None), *inside)]
         return out
 
-    def usage(self, places: np.ndarray) -> list[np.ndarray]:
-        """How often each source pixel occurs among `places`, one array per source, over the mean of all of them."""
-        counts = np.bincount(places.ravel(), minlength=self.planes.shape[1]).reshape(-1, *self.cell)
-        area = sum(int(np.prod(s)) for s in self.shapes)
-        mean = max(places.size / area, 1e-9)
-        inner = [tuple(slice(1, n + 1) for n in shape) for shape in self.shapes]
-        return [(counts[k][at] / mean).astype(np.float32) for k, at in enumerate(inner)]
-
 
 def _slope(values: np.ndarray, axis: int) -> np.ndarray:
     padded = np.pad(values, [(1, 1) if d == axis else (0, 0) for d in range(values.ndim)], mode="edge")

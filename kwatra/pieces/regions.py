@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 import torch
 
-from kwatra.pieces.boxes import Box, box_sums, span_sums, wrapped
+from kwatra.pieces.boxes import Box, box_sums, wrapped
 from kwatra.pieces.sheet import Sheet
+from kwatra.pieces.stations import Stations
 
 
 class Regions:
@@ -23,6 +24,7 @@ class Regions:
         self.sheet, self.generator = sheet, generator
         self.extent = tuple(min(e, sheet.longest(d)) for d, e in enumerate(extent))
         self.tried = np.ones(sheet.shape, np.float32)
+        self._stations: Stations | None = None
         self._scores: np.ndarray | None = None
         self._highest = np.zeros(0)  # of the scores of each row
         self._known = 0
@@ -33,17 +35,21 @@ class Regions:
 
     def frontier(self) -> Box:
         """A region on the border of the filled part, about half of it filled."""
-        filled, volume = wrapped(self.sheet.filled, self.extent, self.sheet.periodic), int(np.prod(self.extent))
-        rooms = [n - e + 1 for n, e in zip(filled.shape, self.extent, strict=True)]
-        stations = [_stations(room, max(e // 2, 1)) for room, e in zip(rooms, self.extent, strict=True)]
-        for lines in (stations, [np.arange(room) for room in rooms]):  # everywhere if no station is on the border
-            count = span_sums(filled, [(line, line + e) for line, e in zip(lines, self.extent, strict=True)])
-            score = np.where((count > 0) & (count < volume), 1 - np.abs(count / volume - 0.5), -1)
-            if score.max() >= 0:
-                break
+        if self._stations is None:
+            self._stations = Stations(self.sheet, self.extent)
+        lines, score = self._stations.lines, self._half_filled(self._stations.counts())
+        if score.max() < 0:  # everywhere if no station is on the border
+            filled = wrapped(self.sheet.filled, self.extent, self.sheet.periodic)
+            lines = [np.arange(n - e + 1) for n, e in zip(filled.shape, self.extent, strict=True)]
+            score = self._half_filled(box_sums(filled, self.extent))
         best = np.flatnonzero((score >= score.max() - 0.1) & (score > 0))
         spot = np.unravel_index(best[self._below(len(best))], score.shape)
         return Box(tuple(int(line[i]) for line, i in zip(lines, spot, strict=True)), self.extent)
+
+    def _half_filled(self, count: np.ndarray) -> np.ndarray:
+        """1 where half of a region's pixels are filled, less where more or fewer, -1 where all or none."""
+        volume = int(np.prod(self.extent))
+        return np.where((count > 0) & (count < volume), 1 - np.abs(count / volume - 0.5), -1)
 
     def costliest(self) -> Box | None:
         """The region whose seams cost most, regions lately visited counting less; None without seams."""
@@ -96,7 +102,3 @@ class Regions:
 
     def _below(self, count: int) -> int:
         return int(torch.randint(count, (1,), generator=self.generator))
-
-
-def _stations(count: int, step: int) -> np.ndarray:
-    return np.unique(np.append(np.arange(0, count, step), count - 1))

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import numpy as np
+
 from kwatra.pieces.again import Budget, lay_again
 from kwatra.pieces.boxes import Box
 from kwatra.pieces.mosaic import Mosaic
@@ -16,17 +18,19 @@ Report = Callable[[str, float], None]
 
 def fill(sheet: Sheet[Mosaic], placer: Placer, grid: tuple[int, ...] | None, report: Report) -> None:
     """Lay patches until no pixel is empty."""
-    size = sheet.label.size
-    while not sheet.filled.all():
-        started = bool(sheet.filled.any())
-        region = placer.regions.frontier() if started else placer.regions.first()
+    size, done = sheet.label.size, int(np.count_nonzero(sheet.filled))
+    while done < size:
+        region = placer.regions.frontier() if done else placer.regions.first()
         patch = placer.choose(region, grid=grid, filling=True)
         if patch is None:
             # Every offset that fits here is spent; a used one is better than a hole.
             placer.used.clear()
             continue
+        at = sheet.indices(patch.box)
+        done -= int(np.count_nonzero(sheet.filled_at(at)))
         sheet.lay(patch)
-        report("filling", int(sheet.filled.sum()) / size)
+        done += int(np.count_nonzero(sheet.filled_at(at)))
+        report("filling", done / size)
 
 
 def refine(

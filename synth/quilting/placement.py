@@ -20,6 +20,7 @@ from kwatra.pieces.sheet import Patch, Sheet
 from synth.quilting.borders import admitted, homely, margins, trimmed
 from synth.quilting.folds import folded
 from synth.quilting.matching import Matcher
+from synth.quilting.usage import Usage
 
 FOLD = 100.0
 """Added to C, in units of sigma^2, where a mirrored copy would fold the picture: any other offset is better."""
@@ -59,6 +60,7 @@ class Placer:
         self.matcher = Matcher(sheet)
         self.used: set[tuple[int, tuple[int, ...]]] = set()
         self.regions = Regions(sheet, rule.region, generator)
+        self._used: Usage | None = None
 
     def choose(self, region: Box, *, grid: tuple[int, ...] | None = None, filling: bool = False) -> Patch | None:
         """A patch that covers `region`, drawn by equation 3 among the unused offsets; None if there is none.
@@ -121,7 +123,9 @@ class Placer:
     def _usage(self) -> list[np.ndarray] | None:
         if self.rule.evenness <= 0 or self.rule.kind == "random" or not self.sheet.patches:
             return None
-        return self.sheet.sources.usage(self.sheet.places[self.sheet.filled])
+        if self._used is None:
+            self._used = Usage(self.sheet)
+        return self._used.relative()
 
     def _folds(self, number: int, region: Box, span: Box) -> np.ndarray:
         """Translations that would fold the picture along half the error-region's shorter side, or more."""
@@ -144,10 +148,13 @@ class Placer:
         mask = np.zeros(span.extent, bool)
         periods = [n if wraps else 0 for n, wraps in zip(self.sheet.shape, self.sheet.periodic, strict=True)]
         apart = self.rule.apart or (1,) * len(periods)
-        for home, shift in self.used:
-            lines = [*zip(shift, span.start, span.stop, periods, apart, strict=True)]
-            if home == number and all(n > 0 or low - a < s < high - 1 + a for s, low, high, n, a in lines):
-                mask[np.ix_(*[_near(*line) for line in lines])] = True
+        used = np.array([shift for home, shift in self.used if home == number]).reshape(-1, len(periods))
+        near = np.ones(len(used), bool)
+        for line, low, high, n, a in zip(used.T, span.start, span.stop, periods, apart, strict=True):
+            near &= (n > 0) | (low - a < line) & (line < high - 1 + a)
+        for shift in used[near]:
+            lines = zip(shift, span.start, span.stop, periods, apart, strict=True)
+            mask[np.ix_(*[_near(*line) for line in lines])] = True
         return mask
 
     def _draw(self, cost: np.ndarray) -> int | None:
