@@ -1,6 +1,7 @@
 """The command line: what it writes."""
 
 import csv
+import gc
 import json
 from pathlib import Path
 
@@ -36,6 +37,16 @@ def test_output_goes_to_the_current_folder(folder: Path, capsys: pytest.CaptureF
     assert float(out.split("quality about ")[1].split()[0]) < 0.3
     assert out.count("\n") == 1
     assert err == ""
+
+
+def test_garbage_is_looked_for_again_once_all_is_loaded(folder: Path) -> None:
+    gc.disable()  # as a process of the command line begins
+    try:
+        assert main(["synth", "brick.png", *QUICK]) == 0
+        assert gc.isenabled()
+    finally:
+        gc.unfreeze()
+        gc.enable()
 
 
 def test_size_is_width_by_height_and_the_seed_decides(folder: Path) -> None:
