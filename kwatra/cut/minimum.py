@@ -42,16 +42,25 @@ def best_cut(
     """
     from kwatra.cut.network import at_once, energy
 
-    free, most = choice == FREE, MOST_AT_ONCE if choice.ndim < 3 else MOST_AT_ONCE // 3
-    if np.count_nonzero(free) <= most:
+    if solved_at_once(choice):
         return at_once(choice, pairs, taking)
+    free = choice == FREE
     unary, arcs = energy(choice, pairs)
     if taking is not None:
         unary += taking
     take: np.ndarray = choice == TAKE
     if (unary[free] < 0).any():
-        take[free] = solve_in_bands(unary, arcs, free, _solve, most)
+        take[free] = solve_in_bands(unary, arcs, free, _solve, _most(choice))
     return take
+
+
+def solved_at_once(choice: np.ndarray) -> bool:
+    """Whether a cut is solved as one network of all its free pixels."""
+    return int(np.count_nonzero(choice == FREE)) <= _most(choice)
+
+
+def _most(choice: np.ndarray) -> int:
+    return MOST_AT_ONCE if choice.ndim < 3 else MOST_AT_ONCE // 3
 
 
 def seams_after(choice: np.ndarray, take: np.ndarray, pairs: Sequence[Costs]) -> list[np.ndarray]:

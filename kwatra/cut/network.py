@@ -24,7 +24,7 @@ def at_once(choice: Array, pairs: Sequence[tuple[Array, Array, Array]], taking: 
     """Which pixels take the new patch, as `best_cut` says, of a network of all free pixels."""
     weight = np.zeros(choice.size, np.int64) if taking is None else taking.astype(np.int64).ravel()
     take, (a, b, c) = np.empty(choice.shape, np.bool_), _sides(pairs)
-    _at_once(choice.astype(np.int8).ravel(), a, b, c, weight, take.ravel())
+    cut_at_once(choice.astype(np.int8).ravel(), a, b, c, weight, take.ravel())
     return take
 
 
@@ -61,7 +61,7 @@ def left_after(choice: Array, take: Array, pairs: Sequence[tuple[Array, Array, A
     """As `seams_after` in kwatra.cut.minimum."""
     left, (a, b, c) = [np.empty(pair[0].shape, np.int32) for pair in pairs], _sides(pairs)
     costs = tuple(lines(cost, axis) for axis, cost in enumerate(left))
-    _left(choice.astype(np.int8).ravel(), np.ascontiguousarray(take).ravel(), a, b, c, costs)
+    seams_left(choice.astype(np.int8).ravel(), np.ascontiguousarray(take).ravel(), a, b, c, costs)
     return left
 
 
@@ -78,7 +78,7 @@ def _sides(pairs: Sequence[tuple[Array, Array, Array]]) -> list[tuple[Array, ...
 
 
 @jitted
-def _at_once(choice: Any, a: Any, b: Any, c: Any, weight: Any, take: Any) -> None:
+def cut_at_once(choice: Any, a: Any, b: Any, c: Any, weight: Any, take: Any) -> None:
     """Solve a cut; choice, weight (what taking costs) and take (N,) are of all pixels, a, b and c of axes."""
     node, count = np.empty(len(choice), np.int32), 0
     for i in range(len(choice)):
@@ -137,7 +137,8 @@ def _joined(node: Any, ahead: Any, back: Any, capacity: Any, neighbor: Any, behi
 
 
 @jitted
-def _left(choice: Any, take: Any, a: Any, b: Any, c: Any, left: Any) -> None:
+def seams_left(choice: Any, take: Any, a: Any, b: Any, c: Any, left: Any) -> None:
+    """Set what is left of each pair after a cut; choice, take (N,) are of all pixels, the others lines of axes."""
     for axis in range(len(a)):
         before, pairs, behind = a[axis].shape
         states = choice.reshape((before, pairs + 1, behind))

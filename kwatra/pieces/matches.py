@@ -1,38 +1,129 @@
-"""The matching cost between copies of a mosaic, in one loop over the pairs of a window, compiled.
+"""The matching cost between copies of a mosaic, in loops over a window, compiled; and a patch cut in by one call.
+
+That call goes from places to the seams that are left, and holds no lock of the interpreter's: threads can so cut
+several patches side by side.
 
 This module is compiled by numba when first used, so it is imported where seams are priced.
 """
 
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from kwatra.base.compiled import jitted
-from kwatra.cut.network import lines
-from kwatra.pieces.stock import Array
+from kwatra.cut.network import cut_at_once, lines, seams_left
+from kwatra.pieces.stock import Array, Matches
 
 
-def matched(planes: Array, old: Array, new: Array, axis: int, stride: int) -> tuple[Array, Array]:
-    """M along one axis as `Stock.matches` gives it, of places that are numbers.
+def matched(planes: Array, strides: Sequence[int], old: Array, new: Array) -> Matches:
+    """M along each axis as `Stock.matches` gives it, of places that are numbers.
 
-    planes (C, N): colors by place. stride: from a place to the next one along the axis.
+    planes (C, N): colors by place. strides: from a place to the next one along each axis.
     """
-    shape = tuple(n - (d == axis) for d, n in enumerate(new.shape))
-    second, first = np.empty(shape, np.int32), np.empty(shape, np.int32)
-    _matched(planes, stride, *(lines(v, axis) for v in (old, new, second, first)))
-    return second, first
+    here, found = np.empty(new.shape, np.int32), []
+    _apart(planes, old.ravel(), new.ravel(), here.ravel())
+    for axis, stride in enumerate(strides):
+        shape = tuple(n - (d == axis) for d, n in enumerate(new.shape))
+        second, first = np.empty(shape, np.int32), np.empty(shape, np.int32)
+        _matched(planes, stride, *(lines(v, axis) for v in (here, old, new, second, first)))
+        found.append((second, first))
+    return found
+
+
+class Depths(NamedTuple):
+    """How deep in their elements the places of a window lie, and what that makes of seams (`kwatra.pieces.Depth`)."""
+
+    old: Array
+    new: Array
+    hidden: float
+    least: float
+
+
+def cut_in(
+    planes: Array,
+    strides: Sequence[int],
+    old: Array,
+    new: Array,
+    remembered: Sequence[Array],
+    choice: Array,
+    taking: Array | None,
+    depths: Depths | None,
+) -> tuple[Array, list[Array]]:
+    """Which pixels of a window take a patch, and the seams then: what `matched`, `best_cut` and `seams_after` make.
+
+    Arrays as there; depths: if seams are hidden on the ground.
+    """
+    take, seams = np.empty(choice.shape, np.bool_), [np.empty(cost.shape, np.int32) for cost in remembered]
+    weight = np.zeros(choice.size, np.int64) if taking is None else taking.astype(np.int64).ravel()
+    a, left = (tuple(lines(cost, axis) for axis, cost in enumerate(costs)) for costs in (remembered, seams))
+    b, c = (tuple(np.empty(cost.shape, np.int32) for cost in a) for _ in range(2))
+    known = Depths(np.empty(0, np.float32), np.empty(0, np.float32), 1.0, 0.0) if depths is None else depths
+    _cut_in(
+        planes, np.array(strides), old.ravel(), new.ravel(), known.old.ravel(), known.new.ravel(), known.hidden,
+        known.least, choice.ravel(), weight, a, b, c, take.ravel(), left,
+    )  # fmt: skip
+    return take, seams
 
 
 @jitted
-def _matched(planes: Any, stride: Any, old: Any, new: Any, second: Any, first: Any) -> None:
+def _cut_in(
+    planes: Any, strides: Any, old: Any, new: Any, deep_old: Any, deep_new: Any, hidden: Any, least: Any, choice: Any,
+    weight: Any, a: Any, b: Any, c: Any, take: Any, left: Any,
+) -> None:  # fmt: skip
+    here = np.empty(len(new), np.int32)
+    _apart(planes, old, new, here)
+    for axis in range(len(a)):
+        before, pairs, behind = a[axis].shape
+        shape = (before, pairs + 1, behind)
+        s, t = old.reshape(shape), new.reshape(shape)
+        _matched(planes, strides[axis], here.reshape(shape), s, t, b[axis], c[axis])
+        if len(deep_old) > 0:
+            last = planes.shape[1] - 1
+            deep_s, deep_t = deep_old.reshape(shape), deep_new.reshape(shape)
+            _hidden(strides[axis], last, s, t, deep_s, deep_t, hidden, least, b[axis], c[axis])
+    cut_at_once(choice, a, b, c, weight, take)
+    seams_left(choice, take, a, b, c, left)
+
+
+@jitted
+def _apart(planes: Any, old: Any, new: Any, here: Any) -> None:
+    for i in range(len(new)):
+        total = np.int32(0)
+        for plane in planes:
+            total += abs(np.int32(plane[old[i]]) - plane[new[i]])
+        here[i] = total
+
+
+@jitted
+def _matched(planes: Any, stride: Any, here: Any, old: Any, new: Any, second: Any, first: Any) -> None:
     last = planes.shape[1] - 1
     for i in range(new.shape[0]):
         for j in range(new.shape[1] - 1):
             for k in range(new.shape[2]):
-                s, t, s_new, t_new = old[i, j, k], old[i, j + 1, k], new[i, j, k], new[i, j + 1, k]
-                ahead, back = min(max(s + stride, 0), last), min(max(t - stride, 0), last)
-                one, other = np.int32(0), np.int32(0)
+                s_new, t_new = new[i, j, k], new[i, j + 1, k]
+                ahead, back = min(max(old[i, j, k] + stride, 0), last), min(max(old[i, j + 1, k] - stride, 0), last)
+                one, other = here[i, j, k], here[i, j + 1, k]
                 for plane in planes:
-                    one += abs(np.int32(plane[s]) - plane[s_new]) + abs(np.int32(plane[ahead]) - plane[t_new])
-                    other += abs(np.int32(plane[t]) - plane[t_new]) + abs(np.int32(plane[back]) - plane[s_new])
+                    one += abs(np.int32(plane[ahead]) - plane[t_new])
+                    other += abs(np.int32(plane[back]) - plane[s_new])
                 second[i, j, k], first[i, j, k] = one, other
+
+
+@jitted
+def _hidden(
+    stride: Any, last: Any, old: Any, new: Any, deep_old: Any, deep_new: Any, hidden: Any, least: Any, second: Any,
+    first: Any,
+) -> None:  # fmt: skip
+    """Seams' costs as `SeamCost` prices them where seams are hidden, in place of M; in the same arithmetic."""
+    whole, rest = np.float32(hidden), np.float32(1 - hidden)
+    for i in range(new.shape[0]):
+        for j in range(new.shape[1] - 1):
+            for k in range(new.shape[2]):
+                ahead = min(max(old[i, j, k] + stride, 0), last)
+                deep = min(deep_old[i, j, k], deep_new[i, j + 1, k])
+                more = 0.0 if ahead == new[i, j + 1, k] else least
+                second[i, j, k] = np.int32(np.rint((whole + rest * deep) * np.float64(second[i, j, k]) + more * deep))
+                deep = min(deep_new[i, j, k], deep_old[i, j + 1, k])
+                more = 0.0 if old[i, j + 1, k] == new[i, j + 1, k] else least
+                first[i, j, k] = np.int32(np.rint((whole + rest * deep) * np.float64(first[i, j, k]) + more * deep))

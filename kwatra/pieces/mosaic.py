@@ -86,7 +86,7 @@ class Mosaic(Stock):
         """Places of the grid spanned by source coordinates `lines` (one array per axis); outside, the rim."""
         total: np.ndarray = np.array(number * self.cell_size, self.place_type)
         for axis, (at, size, stride) in enumerate(zip(lines, self.shapes[number], self.strides, strict=True)):
-            line = ((at.clip(-1, size) + 1) * stride).astype(self.place_type)
+            line = ((np.minimum(np.maximum(at, -1), size) + 1) * stride).astype(self.place_type)
             total = total + line.reshape([-1] + [1] * (self.dims - 1 - axis))
         return total
 
@@ -137,10 +137,10 @@ class Mosaic(Stock):
         return total
 
     def matches(self, old: np.ndarray, new: np.ndarray) -> Matches:
-        """As `Stock.matches`, in one compiled loop."""
+        """As `Stock.matches`, in compiled loops."""
         from kwatra.pieces.matches import matched
 
-        return [matched(self.planes, old, new, axis, stride) for axis, stride in enumerate(self.strides)]
+        return matched(self.planes, self.strides, old, new)
 
     def steepness(self, axis: int, places: Sequence[np.ndarray]) -> np.ndarray:
         """The sum of the absolute central differences along an axis at four places: what divides M' (thesis eq. 5).

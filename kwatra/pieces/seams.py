@@ -25,7 +25,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kwatra.cut import Costs
+from kwatra.cut import Costs, best_cut, seams_after, solved_at_once
+from kwatra.pieces.mosaic import Mosaic
 from kwatra.pieces.stock import Array, Stock, beside
 
 NORMALIZED_SCALE = 4096
@@ -79,6 +80,23 @@ class SeamCost:
                 c = self._priced(axis, c, (new[p], back, new[q], old[q]), len(remembered))
             pairs.append((a, b, c))
         return pairs
+
+    def cut(
+        self, old: Array, new: Array, remembered: Sequence[Array], choice: Array, taking: Array | None
+    ) -> tuple[Array, list[Array]]:
+        """Which pixels of a window take a patch in the cheapest cut, and per axis the seams then.
+
+        old, new, remembered: as in `pairs`; choice, taking: as in `best_cut`.
+        """
+        if isinstance(self.sources, Mosaic) and self.steepness is None and solved_at_once(choice):
+            from kwatra.pieces.matches import Depths, cut_in
+
+            deep = self.depth
+            depths = None if deep is None else Depths(deep.at(old), deep.at(new), deep.hidden, deep.least)
+            return cut_in(self.sources.planes, self.sources.strides, old, new, remembered, choice, taking, depths)
+        pairs = self.pairs(old, new, remembered)
+        take = best_cut(choice, pairs, taking)
+        return take, seams_after(choice, take, pairs)
 
     def seam(self, s: Array, t: Array, axis: int, axes: int) -> Array:
         """The cost of seams between places s and t, those of pixels one step apart along an axis of so many."""

@@ -14,7 +14,7 @@ from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 
-from kwatra.cut import FREE, KEEP, TAKE, VOID, along, best_cut, seams_after
+from kwatra.cut import FREE, KEEP, TAKE, VOID, along
 from kwatra.pieces.boxes import Box
 from kwatra.pieces.seams import SeamCost, summed
 from kwatra.pieces.stock import Stock
@@ -66,7 +66,8 @@ class Window(NamedTuple):
     """What a sheet shows in a box, and around it by one pixel: `at` (open mesh) of its pixels, and arrays over them.
 
     kept: what happens to pixels that no patch is laid on (kwatra.cut); laid: to those that one is. fixed: pixels that
-    keep their patch. places: what they show; remembered: per axis the cost of the seam between a pixel and the next.
+    keep their patch. places: what they show; remembered: per axis the cost of the seam between a pixel and the next,
+    which come to `total`.
     """
 
     box: Box
@@ -76,6 +77,7 @@ class Window(NamedTuple):
     fixed: np.ndarray
     places: np.ndarray
     remembered: list[np.ndarray]
+    total: int
 
     def part(self, box: Box) -> tuple[slice, ...]:
         """The index of a box that lies in it."""
@@ -154,8 +156,9 @@ class Sheet(Generic[S]):
         kept = np.where(filled, np.int8(KEEP), np.int8(VOID))
         laid = np.where(filled, np.int8(FREE), np.int8(TAKE))
         laid[fixed] = KEEP
-        remembered = [seams[at][along(k, None, -1, len(at))] for k, seams in enumerate(self.seams)]
-        return Window(around, at, kept, laid, fixed, self.places[each(at)], remembered)
+        seams = (seams[at][along(k, None, -1, len(at))] for k, seams in enumerate(self.seams))
+        remembered = [np.ascontiguousarray(cost) for cost in seams]
+        return Window(around, at, kept, laid, fixed, self.places[each(at)], remembered, summed(remembered))
 
     def cut(
         self,
@@ -176,14 +179,12 @@ class Sheet(Generic[S]):
         inner = window.part(patch.box)
         choice = _choice(window, inner, must, must_not)
         new = self._patch_places(patch, window.box)
-        pairs = self.cost.pairs(window.places, new, window.remembered)
         extra = None
         if taking is not None:
             extra = np.zeros(choice.shape, np.int64)
             extra[inner] = taking
-        take = best_cut(choice, pairs, extra)
-        seams = seams_after(choice, take, pairs)
-        change = summed(seams) - summed(window.remembered)
+        take, seams = self.cost.cut(window.places, new, window.remembered, choice, extra)
+        change = summed(seams) - window.total
         more = 0 if extra is None else int(extra[take & (choice == FREE)].sum())
         return Cut(patch, window.at, take, new, seams, change, change + more)
 
@@ -202,7 +203,10 @@ class Sheet(Generic[S]):
 
     def _patch_places(self, patch: Patch, window: Box) -> np.ndarray:
         steps = zip(window.start, window.stop, patch.box.start, patch.box.stop, patch.shift, strict=True)
-        lines = [np.arange(low, high).clip(first - 1, last) - shift for low, high, first, last, shift in steps]
+        lines = [
+            np.minimum(np.maximum(np.arange(low, high), first - 1), last) - shift
+            for low, high, first, last, shift in steps
+        ]
         return self.sources.places(patch.number, lines)
 
 

@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from kwatra.cut import FREE, KEEP, TAKE, VOID, best_cut, seams_after
+from kwatra.pieces import Depth, SeamCost
 from kwatra.pieces.mosaic import Mosaic
 from kwatra.pieces.stock import Stock
 
@@ -28,3 +30,24 @@ def test_a_match_is_the_sum_of_what_differs_at_both_pixels() -> None:
     values = mosaic.planes[0][mosaic.places_of([np.zeros(4, int), np.arange(4)])].astype(int)
     differs = abs(values[0] - values[2]) + abs(values[1] - values[3])
     assert only_second.item() == only_first.item() == differs
+
+
+@pytest.mark.parametrize("axes", [2, 3])
+@pytest.mark.parametrize("hidden", [False, True])
+@pytest.mark.parametrize("priced", [False, True])
+def test_a_patch_is_cut_in_by_one_call_as_it_is_step_by_step(axes, hidden, priced):
+    rng = np.random.default_rng(axes)
+    mosaic, shape = Mosaic([rng.random((2, *(9,) * axes), dtype=np.float32)]), (7, 8, 6)[:axes]
+    depth = mosaic.spread(rng.random(mosaic.shapes[0], dtype=np.float32))
+    cost = SeamCost(mosaic, depth=Depth(depth.__getitem__, 3000.0) if hidden else None)
+    for _ in range(5):
+        old, new = (mosaic.places_of(list(rng.integers(0, 9, (axes, *shape)))) for _ in range(2))
+        remembered = [c * rng.integers(0, 2, c.shape, dtype=np.int32) for c in cost.within(old)]
+        choice = rng.choice(np.array([FREE, FREE, FREE, KEEP, TAKE, VOID], np.int8), shape)
+        taking = rng.integers(-4000, 4000, shape) if priced else None
+        take, seams = cost.cut(old, new, remembered, choice, taking)
+        pairs = cost.pairs(old, new, remembered)
+        assert (take == best_cut(choice, pairs, taking)).all()
+        assert take.any()
+        for made, wanted in zip(seams, seams_after(choice, take, pairs), strict=True):
+            np.testing.assert_array_equal(made, wanted)
