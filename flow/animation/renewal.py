@@ -95,7 +95,7 @@ class Renewal:
         self.film, self.shape, self.settings = film, shape, settings
         exemplar = film.described
         self.wear = Wear(film, shape, settings.window, settings.step, settings.area)
-        self.tones = Tones(film.strip, settings.tones, film.grain)
+        self.tones = Tones(film.strip, settings.tones, film.grain, film.pages)
         self.aging = Aging(film, settings.aging)
         self.read = Reading(exemplar, settings.interpolation)
         hidden = hidden_seams(film.strip) if film.motion is None else None

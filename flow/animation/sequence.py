@@ -24,6 +24,7 @@ from torch import Tensor
 
 from flow.animation.asked import Mask, allowed, check, film_of
 from flow.animation.carrying import carried
+from flow.animation.colorcurve import ColorCurve
 from flow.animation.copies import JUMP, tidied
 from flow.animation.entering import SIDES, entered, known_of
 from flow.animation.fading import Fading, left_of, shaded
@@ -145,7 +146,10 @@ class Motion:
         self.channels, self.device = len(film.strip.canvas), film.strip.canvas.device
         self.upright = Upright(film.strip, renewing.stiffness, film.turning)
         self.renewing, self.renewal = renewing, Renewal(film, shape, renewing)
-        self.read = Reading(film.strip, renewing.interpolation)
+        self._curve = None if film.motion is None else ColorCurve(film.strip)
+        if self._curve is not None:
+            film = replace(film, strip=replace(film.strip, canvas=self._curve.of(film.strip.canvas)))
+        self.read, self._beyond = Reading(film.strip, renewing.interpolation), film.read
         self._read_also = None if film.also is None else Reading(film.also, renewing.interpolation)
         self._steady: tuple[Tensor, Lookup] | None = None
         self._whole = torch.ones(shape, dtype=torch.bool, device=self.device)
@@ -177,7 +181,7 @@ class Motion:
 
     def _shown(self, source: Tensor, inside: Tensor) -> Frame:
         """Frame 0, at source coordinates (2, H, W)."""
-        return self._frame(State(0, source, inside, self._picture(source, inside)), {})
+        return self._frame(State(0, source, inside, self._colors(self._picture(source, inside))), {})
 
     def resumed(self, state: State) -> Frame:
         """The frame that a state shows."""
@@ -206,7 +210,7 @@ class Motion:
         if self.film.motion is None:
             return self._frame(State(number, new, inside, self._blended(copies, state, look)), report)
         shown, fading = self._dissolved(copies, state, look, source, new)
-        return self._frame(State(number, new, inside, shown, fading.packed), report)
+        return self._frame(State(number, new, inside, self._colors(shown), fading.packed), report)
 
     def _dissolved(
         self, copies: Tensor, before: State, look: Lookup, source: Tensor, new: Tensor
@@ -235,12 +239,19 @@ class Motion:
         colors = self.read.within(colors)
         return colors if self._read_also is None else torch.cat([colors, self._read_also.within(maps)])
 
+    def _colors(self, shown: Tensor) -> Tensor:
+        """The colors, and maps below them, of a picture (C, H, W): those of a video are mixed about their curve."""
+        if self._curve is None:
+            return shown
+        mixed, maps = shown.tensor_split([self.channels])
+        return torch.cat([self.film.read.within(self._curve.colors(mixed)), maps])
+
     def _picture(self, source: Tensor, inside: Tensor, colors: Tensor | None = None) -> Tensor:
         """What source coordinates show: colors (C, H, W), unless they are known, and below them the maps."""
         reach, also = self.renewing.feather, self.film.read_also
         if reach:  # softened seams would stay in them as thin lines
-            colors = feathered(self.read(source), source, inside, self.film.read, reach, details=True)
-        elif colors is None:
+            colors = feathered(self.read(source), source, inside, self._beyond, reach, details=True)
+        elif colors is None or self._curve is not None:
             colors = self.read.picture(source, inside)
         if self._read_also is None or also is None:
             return colors

@@ -2,9 +2,10 @@
 
 Texture energy does not mind when all gaps grow and all else shrinks (thesis 4.4 has windows plausible one by one), and
 where a flow diverges that is what happens. So pixels are sorted by the tone of the exemplar around their source, in
-classes of which the exemplar holds equally much, and a class that the frame shows too often has a price. In videos a
-tone's pixels are sorted by their grain, too: where nothing is seen twice a smooth block agrees best with any other, and
-one by one all drops of a fountain would be replaced by mist.
+classes of which the exemplar holds equally much, and a class that the frame shows too often has a price. In videos what
+a class's share varies by from frame to frame anyway is free: a flame flares up and goes dark. And a tone's pixels are
+sorted by their grain: where nothing is seen twice a smooth block agrees best with any other, and one by one all drops
+of a fountain would be replaced by mist.
 """
 
 import torch
@@ -30,10 +31,11 @@ _BLUR = 2.0
 class Tones:
     """An exemplar's tones; `weight`, in its variances, is the price of a class shown e times too often, per pixel.
 
-    grain: how grainy the exemplar is at every pixel, (h, w); None where that does not count.
+    grain: how grainy the exemplar is at every pixel, (h, w); None where that does not count. frames: how many the
+    exemplar is made of, all known in the same places; e up to the deviation of its logarithm in them has no price.
     """
 
-    def __init__(self, exemplar: Exemplar, weight: float, grain: Tensor | None = None) -> None:
+    def __init__(self, exemplar: Exemplar, weight: float, grain: Tensor | None = None, frames: int = 1) -> None:
         self.weight = weight
         known = exemplar.owner >= 0
         smooth = blurred(exemplar.canvas * exemplar.share.sqrt(), known, _BLUR)
@@ -48,6 +50,8 @@ class Tones:
             for one in range(_TONES):
                 grades[classes == one] = _sorted(grain[known][classes == one], _GRAINS)
             classes = classes * _GRAINS + grades
+        shown = torch.stack([torch.bincount(frame, minlength=self._count) for frame in classes.view(frames, -1)])
+        self._own = self._excess(shown).std(0, correction=0)
         tones = torch.zeros_like(known, dtype=torch.long)
         tones[known] = classes
         self._tone = continued(tones[None], exemplar.owner)[0]
@@ -60,9 +64,13 @@ class Tones:
 
     def prices(self, source: Tensor, inside: Tensor) -> Tensor:
         """What a pixel of each class costs, below 0 for those shown too seldom, where inside (H, W) shows source."""
-        shown = torch.bincount(self.of(source)[inside], minlength=self._count).float()
-        share = self._count * shown / shown.sum().clamp(min=1)
-        return self.weight * share.clamp(min=0.1).log()
+        excess = self._excess(torch.bincount(self.of(source)[inside], minlength=self._count))
+        return self.weight * (excess - excess.clamp(-self._own, self._own))
+
+    def _excess(self, shown: Tensor) -> Tensor:
+        """By which factor, as a logarithm, classes shown by so many pixels (*B, n) are shown too often."""
+        share = self._count * shown.float() / shown.sum(-1, keepdim=True).clamp(min=1)
+        return share.clamp(min=0.1).log()
 
     def costs(self, prices: Tensor, rows: Tensor) -> Tensor:
         """What the pixels of some rows (r,) of the exemplar's canvas cost, (r, w), at the prices of classes (n,)."""

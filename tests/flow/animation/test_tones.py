@@ -95,3 +95,16 @@ def test_holes_have_no_tone() -> None:
     clean, other = (Tones(Exemplar.of(v, masks=[~hole]), 1.0).of(ALL)[~hole] for v in (image, spoiled))
     assert torch.equal(clean, other)
     assert float(torch.bincount(clean).float().std()) < 1
+
+
+def test_what_a_clips_frames_vary_by_anyway_costs_nothing() -> None:
+    bright, dark = torch.full((1, SIDE // 2, SIDE), 0.9), torch.full((1, SIDE // 2, SIDE), 0.1)
+    clip = Exemplar.of(torch.cat([bright, dark], 1) + 0.01 * noise(1))
+    top = ALL[:, : SIDE // 2].repeat(1, 2, 1)
+    still, living = Tones(clip, 1.0), Tones(clip, 1.0, frames=2)
+    assert float(still.prices(top, WHOLE).max()) == pytest.approx(math.log(2), abs=0.02)
+    assert float(living.prices(top, WHOLE).abs().max()) < float(still.prices(top, WHOLE).abs().max()) / 2
+    one = (living.of(ALL) == living.of(ALL).max()).nonzero()[0].flip(0).float()
+    prices = living.prices(one.view(2, 1, 1).expand(2, SIDE, SIDE), WHOLE)
+    own = (math.log(2) - math.log(0.1)) / 2  # half of what its logarithm is larger by in the first frame
+    assert float(prices.max()) == pytest.approx(math.log(16) - own, abs=0.02)
