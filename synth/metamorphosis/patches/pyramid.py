@@ -1,12 +1,24 @@
-"""A steerable pyramid (plenoptic's) of images of any size: octaves, and in those complex bands of 4 orientations."""
+"""A steerable pyramid of images of any size: octaves, and in those complex bands of 4 orientations.
+
+It is that of Simoncelli and Freeman (The steerable pyramid: a flexible architecture for multi-scale derivative
+computation, 1995) as Portilla and Simoncelli (2000) take it, and plenoptic too, which takes longer to load than a fast
+still's statistics take to make. With r the distance from frequency 0, 1 at the highest along an axis, passes
+
+    h(r) = cos(pi / 2 log2 r) from r = 1/2 to 1, 0 below, 1 above,    l(r)^2 = 1 - h(r)^2
+
+part the finest, h(r), from the rest. An octave's bands hold h(2 r) cos(theta - theta_o)^3 of that, on the half plane
+where the cosine is positive; l(2 r) of it is left to the next octave, at half the resolution. All together are as
+strong as the image, and bands' real parts are enough to have it back.
+"""
 
 from functools import lru_cache
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 import torch
 import torch.nn.functional as F
 from torch import Tensor
+from torch.fft import fft2, fftfreq, ifft2, irfft2, rfft2
 
 _ORIENTATIONS = 4
 """As many as Portilla and Simoncelli (2000) have."""
@@ -20,10 +32,19 @@ class Pyramid:
     The image was continued; `inside` leaves that out.
     """
 
-    def __init__(self, filters: Any, made: dict[Any, Tensor], frame: tuple[int, ...], share: Tensor | None) -> None:
-        self._filters, self._frame, self._share = filters, frame, share
-        self.finest, self._rest = made.pop("residual_highpass")[0], made.pop("residual_lowpass")[0]
-        self.bands = [made[number][0] for number in range(len(made))]
+    def __init__(self, continued: Tensor, octaves: int, frame: tuple[int, ...], share: Tensor | None) -> None:
+        self._frame, self._share = frame, share
+        spectrum = fft2(continued, norm="ortho")
+        filters = _filters(spectrum)
+        self.finest = ifft2(filters.high * spectrum, norm="ortho").real
+        self.bands = []
+        for _ in range(octaves):
+            spectrum = filters.low * spectrum
+            self.bands.append(ifft2(filters.oriented.clamp(min=0) * (1j * spectrum)[:, None], norm="ortho"))
+            rows, columns = (_lower(size).to(spectrum.device) for size in spectrum.shape[1:])
+            spectrum = spectrum[:, rows[:, None], columns]
+            filters = _filters(spectrum)
+        self._rest = ifft2(filters.low * spectrum, norm="ortho").real
 
     @classmethod
     def of(cls, image: Tensor, wrap: bool, octaves: int, share: Tensor | None) -> "Pyramid":
@@ -35,8 +56,7 @@ class Pyramid:
             wide = (_MARGIN, _MARGIN + -size % unit)
             index = torch.from_numpy(np.pad(np.arange(size), wide, mode="wrap" if wrap else "symmetric"))
             continued = continued.index_select(axis, index.to(image.device))
-        filters = _filters((continued.shape[1], continued.shape[2]), octaves, str(image.device))
-        return cls(filters, dict(filters(continued[None])), tuple(image.shape[1:]), share)
+        return cls(continued, octaves, tuple(image.shape[1:]), share)
 
     def inside(self, band: Tensor) -> Tensor:
         """What of a band (..., h, w) the image itself holds, not its continuation, flat: (..., n)."""
@@ -53,17 +73,47 @@ class Pyramid:
 
     def image(self) -> Tensor:
         """The image (C, H, W) that has these bands."""
-        whole: dict[str | int, Tensor] = {number: band[None] for number, band in enumerate(self.bands)}
-        whole |= {"residual_highpass": self.finest[None], "residual_lowpass": self._rest[None]}
+        spectrum = _left(_filters(self._rest).low) * rfft2(self._rest, norm="ortho")
+        for band in reversed(self.bands):
+            filters = _filters(band)
+            whole = -1j * (_left(filters.oriented) * rfft2(band.real, norm="ortho")).sum(1)
+            whole[:, _lower(band.shape[-2]).to(band.device), : spectrum.shape[-1]] += spectrum
+            spectrum = _left(filters.low) * whole
+        spectrum = spectrum + _left(_filters(self.finest).high) * rfft2(self.finest, norm="ortho")
         height, width = self._frame
-        made: Tensor = self._filters.recon_pyr(whole)[0]
+        made = irfft2(spectrum, self.finest.shape[1:], norm="ortho")
         return made[:, _MARGIN : _MARGIN + height, _MARGIN : _MARGIN + width]
 
 
-@lru_cache(maxsize=8)
-def _filters(shape: tuple[int, int], octaves: int, device: str) -> Any:
-    """The steerable pyramid for images of a shape; its bands are as strong as the image, whatever their octave."""
-    from plenoptic.process import SteerablePyramidFreq  # heavy: only where statistics are wanted
+class _Filters(NamedTuple):
+    """Of the frequencies (h, w) of a resolution: l(r) and h(r), and both sides of what bands hold, (O, h, w)."""
 
-    order = _ORIENTATIONS - 1
-    return SteerablePyramidFreq(shape, height=octaves, order=order, is_complex=True, tight_frame=True).to(device)
+    low: Tensor
+    high: Tensor
+    oriented: Tensor
+
+
+def _filters(like: Tensor) -> _Filters:
+    """Those of the resolution of an image, or of its spectrum (..., h, w)."""
+    return _filters_of(like.shape[-2], like.shape[-1], like.device)
+
+
+@lru_cache(maxsize=32)
+def _filters_of(height: int, width: int, device: torch.device) -> _Filters:
+    y, x = torch.meshgrid(*(2 * fftfreq(n, dtype=torch.float64) for n in (height, width)), indexing="ij")
+    octave = torch.hypot(x, y).clamp(min=1e-9).log2()
+    fall, fall_below = (torch.pi / 2 * (octave + shift).clamp(-1, 0) for shift in (0, 1))
+    turn = torch.arange(_ORIENTATIONS).view(-1, 1, 1) * torch.pi / _ORIENTATIONS
+    # 1.6 = 2 / the sum of the squares over all orientations
+    oriented = 1.6**0.5 * torch.cos(torch.atan2(y, x) - turn) ** (_ORIENTATIONS - 1) * fall_below.cos()
+    return _Filters(*(each.float().to(device) for each in (-fall.sin(), fall.cos(), oriented)))
+
+
+def _lower(size: int) -> Tensor:
+    """Where along an axis of a spectrum the frequencies of half the resolution are."""
+    return (fftfreq(size // 2) * (size // 2)).round().long() % size
+
+
+def _left(filters: Tensor) -> Tensor:
+    """Of filters (..., h, w), what a real image's spectrum is kept for: (..., h, w // 2 + 1)."""
+    return filters[..., : filters.shape[-1] // 2 + 1]

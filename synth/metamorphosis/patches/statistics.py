@@ -1,6 +1,6 @@
 """What a texture is like, scale by scale, and making an image like that: the statistics of Portilla and Simoncelli.
 
-A steerable pyramid (plenoptic's) splits an image into octaves and those into complex bands of 4 orientations, which
+A steerable pyramid (see `pyramid`) splits an image into octaves and those into complex bands of 4 orientations, which
 have a sign and a magnitude at every place (Portilla and Simoncelli, A parametric texture model based on joint
 statistics of complex wavelet coefficients, 2000). Of what that paper measures these are kept, with color as Ruiters et
 al. (Patch-based Texture Interpolation, 2010, section 4.5) add it:
@@ -133,7 +133,7 @@ def step(image: Tensor, target: Statistics, wrap: bool = False, share: Tensor | 
     No band is strengthened or weakened by more than a factor of 2 at once. Values may leave [0, 1] a little. wrap: as
     for `Statistics.of`. share (H, W): how much each pixel counts in what statistics the image has, 0 to 1, for images
     that are different textures in different places; all alike by default. On the CPU the same bits for any number of
-    threads. Memory: 80 floats per value; cost: 0.15 cpu seconds for 3x256x256, and once 2 to load plenoptic.
+    threads. Memory: 80 floats per value; cost: 0.15 cpu seconds for 3x256x256.
 
     Raises InputError if the image is smaller, or has another number of channels than the textures.
     """
