@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt
+from scipy.ndimage import distance_transform_edt, gaussian_filter
 from skimage.feature import canny
-from skimage.filters import apply_hysteresis_threshold, gaussian, sato, threshold_otsu
+from skimage.filters import apply_hysteresis_threshold, gaussian, threshold_otsu
 from skimage.morphology import remove_small_objects, skeletonize
 from torch import Tensor
 
@@ -38,8 +38,27 @@ _WINDOW, _WINDOWS = 17, 400
 """Px of the windows that are paired, and how many are at most: a bound on time."""
 
 
+def ridge_strength(gray: NDArray[np.float64], half_width: float, dark: bool) -> NDArray[np.float64]:
+    """How strongly a dark, or a bright, line of a half width in px runs through each pixel (H, W), from 0 on.
+
+    The largest principal curvature of the blurred image (Sato et al., Three-dimensional multi-scale line filter, 1998;
+    `skimage.filters.sato` is the same, but loads scipy.stats, which takes a tenth of a fast still).
+    """
+
+    def derived(image: NDArray[np.float64], axis: int) -> NDArray[np.float64]:
+        order = (1 - axis, axis)
+        made: NDArray[np.float64] = gaussian_filter(image, half_width / 2**0.5, order, truncate=8)
+        return made
+
+    down, across = derived(gray, 0), derived(gray, 1)
+    yy, xy, xx = derived(down, 0), derived(down, 1), derived(across, 1)
+    sign = 1 if dark else -1
+    curved = sign * (yy + xx) / 2 + np.hypot(xy, (yy - xx) / 2)
+    return half_width**2 * np.maximum(curved, 0)
+
+
 def _ridges(gray: NDArray[np.float64], dark: bool) -> Map:
-    strength = sato(gray, RIDGES, black_ridges=dark)
+    strength = np.max([ridge_strength(gray, half_width, dark) for half_width in RIDGES], 0)
     low, high = np.quantile(strength, [1 - SHARE, 1 - SHARE / 3])
     return skeletonize(apply_hysteresis_threshold(strength, max(low, 1e-6), max(high, 1e-6)))
 

@@ -11,6 +11,7 @@ from synth.metamorphosis.patches.feature_maps import (
     checked_map,
     distance_channel,
     find_features,
+    ridge_strength,
 )
 
 
@@ -33,6 +34,17 @@ def test_joints_are_found_dark_or_bright(dark: bool) -> None:
     assert float(near[found.maps[0]].mean()) < 2
     assert found.sure[0] > 0.5
     assert found.kind in found.remark
+
+
+@pytest.mark.parametrize("dark", [True, False])
+def test_ridges_are_as_strong_as_scikit_image_s(dark: bool) -> None:
+    from skimage.filters import sato
+
+    gray = torch.rand(40, 50, generator=torch.Generator().manual_seed(0), dtype=torch.float64).numpy()
+    for half_width in (1.0, 1.5, 2.0):
+        judge = torch.from_numpy(sato(gray, [half_width], black_ridges=dark))
+        own = torch.from_numpy(ridge_strength(gray, half_width, dark))
+        torch.testing.assert_close(own, judge, atol=1e-9, rtol=0)
 
 
 def test_joints_are_whole_where_they_are_many_and_some_are_faint() -> None:
