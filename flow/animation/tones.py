@@ -21,8 +21,8 @@ _CLASSES = 16
 
 _TONES, _GRAINS = 8, 4
 """Tones that are told apart in videos, and grades of grain in each. Of a fountain that moves by 2 px a frame .91 of the
-sharpness is left after 60 frames, of one that turns .96; .73 and .84 without grades (blocks come from anywhere in all).
-"""
+sharpness is left after 60 frames, of one that turns .96; .73 and .84 without grades (blocks come from anywhere in all,
+and seams are not feathered)."""
 
 _BLUR = 2.0
 """A tone is the color's first principal component after a blur of this many px. Tried: .197 with 1 and 4."""
