@@ -8,6 +8,7 @@ wallpaper groups", section 3.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import torch
@@ -123,18 +124,22 @@ def _lattice(found: Correlation, noise: float, least: float) -> Lattice | None:
 
 def reduced(vectors: Tensor) -> Tensor:
     """The two shortest vectors (2, 2) of the lattice that two vectors span (Lagrange and Gauss)."""
-    short, long = sorted(vectors, key=lambda v: float(v.square().sum()))
+    short, long = sorted(vectors.tolist(), key=_squared)  # numbers: hundreds of pairs are tried
     while True:
-        longer = long - (long @ short / short.square().sum()).round() * short
-        if longer.square().sum() >= short.square().sum() - 1e-9:
-            return torch.stack([_upper(short), _upper(longer)])
+        times = round((long[0] * short[0] + long[1] * short[1]) / _squared(short))
+        longer = [long[0] - times * short[0], long[1] - times * short[1]]
+        if _squared(longer) >= _squared(short) - 1e-9:
+            return torch.tensor([_upper(short), _upper(longer)], dtype=vectors.dtype, device=vectors.device)
         short, long = longer, short
 
 
-def _upper(vector: Tensor) -> Tensor:
+def _squared(vector: Sequence[float]) -> float:
+    return vector[0] * vector[0] + vector[1] * vector[1]
+
+
+def _upper(vector: list[float]) -> list[float]:
     """The vector or its opposite, whichever points down, or right."""
-    down, right = vector.tolist()
-    return -vector if (down, right) < (0, 0) else vector
+    return [-v for v in vector] if vector < [0, 0] else vector
 
 
 def _blob(found: Correlation) -> float:

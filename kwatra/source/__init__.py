@@ -2,9 +2,10 @@
 
 from kwatra.source.bag import Bag, Bags, Joined
 from kwatra.source.canvas import SourceWindows
+from kwatra.source.heaviest import heaviest_covering
 from kwatra.source.prepared import Prepared, Texture
 from kwatra.source.protocol import CHUNK, ROUTES, Description, Placed, Source
-from kwatra.source.sourcemap import at_windows, heaviest_covering, look_up
+from kwatra.source.sourcemap import at_windows, look_up
 
 __all__ = [
     "CHUNK",

@@ -9,8 +9,9 @@ from collections.abc import Sequence
 import torch
 from torch import Tensor
 
+from kwatra.source.heaviest import heaviest_covering
 from kwatra.source.protocol import Placed
-from kwatra.windows import Covering, Layout, Metric
+from kwatra.windows import Layout
 
 
 def winners(layout: Layout, source: Placed, matches: Tensor, weights: Tensor) -> Tensor:
@@ -18,29 +19,6 @@ def winners(layout: Layout, source: Placed, matches: Tensor, weights: Tensor) ->
     heaviest = heaviest_covering(layout, source.metric, weights)
     corners = source.corners(matches[heaviest.window.flatten()]).T.view(-1, *layout.shape)
     return corners + torch.stack(heaviest.inside)
-
-
-def heaviest_covering(layout: Layout, metric: Metric, weights: Tensor) -> Covering:
-    """Of the windows that cover each pixel the one that weighs most there, the first of equals, as dense tensors."""
-    profiles = [_profile(metric.falloff, axis) for axis in range(len(layout.shape))]
-    most = torch.full(layout.shape, -1.0, device=layout.device)
-    window = torch.zeros(layout.shape, dtype=torch.long, device=layout.device)
-    places = [torch.zeros_like(window) for _ in layout.shape]
-    for number, inside, there in layout.coverings():
-        share = torch.ones((), device=layout.device)
-        for profile, place in zip(profiles, inside, strict=True):
-            share = share * profile[place]
-        weight = weights[number] * share
-        better = there & (weight > most)
-        most, window = torch.where(better, weight, most), torch.where(better, number, window)
-        places = [torch.where(better, new, old) for new, old in zip(inside, places, strict=True)]
-    return Covering(window, tuple(places), most >= 0)
-
-
-def _profile(falloff: Tensor, axis: int) -> Tensor:
-    """The falloff along one axis, through its center."""
-    others = [dim for dim in range(falloff.ndim) if dim != axis]
-    return falloff.sum(others)
 
 
 def at_windows(layout: Layout, source: Placed, where: Tensor) -> Tensor:

@@ -177,7 +177,7 @@ class Grid:
 
     def coverings(self) -> Iterator[Covering]:
         """See `Layout.coverings`; the lower windows first, axis by axis."""
-        axes = [self._covering(axis) for axis in range(len(self.shape))]
+        axes = [self.covering(axis) for axis in range(len(self.shape))]
         for choice in product(*(range(index.shape[1]) for index, _, _ in axes)):
             number = torch.zeros((), dtype=torch.long, device=self.device)
             there = torch.ones((), dtype=torch.bool, device=self.device)
@@ -188,7 +188,7 @@ class Grid:
                 places.append(inside[:, k].view(-1, *[1] * (len(axes) - 1 - axis)))
             yield Covering(number, tuple(places), there)
 
-    def _covering(self, axis: int) -> tuple[Tensor, Tensor, Tensor]:
+    def covering(self, axis: int) -> tuple[Tensor, Tensor, Tensor]:
         """For each pixel of an axis the windows covering it, (size, m), the pixel's place in each, and which are there.
 
         Pixels covered by fewer windows name their first one again.
