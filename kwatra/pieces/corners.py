@@ -78,14 +78,18 @@ class Corners:
 
     def sums(self, values: Array) -> Array:
         """The sum of the exemplar's values (*shape) under each block."""
-        corners = self._corners
-        spans = [(c.clip(0, n), (c + b).clip(0, n)) for c, b, n in zip(corners, self.block, self.shape, strict=True)]
-        return span_sums(values, spans)
+        return span_sums(values, self._under)
 
     def inside(self, values: Array) -> Array:
         """The sum of a block's values (..., *E) over what lies inside of the exemplar, of each block (..., *n)."""
         lines = zip(self._corners, values.shape[-len(self.shape) :], self.shape, strict=True)
-        return span_sums(values, [(np.clip(-c, 0, extent), np.clip(size - c, 0, extent)) for c, extent, size in lines])
+        return span_sums(values, [(_within(-c, extent), _within(size - c, extent)) for c, extent, size in lines])
+
+    @cached_property
+    def _under(self) -> list[tuple[Array, Array]]:
+        """Axis by axis the pixels of the exemplar under each block, from the first to before the last."""
+        lines = zip(self._corners, self.block, self.shape, strict=True)
+        return [(_within(c, size), _within(c + extent, size)) for c, extent, size in lines]
 
     @cached_property
     def _corners(self) -> list[Array]:
@@ -107,6 +111,11 @@ class Corners:
     def on_grain(self, values: Array) -> Array:
         """Values for blocks at every pixel, of those of which blocks may start."""
         return values[tuple(slice(None, g * n, g) for g, n in zip(self.grain, self.valid.shape, strict=True))]
+
+
+def _within(line: Array, size: int) -> Array:
+    """Values no less than 0 and no more than a size; `clip` takes twice as long for so few."""
+    return np.minimum(np.maximum(line, 0), size)
 
 
 def spread(

@@ -35,13 +35,13 @@ class Fit:
         shape, extent = self.image.shape[1:], content.shape[1:]
         size = _fast(shape)
         known = np.where(weight > 0, content, 0) * weight
+        ones = _forward(known, size)
         if weight.ndim == len(extent):
-            spectrum = np.conj(_forward(weight, size)) * self._spectrum(size)[-1]
+            spectrum = np.conj(_forward(weight[None], size)[0]) * self._spectrum(size)[-1]
         else:
-            squares = zip(weight, self._channel_squares(), strict=True)
-            spectrum = sum(np.conj(_forward(w, size)) * square for w, square in squares)
-        for plane, color in zip(self._spectrum(size)[:-1], known, strict=True):
-            one = _forward(color, size)
+            squares = zip(_forward(weight, size), self._channel_squares(), strict=True)
+            spectrum = sum(np.conj(w) * square for w, square in squares)
+        for plane, one in zip(self._spectrum(size)[:-1], ones, strict=True):
             np.conj(one, out=one)
             one *= 2
             spectrum -= np.multiply(one, plane, out=one)
@@ -57,9 +57,9 @@ class Fit:
         shape = self.image.shape[1:]
         size = _fast(mask.shape)
         source = self._spectrum(size)
-        spectrum = np.conj(source[-1]) * _forward(mask, size)
-        for plane, color in zip(source[:-1], content, strict=True):
-            spectrum -= 2 * np.conj(plane) * _forward(color, size)
+        spectrum = np.conj(source[-1]) * _forward(mask[None], size)[0]
+        for plane, color in zip(source[:-1], _forward(content, size), strict=True):
+            spectrum -= 2 * np.conj(plane) * color
         room = tuple(n - s + 1 for n, s in zip(mask.shape, shape, strict=True))
         cost = _inverse(spectrum, size, room) + box_sums((content**2).sum(0), shape)
         return np.maximum(cost, 0), box_sums(mask > 0, shape)
@@ -67,14 +67,14 @@ class Fit:
     def _spectrum(self, size: tuple[int, ...]) -> np.ndarray:
         """Transforms of the channels and, last, of the squared colors."""
         if size not in self._spectra:
-            self._spectra[size] = np.stack([_forward(p, size) for p in (*self.image, (self.image**2).sum(0))])
+            self._spectra[size] = _forward(np.stack([*self.image, (self.image**2).sum(0)]), size)
         return self._spectra[size]
 
     def _channel_squares(self) -> np.ndarray:
         """Transforms of the squares of each channel, at the image's own size."""
         if self._squared is None:
             size = _fast(self.image.shape[1:])
-            self._squared = np.stack([_forward(plane**2, size) for plane in self.image])
+            self._squared = _forward(self.image**2, size)
         return self._squared
 
 
@@ -82,7 +82,8 @@ def totals(values: np.ndarray, mask: np.ndarray) -> np.ndarray:
     """The sum of values (*S) over the pixels that a mask (*R) has under them wherever they lie in it, (R - S + 1)."""
     size = _fast(mask.shape)
     room = tuple(n - s + 1 for n, s in zip(mask.shape, values.shape, strict=True))
-    return _inverse(np.conj(_forward(values, size)) * _forward(mask, size), size, room)
+    one, other = (_forward(each[None], size)[0] for each in (values, mask))
+    return _inverse(np.conj(one) * other, size, room)
 
 
 def _fast(extent: tuple[int, ...]) -> tuple[int, ...]:
@@ -90,9 +91,9 @@ def _fast(extent: tuple[int, ...]) -> tuple[int, ...]:
 
 
 def _forward(values: np.ndarray, size: tuple[int, ...]) -> np.ndarray:
-    """The transform of values on a grid of some size; along the last axis no lines are transformed but theirs."""
+    """Transforms of several (k, *S) on a grid of some size; along the last axis no lines are transformed but theirs."""
     lines = fft.rfft(values, size[-1])
-    spectrum: np.ndarray = fft.fftn(lines, size[:-1], range(len(size) - 1), overwrite_x=True)
+    spectrum: np.ndarray = fft.fftn(lines, size[:-1], range(1, len(size)), overwrite_x=True)
     return spectrum
 
 
