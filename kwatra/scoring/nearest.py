@@ -17,6 +17,7 @@ import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from threading import Lock
 from typing import Any, ParamSpec, TypeVar
 
 import faiss
@@ -210,7 +211,10 @@ class Projection:
 
 
 class Nearest:
-    """Finds the nearest of `windows`; holds PART of them at a time, whatever their number."""
+    """Finds the nearest of `windows`; holds PART of them at a time, whatever their number.
+
+    Threads that search at once wait for each other, for what is held changes while one searches.
+    """
 
     def __init__(self, windows: Windows, project: Projection | None = None) -> None:
         """project: the components to search in, where others have learned them from windows that are much the same."""
@@ -218,7 +222,7 @@ class Nearest:
         rows = windows.rows(windows.sample(SAMPLE))
         self.project = Projection.learned_from(rows) if project is None else project
         self._index = self._empty_index(self.project(rows))
-        self._held = -1
+        self._held, self._holding = -1, Lock()
 
     def search(self, rows: Tensor, candidates: int = 8) -> tuple[Tensor, Tensor]:
         """Rms distance (n,) from rows (n, d) to their nearest windows, and the numbers (n,) of these.
@@ -229,8 +233,9 @@ class Nearest:
         bound = torch.full((len(rows), candidates), torch.inf)
         number = torch.zeros(len(rows), candidates, dtype=torch.long)
         for first, strip in self.windows.strips():
-            self._hold(first, strip)
-            lower, found = map(torch.from_numpy, self._index.search(points, candidates))
+            with self._holding:
+                self._hold(first, strip)
+                lower, found = map(torch.from_numpy, self._index.search(points, candidates))
             number = torch.cat((number, found.clamp(min=0) + first), 1)
             bound, best = torch.cat((bound, lower), 1).topk(candidates, largest=False)
             number = number.gather(1, best)

@@ -1,6 +1,7 @@
 """About how good a texture is, at little cost: to tell, and to choose among several by."""
 
 from collections.abc import Sequence
+from threading import Lock
 
 from torch import Tensor
 
@@ -45,6 +46,7 @@ class Ranking:
         self._sights: dict[tuple[int, int], _Sight] = {}
         self._thorough = thorough
         self._joint: dict[int, JointStatistics] = {}
+        self._describing = Lock()  # threads may ask at once; the exemplar is described by the first
 
     def __call__(self, output: Tensor) -> float:
         """The figure of an output (C, H, W), or (C, T, H, W)."""
@@ -55,14 +57,15 @@ class Ranking:
             return measure(shown, images)["overall"]
         frames, sources = read(shown, images)
         scale = _scale(shown, images)
-        if (times, scale) not in self._sights:
-            self._sights[times, scale] = _Sight(sources, scale)
-        figure = self._sights[times, scale].figure(frames)
         side = largest_side([*frames, *sources]) if self._thorough else None
+        with self._describing:
+            if (times, scale) not in self._sights:
+                self._sights[times, scale] = _Sight(sources, scale)
+            if side is not None and side not in self._joint:
+                self._joint[side] = JointStatistics(sources, side)
+        figure = self._sights[times, scale].figure(frames)
         if side is None:
             return figure
-        if side not in self._joint:
-            self._joint[side] = JointStatistics(sources, side)
         return (1 - JOINT) * figure + JOINT * self._joint[side].distance(frames)
 
 

@@ -1,5 +1,8 @@
 """Figures that are rough, or of pictures too small for the others: they must rank as those do."""
 
+import sys
+from concurrent.futures import ThreadPoolExecutor
+
 import pytest
 import torch
 import torch.nn.functional as F
@@ -7,6 +10,7 @@ from skimage import data
 from torch import Tensor
 
 from kwatra.scoring import Ranking, glance, measure
+from kwatra.scoring.nearest import Nearest, Windows
 from kwatra.scoring.rough import GLANCES, MOST
 
 
@@ -52,3 +56,14 @@ def test_of_many_channels_the_first_are_ranked_and_images_at_a_glance() -> None:
     assert Ranking(image.expand(64, -1, -1))(many) == pytest.approx(0, abs=1e-6)
     figure = Ranking(image)
     assert [figure(other) for other in controls(image)] == [glance(other, image) for other in controls(image)]
+
+
+def test_threads_that_search_a_large_set_at_once_find_what_each_finds_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys.modules[Nearest.__module__], "PART", 400)
+    windows = Windows.of([torch.rand(1, 60, 60, generator=torch.Generator().manual_seed(0))], 7)
+    nearest, queries = Nearest(windows), windows.rows(torch.arange(0, len(windows), 9))
+    alone = nearest.search(queries)
+    with ThreadPoolExecutor(4) as pool:
+        for found in pool.map(nearest.search, [queries] * 24):
+            assert torch.equal(found[0], alone[0])
+            assert torch.equal(found[1], alone[1])
