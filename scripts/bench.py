@@ -3,6 +3,7 @@
     python scripts/bench.py                               textures that come with scikit-image
     python scripts/bench.py list.txt --images textures    the images named in a file, one a line
     python scripts/bench.py --scaling --preset fast       cost and memory from 256x256 to 2048x2048
+    python scripts/bench.py --costs                       seconds of presets, sizes, quilting and the command line
 
 Every method gets the exemplar as the same 8-bit PNG file, and is measured on the 8-bit PNG file that it made. cpu is in
 seconds of all threads: for this project inside the process, once it has been imported; for another program all that
@@ -12,6 +13,7 @@ it with `copy`.
 
 import argparse
 import json
+import math
 import multiprocessing
 import resource
 import shutil
@@ -21,10 +23,12 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import torch
+from costs import costs
 from tables import Row, carried_exemplars, eight_bit, exit_code, given_exemplars, print_table, progress, size
 from torch import Tensor
 
@@ -97,13 +101,19 @@ def methods(arguments: argparse.Namespace) -> dict[str, Method]:
         "kwatra": own_method(lambda exemplar: synthesize(exemplar, size, preset=preset, seed=seed).image),
         "quilting": own_method(lambda exemplar: quilt(exemplar, size, QuiltSettings(seed=seed)).image),
     }
+    for rival, executable in present_rivals(arguments):
+        found[rival.name] = rival_method(rival, executable, arguments.size, arguments.seed)
+    return found
+
+
+def present_rivals(arguments: argparse.Namespace) -> Iterator[tuple[Rival, str]]:
+    """The rivals asked for that are there, and where."""
     for rival in RIVALS if arguments.rivals else ():
         executable = shutil.which(rival.executable)
         if executable is None:
             print(f"{rival.name} is left out: there is no {rival.executable} on PATH", flush=True)
         else:
-            found[rival.name] = rival_method(rival, executable, arguments.size, arguments.seed)
-    return found
+            yield rival, executable
 
 
 def bench(exemplars: dict[str, Tensor], found: dict[str, Method], folder: Path) -> Iterator[Row]:
@@ -182,6 +192,27 @@ def print_scaling(name: str, costs: Iterable[dict[str, float]]) -> list[dict[str
     return kept
 
 
+def print_costs(name: str, exemplar: Tensor, arguments: argparse.Namespace) -> dict[str, float]:
+    """Print what it all costs; returns the figures."""
+    arguments.out.mkdir(parents=True, exist_ok=True)
+    given, made = arguments.out / f"{name}.png", arguments.out / "made.png"
+    write_image(given, exemplar, eight_bit(exemplar), overwrite=True)
+
+    def taken(rival: Rival, executable: str, side: int) -> float:
+        try:
+            return rival_method(rival, executable, (side, side), arguments.seed)(given, made)[0]
+        except (OSError, subprocess.SubprocessError):
+            return math.nan
+
+    rivals = {rival.name: partial(taken, rival, executable) for rival, executable in present_rivals(arguments)}
+    figures = {}
+    print(f"from {name}, cpu seconds on one thread:")
+    for what, figure in costs(exemplar, given, arguments.size[0], rivals):
+        figures[what] = figure
+        print(f"{what:40}{figure:8.2f}", flush=True)
+    return figures
+
+
 def parsed(words: list[str] | None) -> argparse.Namespace:
     form = argparse.RawDescriptionHelpFormatter
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=form)
@@ -196,13 +227,16 @@ def parsed(words: list[str] | None) -> argparse.Namespace:
         "--rivals", action=argparse.BooleanOptionalAction, default=True, help="run other programs found on PATH"
     )
     parser.add_argument("--scaling", action="store_true", help="cost by output size, from the first exemplar")
+    parser.add_argument("--costs", action="store_true", help="cost of all presets, from the first exemplar")
     return parser.parse_args(words)
 
 
 def run(arguments: argparse.Namespace) -> None:
     exemplars = given_exemplars(arguments.exemplars, arguments.images) if arguments.exemplars else carried_exemplars()
-    if arguments.scaling:
-        name = next(iter(exemplars))
+    name = next(iter(exemplars))
+    if arguments.costs:
+        figures = print_costs(name, exemplars[name], arguments)
+    elif arguments.scaling:
         figures = print_scaling(name, scaling(exemplars[name], arguments.preset, arguments.seed))
     else:
         arguments.out.mkdir(parents=True, exist_ok=True)

@@ -1,6 +1,7 @@
 """The benchmark, shrunk; `cp` stands in for another program."""
 
 import json
+import math
 from pathlib import Path
 from types import ModuleType
 
@@ -93,3 +94,32 @@ def test_a_missing_exemplar_is_named(bench: ModuleType, capsys: pytest.CaptureFi
 def test_the_command_for_gmic_names_width_before_height(bench: ModuleType) -> None:
     command = bench.gmic("gmic", Path("in.png"), Path("out.png"), (48, 56), 3)
     assert command[command.index("syntexturize_matchpatch") + 1] == "56,48"
+
+
+def test_all_that_has_a_price_is_told(
+    bench: ModuleType, textures: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import costs
+
+    monkeypatch.setattr(costs, "ROUNDS", 1)
+    monkeypatch.setattr(costs, "command_line", lambda file, side: lambda: 100.0)  # seconds, to load torch anew
+    words = ["--images", str(textures), "--size", "20x20", "--costs", "--json", str(tmp_path / "costs.json")]
+    assert bench.main(["gray", *words, "--out", str(tmp_path)]) == 0
+    found = json.loads((tmp_path / "costs.json").read_text())
+    assert found["best, times default"] == pytest.approx(found["best 20"] / found["default 20"])
+    assert found["fast, 160 times 80"] == pytest.approx(found["fast 160"] / found["fast 80"])
+    assert found["quilting, 80 times 40"] == pytest.approx(found["quilting 80"] / found["quilting 40"])
+    assert found["command line, more than its synthesis"] == pytest.approx(100 - found["fast 20"])
+    assert {"Copy 20", "Copy 80", "default 80", "best, times faster by two threads"} <= set(found)
+    assert math.isnan(found["Fail 20"])
+    assert not any(value < 0 for value in found.values())
+
+
+def test_figures_are_medians_of_what_is_done_in_turn(bench: ModuleType) -> None:
+    import costs
+
+    done = []
+    taken = {"a": iter([3.0, 1.0, 2.0]), "b": iter([5.0, 4.0, 9.0])}
+    works = {name: lambda name=name: done.append(name) or next(taken[name]) for name in taken}
+    assert costs.in_turn(works) == {"a": 2.0, "b": 5.0}
+    assert done == ["a", "b"] * costs.ROUNDS
