@@ -20,6 +20,7 @@ averaged, so nothing blurs; and a pixel changes only where that buys more textur
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 import torch
@@ -29,6 +30,7 @@ from flow.animation.aging import Aging
 from flow.animation.blocks import Blocks
 from flow.animation.copies import angles, softened
 from flow.animation.film import Film
+from flow.animation.needs import neediest
 from flow.animation.placing import reach, settled, shift_of, turn_of, upright
 from flow.animation.reading import Reading
 from flow.animation.settings import Renewing
@@ -39,18 +41,11 @@ from flow.animation.wear import Wear, Worn
 from flow.warps import pixel_coordinates
 from kwatra.base import mean, total
 from kwatra.cut import along
-from kwatra.pieces import Box, Cut, Hidden, Patch, Sheet, box_sums, hidden_seams
-
-_LEAST = 0.005
-"""Blocks with less wear than this, on average, are left as they are: a bound on time."""
+from kwatra.pieces import Box, Cut, Hidden, Patch, Sheet, hidden_seams
 
 _RIM = 1 / 6
 """The part of a block's side, at either end, over which the wear that it saves is guessed less, down to nothing. Tried:
 .197 with half as much, .205 with twice as much."""
-
-_BETWEEN = 4
-"""Blocks start at multiples of this many px, or closer where they are small, and flush with the frame's borders: a
-bound on time."""
 
 _ELEMENTS = 2
 """Where seams are hidden between elements blocks are so many elements wide at least: smaller ones hold none whole."""
@@ -65,7 +60,8 @@ class Carried:
 
     image (C, H, W): what it shows; carried: what it showed at first, x+; weight (H, W): lambda K. sheet: its source
     coordinates and seams; what is not usable of it, or not inside (H, W), is empty there. counts (H, W): where wear
-    counts. worn: its wear; prices: what each tone costs.
+    counts. worn: its wear; prices: what each tone costs. left (H, W): how worn tries of blocks left what is there, on
+    average over a block.
     """
 
     image: Tensor
@@ -76,6 +72,7 @@ class Carried:
     counts: Tensor
     worn: Worn
     prices: Tensor
+    left: Tensor
 
     @property
     def source(self) -> Tensor:
@@ -86,6 +83,19 @@ class Carried:
     def usable(self) -> Tensor:
         """Where (H, W) there is texture."""
         return torch.from_numpy(self.sheet.filled).to(self.image.device)
+
+
+class Renewed(NamedTuple):
+    """A frame that was renewed: its source coordinates (2, H, W), image (C, H, W), and what that took.
+
+    left (H, W): how worn blocks were left, on average, that were tried in this frame or before; 0 where none was, None
+    for videos, of which other blocks are found in each frame. report: what `Frame` says.
+    """
+
+    source: Tensor
+    image: Tensor
+    left: Tensor | None
+    report: dict[str, float]
 
 
 class Renewal:
@@ -112,31 +122,38 @@ class Renewal:
         self._inner = inner[:, None].minimum(inner)
 
     def __call__(
-        self, source: Tensor, inside: Tensor, generator: torch.Generator, moved: Tensor | None = None
-    ) -> tuple[Tensor, Tensor, dict[str, float]]:
-        """Renew a carried frame: its source coordinates (2, H, W), image (C, H, W), and what that took.
+        self,
+        source: Tensor,
+        inside: Tensor,
+        generator: torch.Generator,
+        moved: Tensor | None = None,
+        left: Tensor | None = None,
+    ) -> Renewed:
+        """Renew a carried frame, given by its source coordinates (2, H, W).
 
         inside (H, W): True where texture belongs; elsewhere coordinates are left alone. generator: chooses what enters
         where there is nothing to agree with. moved (H, W): where texture can have worn at all (default: everywhere).
-        The report holds what `Frame` says.
+        left (H, W): `Renewed.left` of the frame before, carried along (default: nothing was tried).
         """
-        frame = self.begin(source, inside, moved)
+        frame, size, most = self.begin(source, inside, moved, left), self.blocks.size, self.settings.blocks
         usable = frame.usable
-        texture = total(self._worn(frame, frame.worn.wear, frame.source))
+        worn = self._worn(frame, frame.worn.wear, frame.source)
         lost = inside & self.read.lost(source)
-        self._renew(frame, self._places(self._worn(frame, frame.worn.wear, frame.source), lost), generator)
+        self._renew(frame, neediest(worn, lost, frame.left, size, most), generator)
         while bool((lost := lost & ~frame.usable).any()):
-            self._renew(frame, self._places(torch.zeros(self.shape, device=lost.device), lost), generator)
+            self._renew(frame, neediest(torch.zeros_like(worn), lost, frame.left, size, most), generator)
         after = frame.source
         changed = usable & (after != source).any(0)
         area = total(inside.float()).clamp(min=1)
-        return after.clone(), softened(frame.image, after, inside, self.read), {
-            "texture": float(texture / area),
+        report = {
+            "texture": float(total(worn) / area),
             "flow": float(total(self._flow(frame, frame.image) * usable) / area),
             "renewed": float(total(changed.float()) / area),
-        }  # fmt: skip
+        }
+        left = frame.left if self.film.motion is None else None
+        return Renewed(after.clone(), softened(frame.image, after, inside, self.read), left, report)
 
-    def begin(self, source: Tensor, inside: Tensor, moved: Tensor | None = None) -> Carried:
+    def begin(self, source: Tensor, inside: Tensor, moved: Tensor | None = None, left: Tensor | None = None) -> Carried:
         """A carried frame ready for renewal; arguments as of a call."""
         usable = inside & self.read.usable(source)
         image = self.read(source)
@@ -154,7 +171,8 @@ class Renewal:
         weight = self.settings.flow_weight * gradient_weight(image, self._share)
         counts = usable if moved is None else usable & moved
         prices = self.tones.prices(source, usable)
-        return Carried(image.clone(), image, weight, sheet, inside, counts, self.wear.of(image, source), prices)
+        worn, left = self.wear.of(image, source), torch.zeros_like(image[0]) if left is None else left.clone()
+        return Carried(image.clone(), image, weight, sheet, inside, counts, worn, prices, left)
 
     def _worn(self, frame: Carried, wear: Tensor, source: Tensor, spot: Spot = _ALL) -> Tensor:
         """U's first sum, pixel by pixel, where wear (h, w) is that at a spot that shows source (2, h, w)."""
@@ -165,27 +183,6 @@ class Renewal:
         """U's second sum, pixel by pixel: what an image (C, h, w) costs at a spot of the frame."""
         change = (image - frame.carried[(slice(None), *spot)]).square() * self._share
         return frame.weight[spot] * change.sum(0) / self.wear.variance
-
-    def _places(self, wear: Tensor, lost: Tensor) -> list[tuple[int, int]]:
-        """Corners (row, column) of the blocks to renew: those most worn, and all that have lost their texture."""
-        size = self.blocks.size
-        rows, columns = (_starts(side, size) for side in self.shape)
-        worn, holes = (
-            box_sums(v.double().cpu().numpy(), (size, size))[np.ix_(rows, columns)] for v in (wear, lost.float())
-        )
-        worn = worn / size**2
-        need = np.where(holes > 0.5, 10 + holes, np.where(worn > _LEAST, worn, 0))
-        places: list[tuple[int, int]] = []
-        while need.max() > 0:
-            row, column = np.unravel_index(int(need.argmax()), need.shape)
-            if len(places) >= self.settings.blocks and need[row, column] < 10:
-                break
-            places.append((int(rows[row]), int(columns[column])))
-            near = (np.abs(rows - rows[row]) < 3 / 8 * size)[:, None] & (
-                np.abs(columns - columns[column]) < 3 / 8 * size
-            )
-            need[near] = 0
-        return places
 
     def _renew(self, frame: Carried, places: list[tuple[int, int]], generator: torch.Generator) -> None:
         """Find a block for each place and take of it what lowers the energy."""
@@ -201,6 +198,8 @@ class Renewal:
         for spot, turn, corner in zip(spots, turns, corners, strict=True):
             patch = Patch(turn, shift_of(corner, spot, turn), Box((spot[0].start, spot[1].start), (size, size)))
             self._fuse(frame, self._in_place(frame, spot, patch), spot)
+            here = frame.source[(slice(None), *spot)]
+            frame.left[spot] = mean(self._worn(frame, frame.worn.wear[spot], here, spot)).float()
 
     def _turn(self, frame: Carried, spot: Spot) -> int:
         """The source that is turned as copies of a spot are, if they may be and the exemplar holds such blocks."""
@@ -284,8 +283,3 @@ def _block(size: int, hidden: Hidden | None) -> int:
     if hidden is None:
         return size
     return max(size, min(round(_ELEMENTS * hidden.size), min(hidden.depth.shape) // 2))
-
-
-def _starts(side: int, size: int) -> np.ndarray:
-    starts = np.arange(0, side - size + 1, min(_BETWEEN, max(size // 2, 1)))
-    return starts if starts[-1] == side - size else np.append(starts, side - size)

@@ -205,10 +205,11 @@ class Motion:
         older = self.upright(tidied(source, moved, inside), moved)
         source = self.film.onward(older)
         lives = inside & (source != older).any(0)
-        new, image, report = self.renewal(source, inside, generator, moved | lives)
+        left = None if state.left is None else warp(state.left[None], look.coordinates, "nearest")[0] * look.known
+        new, image, left, report = self.renewal(source, inside, generator, moved | lives, left)
         copies = self._picture(new, inside, image[: self.channels])
         if self.film.motion is None:
-            return self._frame(State(number, new, inside, self._blended(copies, state, look)), report)
+            return self._frame(State(number, new, inside, self._blended(copies, state, look), left=left), report)
         shown, fading = self._dissolved(copies, state, look, source, new)
         return self._frame(State(number, new, inside, self._colors(shown), fading.packed), report)
 

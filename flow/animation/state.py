@@ -14,7 +14,8 @@ class State:
     of a video on its frames, one under the other (`flow.animation.film`), of a picture whose elements turn on the still
     that it was grown to (`flow.animation.growing`). inside (H, W): where there is texture.
     image (C, H, W): what is shown, and of maps that go along (C + M, H, W). fading (2 + 1 + C + M, H, W): of a video
-    what fades below that (`flow.animation.fading`); None where nothing does.
+    what fades below that (`flow.animation.fading`); None where nothing does. left (H, W): of a picture how worn blocks
+    were left that were tried (`flow.animation.renewal`); None where none was.
     """
 
     number: int
@@ -22,8 +23,9 @@ class State:
     inside: Tensor
     image: Tensor
     fading: Tensor | None = None
+    left: Tensor | None = None
 
     def to(self, device: torch.device) -> "State":
         """The same state on another device."""
-        fading = None if self.fading is None else self.fading.to(device)
-        return State(self.number, self.source.to(device), self.inside.to(device), self.image.to(device), fading)
+        fading, left = (None if one is None else one.to(device) for one in (self.fading, self.left))
+        return State(self.number, self.source.to(device), self.inside.to(device), self.image.to(device), fading, left)

@@ -15,6 +15,7 @@ from flow.animation.stock import TURNS, Coordinates
 from flow.warps import warp
 from kwatra import Exemplar
 from kwatra.pieces import Box, Patch
+from kwatra.pieces.stock import beside
 
 SHAPE, SIZE, SPOT = (60, 70), 17, (slice(20, 37), slice(30, 47))
 TURNED = [0, 300, -1500, TURNS // 2]
@@ -83,5 +84,21 @@ def test_a_turned_copy_that_lacks_a_part_is_continued_as_it_is_turned() -> None:
     whole = shown(patch, slice(0, 40), slice(0, 40))
     source = whole.clone()
     source[:, 16:24, 14:25] = -500.0
-    after, _, _ = renewal(source, torch.ones(40, 40, dtype=torch.bool), torch.Generator().manual_seed(0))
+    after, *_ = renewal(source, torch.ones(40, 40, dtype=torch.bool), torch.Generator().manual_seed(0))
     assert float((after - whole).abs().max()) < 0.1
+
+
+def test_seams_of_a_block_cost_what_they_do_one_by_one() -> None:
+    rng = np.random.default_rng(0)
+    stock = Coordinates(Exemplar.of(smooth()), 0.1, 1.0)
+    old, new = (rng.uniform(0, 30, (3, 7, 9)).astype(np.float32) for _ in range(2))
+    for axis, costs in enumerate(stock.matches(old, new)):
+        p, q = beside(axis, 2)
+        over, under = stock.beyond(old[p], axis, 1), stock.beyond(old[q], axis, -1)
+        shows = stock.colors
+        expected = (
+            stock.distance(shows(old[p]), shows(new[p])) + stock.distance(shows(over), shows(new[q])),
+            stock.distance(shows(old[q]), shows(new[q])) + stock.distance(shows(under), shows(new[p])),
+        )
+        for cost, other in zip(costs, expected, strict=True):
+            assert (cost == other).all()

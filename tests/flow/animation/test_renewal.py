@@ -12,7 +12,8 @@ from torch import Tensor
 
 import flow
 from flow.animation.film import Film
-from flow.animation.renewal import Renewal, _starts
+from flow.animation.needs import starts
+from flow.animation.renewal import Renewal
 from flow.animation.settings import Renewing
 from flow.animation.stock import COUNTS
 from flow.animation.term import gradient_weight
@@ -40,7 +41,8 @@ def copied(degrees: float = 0.0) -> Tensor:
 
 def renewed(source: Tensor, inside: Tensor = WHOLE, settings: Renewing = QUICK, exemplar: Exemplar | None = None):
     renewal = Renewal(Film.of(exemplar or Exemplar.of(brick()), turn=False), SHAPE, settings)
-    return renewal, *renewal(source, inside, torch.Generator().manual_seed(0))
+    source, image, _, report = renewal(source, inside, torch.Generator().manual_seed(0))
+    return renewal, source, image, report
 
 
 def test_what_is_not_worn_is_left_bit_for_bit() -> None:
@@ -48,6 +50,22 @@ def test_what_is_not_worn_is_left_bit_for_bit() -> None:
     assert torch.equal(source, copied())
     assert torch.equal(image, brick()[:, 16:76, 16:80])
     assert report == {"texture": 0.0, "flow": 0.0, "renewed": 0.0}
+
+
+def test_what_a_try_leaves_as_it_is_rests_until_it_is_worn_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    renewal = Renewal(Film.of(Exemplar.of(brick()), turn=False), SHAPE, replace(QUICK, blocks=99))
+    source, left = copied(30), None
+    for number in range(9):  # until no try helps any more
+        before = source
+        source, _, left, _ = renewal(source, WHOLE, torch.Generator().manual_seed(number), left=left)
+    assert torch.equal(source, before)
+    tried: list[int] = []
+    find = renewal.blocks.nearest
+    monkeypatch.setattr(renewal.blocks, "nearest", lambda *given: tried.append(len(given[0])) or find(*given))
+    renewal(source, WHOLE, torch.Generator().manual_seed(0), left=left)
+    assert not tried
+    renewal(source, WHOLE, torch.Generator().manual_seed(0), left=left * 0.5)
+    assert tried
 
 
 def test_worn_texture_is_replaced_by_less_worn() -> None:
@@ -62,7 +80,7 @@ def test_worn_texture_is_replaced_by_less_worn() -> None:
     assert report["flow"] == pytest.approx(flow_energy(renewal, copied(30), source) / changed.numel(), rel=1e-3)
     before = float(renewal.wear(worn, copied(30), WHOLE).mean())
     for number in range(6):
-        source, image, _ = renewal(source, WHOLE, torch.Generator().manual_seed(number))
+        source, image, *_ = renewal(source, WHOLE, torch.Generator().manual_seed(number))
     assert float(renewal.wear(image, source, WHOLE).mean()) < 0.85 * before
 
 
@@ -265,7 +283,7 @@ def test_every_pixel_lies_in_a_block_however_small_the_exemplar(side: int) -> No
     renewal = Renewal(Film.of(Exemplar.of(brick()[:, :side, :side])), (13, 18), QUICK)
     covered = [torch.zeros(n, dtype=torch.bool) for n in (13, 18)]
     for line, n in zip(covered, (13, 18), strict=True):
-        for start in _starts(n, renewal.blocks.size).tolist():
+        for start in starts(n, renewal.blocks.size).tolist():
             line[start : start + renewal.blocks.size] = True
         assert bool(line.all())
 
@@ -275,5 +293,5 @@ def test_a_frame_is_filled_from_a_tiny_exemplar() -> None:
     exemplar = Exemplar.of(brick()[:, :6, :6])
     inside = torch.ones(12, 14, dtype=torch.bool)
     renewal = Renewal(Film.of(exemplar, turn=False), (12, 14), replace(QUICK, block=3))
-    filled, _, _ = renewal(source, inside, torch.Generator().manual_seed(0))
+    filled, *_ = renewal(source, inside, torch.Generator().manual_seed(0))
     assert bool(owned(exemplar, filled).all())
