@@ -5,6 +5,7 @@ matrix W with a row for each place: (W x)_p = sum_q k(p_1 - q_1) k(p_2 - q_2) x_
 `warp` reads once; `Warp` keeps the rows, and has W's transpose as well.
 """
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
@@ -14,6 +15,9 @@ from torch import Tensor
 from kwatra.base import InputError
 
 _CHUNK = 1 << 14
+
+_WHOLE = 1e-5
+"""Places so many px from a pixel are read as lying on it by lanczos: a bound on rounding."""
 
 
 def pixel_coordinates(shape: tuple[int, ...] | torch.Size, device: torch.device | str = "cpu") -> Tensor:
@@ -177,10 +181,17 @@ def _catmull_rom(f: Tensor) -> list[Tensor]:
 
 
 def _lanczos(f: Tensor) -> list[Tensor]:
-    distances = [f - k for k in range(-2, 4)]
-    weights = [torch.sinc(d) * torch.sinc(d / 3) for d in distances]
-    # the sine of a rounded pi is not zero
-    exact = [torch.where(f == 0, float(k == 0), w) for k, w in zip(range(-2, 4), weights, strict=True)]
+    """sinc(d) sinc(d / 3) at d = f - k, but for a factor that their sum takes out; of sines of sums one is needed."""
+    sine, cosine = (f * (math.pi / 3)).sin(), (f * (math.pi / 3)).cos()
+    weights = []
+    for k in range(-2, 4):
+        angle = k * math.pi / 3
+        third = sine * math.cos(angle) - cosine * math.sin(angle)
+        weights.append((-1) ** k * third / (f - k).square())
+    # a quotient of roundings next to a whole pixel, where that is all that is seen
+    near = [(f - k).abs() < _WHOLE for k in range(-2, 4)]
+    at_one = near[2] | near[3]
+    exact = [torch.where(at_one, one.to(f), weight) for one, weight in zip(near, weights, strict=True)]
     total = sum(exact[1:], exact[0])
     return [w / total for w in exact]
 
