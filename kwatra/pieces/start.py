@@ -41,6 +41,11 @@ smoke flickers; but holes in a fountain have .33 of the sharpness of what was th
 something is wished videos are as stills. A clip that only translates may be used however often: so blocks are found
 from which all goes on."""
 
+SHOWN = 4.0
+"""A still that shows its exemplar more than so many times, as 256 pixels a side do one of 128, counts use by how often
+that is: else small differences decide what is laid where it is large. Of 512 pixels a side six textures score
+.0554 in place of .0596, and of made stones, coins and letters of 20 and 32 pixels .158 are cut in place of .207."""
+
 LEAST = 8
 """Blocks are at least so many pixels wide, or as wide as the exemplar: smaller ones are thousands."""
 
@@ -75,7 +80,7 @@ def block_start(task: "Task", exemplar: Exemplar) -> Laid:
         grain,
         task.generator,
         wraps=task.wraps,
-        usage=_usage(exemplar, wish is not None),
+        usage=_usage(exemplar, task.shape, wish is not None),
         seams=settings.seams,
         aligned=task.start == "aligned",
         lattice=_lattice(task, exemplar, factor),
@@ -85,9 +90,15 @@ def block_start(task: "Task", exemplar: Exemplar) -> Laid:
     return Laid(blocks.run(), factors, blocks.gaps)
 
 
-def _usage(exemplar: Exemplar, wished: bool) -> float:
-    """What a block costs whose pixels were used once more than all on average; wished: whether terms want something."""
-    if len(exemplar.shape) == 2 or wished:
+def _usage(exemplar: Exemplar, shape: Sequence[int], wished: bool) -> float:
+    """What a block costs whose pixels were used once more than all on average in an output of some shape.
+
+    wished: whether terms want something.
+    """
+    if len(shape) == 2:
+        shown = math.prod(shape) / int((exemplar.owner >= 0).sum())
+        return USAGE * min(SHOWN / shown, 1.0)
+    if wished:
         return USAGE
     return 0.0 if translation(exemplar) else USAGE_IN_TIME
 

@@ -200,6 +200,12 @@ def test_use_costs_more_in_videos_and_nothing_where_all_only_translates(monkeypa
     assert laid(monkeypatch, Exemplar.of(boiling), (4, 20, 20), (wish,)).usage == USAGE
 
 
+def test_use_counts_less_the_more_often_a_still_shows_its_exemplar(monkeypatch):
+    sheet = Exemplar.of(torch.rand(1, 16, 16, generator=torch.Generator().manual_seed(0)))
+    usage = [laid(monkeypatch, sheet, shape).usage for shape in ((24, 24), (32, 32), (32, 64), (64, 64))]
+    assert usage == [USAGE, USAGE, USAGE / 2, USAGE / 4]
+
+
 @pytest.mark.parametrize("rotate", [(), (30.0, 60.0)])
 @pytest.mark.parametrize("side", [4, 6, 8, 10])
 def test_a_tiny_exemplar_takes_few_blocks(side, rotate, monkeypatch):
