@@ -152,6 +152,7 @@ class Motion:
         self.read, self._beyond = Reading(film.strip, renewing.interpolation), film.read
         self._read_also = None if film.also is None else Reading(film.also, renewing.interpolation)
         self._steady: tuple[Tensor, Lookup] | None = None
+        self._flowing: Tensor | None = None
         self._whole = torch.ones(shape, dtype=torch.bool, device=self.device)
 
     def allowed(self, number: int) -> Tensor:
@@ -190,7 +191,7 @@ class Motion:
     def step(self, state: State) -> Frame:
         """The frame that follows a state."""
         number = state.number + 1
-        flow = self.field(state.number, self.shape).to(self.device)
+        flow = self._flow(state.number)
         inside = self.allowed(number)
         if self.enter is None:
             look = self._lookup(flow, state.inside)
@@ -272,6 +273,12 @@ class Motion:
             carried = filled(warp(maps, look.coordinates, self.renewing.interpolation), look.known)
             term = replace(term, target=torch.cat([term.target, carried]))
         return self._within(blended(copies, term))
+
+    def _flow(self, number: int) -> Tensor:
+        """The flow (2, H, W) from a frame to the next; that of a steady field is asked for once."""
+        if self._flowing is None or not self.field.steady:
+            self._flowing = self.field(number, self.shape).to(self.device)
+        return self._flowing
 
     def _lookup(self, flow: Tensor, inside: Tensor) -> Lookup:
         if self.field.steady and self._steady is not None and torch.equal(self._steady[0], inside):
