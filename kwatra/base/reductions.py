@@ -4,6 +4,7 @@ A sum of a whole tensor is split among threads and so rounded differently for an
 of fixed length, then the rows' sums, fixes the order.
 """
 
+import torch
 import torch.nn.functional as F
 from torch import Tensor
 
@@ -11,7 +12,7 @@ ROW = 1024
 """Values that are summed at a time."""
 
 _STRETCH = 192
-"""Summands of a matrix product; of 256 and more some shapes split them among threads (torch 2.13, up to 4 threads)."""
+"""Summands of a matrix product that are summed at a time. Not tuned."""
 
 
 def total(values: Tensor) -> Tensor:
@@ -28,12 +29,17 @@ def mean(values: Tensor) -> Tensor:
 
 
 def product(a: Tensor, b: Tensor) -> Tensor:
-    """The product of matrices (M, K) and (K, N).
+    """The product of matrices (M, K) and (K, N), by one thread.
 
-    Where a product has few values and many summands, those are split among threads; so they are summed stretch by
-    stretch, each too short for that.
+    Threads would share summands, or rows, of which those at the ends of a share are rounded otherwise on some
+    processors.
     """
-    made = a[:, :_STRETCH] @ b[:_STRETCH]
-    for first in range(_STRETCH, a.shape[1], _STRETCH):
-        made += a[:, first : first + _STRETCH] @ b[first : first + _STRETCH]
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        made = a[:, :_STRETCH] @ b[:_STRETCH]
+        for first in range(_STRETCH, a.shape[1], _STRETCH):
+            made += a[:, first : first + _STRETCH] @ b[first : first + _STRETCH]
+    finally:
+        torch.set_num_threads(threads)
     return made
