@@ -70,7 +70,7 @@ def python(*arguments: str, **environment: str) -> "subprocess.CompletedProcess[
     "module",
     [
         "argparse",
-        "synth.commands.merge",
+        "synth.commands.synth",
         "numpy.linalg",
         "torch._C",
         "torch.nn.functional",
