@@ -1,5 +1,6 @@
 """How to optimize: the settings, validated in one place before any work starts."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -36,9 +37,11 @@ class Settings:
     levels: coarse to fine; None plans them from the exemplar. r: exponent of the robust energy, in (0, 2].
     wrap: windows run over the border, so that the output tiles; one answer, or one per axis (a video that loops wraps
     in time). features: linear features psi compared beside color. block: how large the blocks of a start are, as a
-    share of the exemplar, in (0, 1]. seams: of how many blocks an aligned start compares the seams. iterations: per
-    planned level. vote: what the windows that cover a pixel make of it, see `kwatra.steps.votes`. layout: where windows
-    lie, told the `Step`; asked anew for every iteration. solver: how far a blend without a closed form is solved.
+    share of the exemplar, in (0, 1]. seams: of how many blocks an aligned start compares the seams. even: how much
+    it counts in a start that all of the exemplar is shown as often, >= 0; with 0 fewer elements are cut, and some
+    never shown. iterations: per planned level. vote: what the windows that cover a pixel make of it, see
+    `kwatra.steps.votes`. layout: where windows lie, told the `Step`; asked anew for every iteration. solver: how far a
+    blend without a closed form is solved.
     """
 
     levels: tuple[Level, ...] | None = None
@@ -47,6 +50,7 @@ class Settings:
     features: tuple[Feature, ...] = ()
     block: float = 0.5
     seams: int = 6
+    even: float = 1.0
     iterations: int = 4
     vote: Vote = mean
     layout: Callable[[Step], Layout] = regular
@@ -59,5 +63,9 @@ class Settings:
             raise InputError(f"block is {self.block}; it is a share of the exemplar in (0, 1]")
         if self.levels is not None and not self.levels:
             raise InputError("levels is empty; give at least one level, or None to have them planned")
+        if not 0 <= self.even < math.inf:
+            raise InputError(
+                f"even is {self.even}; what even use of the exemplar counts is 0 or more, and 1 by default"
+            )
         if min(self.iterations, self.seams) < 1:
             raise InputError(f"iterations is {self.iterations} and seams {self.seams}; each is at least 1")

@@ -14,6 +14,10 @@ from flow.animation.film import Film
 from kwatra import Settings, optimize
 from kwatra.source import look_up
 
+_EVEN = 0.0
+"""How much it counts that the larger still shows all of the exemplar: whole elements count more. Of made stones and
+coins of 12 to 32 px that rotate .089 are cut after 60 frames of 2 px, .148 with 1."""
+
 
 def grown(film: Film, shape: tuple[int, int], synthesis: Settings, seed: int) -> Film:
     """The film of a still that is synthesized from a picture's, and that a frame (H, W) does not leave while it turns.
@@ -26,7 +30,7 @@ def grown(film: Film, shape: tuple[int, int], synthesis: Settings, seed: int) ->
     across = math.hypot(*shape)
     margins = [min(math.ceil((across - side) / 2), side // 2) for side in shape]
     larger = [side + 2 * margin for side, margin in zip(shape, margins, strict=True)]
-    still = optimize(film.strip, larger, settings=synthesis, seed=seed)
+    still = optimize(film.strip, larger, settings=replace(synthesis, even=_EVEN), seed=seed)
     owner, origin = torch.zeros_like(still.image[0]), look_up(film.strip.origin, still.where)
     strip = replace(film.strip, canvas=look_up(film.strip.canvas, still.where), owner=owner, origin=origin)
     maps = film.also and replace(strip, canvas=look_up(film.also.canvas, still.where), weights=film.also.weights)

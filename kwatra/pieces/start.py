@@ -80,7 +80,7 @@ def block_start(task: "Task", exemplar: Exemplar) -> Laid:
         grain,
         task.generator,
         wraps=task.wraps,
-        usage=_usage(exemplar, task.shape, wish is not None),
+        usage=settings.even * _usage(exemplar, task.shape, wish is not None),
         seams=settings.seams,
         aligned=task.start == "aligned",
         lattice=_lattice(task, exemplar, factor),

@@ -278,6 +278,7 @@ def test_bad_requests_are_said_in_a_sentence():
     for settings, message in [
         ({"r": 0.0}, r"r is 0.0; the robust exponent"),
         ({"levels": ()}, "levels is empty"),
+        ({"even": -1.0}, "even is -1.0; what even use"),
         ({"iterations": 0}, "iterations is 0 and seams 6; each is at least 1"),
         ({"block": 0.0}, r"block is 0.0; it is a share of the exemplar in \(0, 1\]"),
         ({"seams": 0}, "iterations is 4 and seams 0"),

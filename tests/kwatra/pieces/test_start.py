@@ -181,12 +181,12 @@ def test_use_is_counted_as_pixels_are_shown():
     np.testing.assert_array_equal(start.used, count.numpy())
 
 
-def laid(monkeypatch, exemplar, shape, terms=()):
+def laid(monkeypatch, exemplar, shape, terms=(), settings=None):
     """The start that an optimization begins with."""
     starts, run = [], BlockStart.run
     with monkeypatch.context() as patched:
         patched.setattr(BlockStart, "run", lambda self: starts.append(self) or run(self))
-        block_start(task_of(exemplar, shape, Settings(), terms, None, "aligned", 0), exemplar)
+        block_start(task_of(exemplar, shape, settings or Settings(), terms, None, "aligned", 0), exemplar)
     return starts[0]
 
 
@@ -204,6 +204,7 @@ def test_use_counts_less_the_more_often_a_still_shows_its_exemplar(monkeypatch):
     sheet = Exemplar.of(torch.rand(1, 16, 16, generator=torch.Generator().manual_seed(0)))
     usage = [laid(monkeypatch, sheet, shape).usage for shape in ((24, 24), (32, 32), (32, 64), (64, 64))]
     assert usage == [USAGE, USAGE, USAGE / 2, USAGE / 4]
+    assert laid(monkeypatch, sheet, (32, 64), settings=Settings(even=0.5)).usage == USAGE / 4
 
 
 @pytest.mark.parametrize("rotate", [(), (30.0, 60.0)])
