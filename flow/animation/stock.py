@@ -9,7 +9,7 @@ from flow.animation.copies import JUMP
 from flow.animation.reading import Reading
 from kwatra import Exemplar
 from kwatra.pieces import Depth, Hidden, SeamCost
-from kwatra.pieces.stock import Array, Matches, Stock, beside
+from kwatra.pieces.stock import Array, Stock
 
 NOWHERE = -1e3
 """The source coordinates of what is not yet there: far outside any exemplar."""
@@ -68,24 +68,6 @@ class Coordinates(Stock):
     def colors(self, places: Array) -> Array:
         """The colors at places."""
         return self._read(torch.from_numpy(np.ascontiguousarray(places[:2]))).numpy()
-
-    def matches(self, old: Array, new: Array) -> Matches:
-        """As `Stock.matches`, where what many places show is read at once."""
-        sides = [beside(axis, 2) for axis in range(2)]
-        ahead = [self.beyond(old[p], axis, 1) for axis, (p, _) in enumerate(sides)]
-        back = [self.beyond(old[q], axis, -1) for axis, (_, q) in enumerate(sides)]
-        show_old, show_new, *further = self._each(old, new, *ahead, *back)
-        here, found = self.distance(show_old, show_new), []
-        for (p, q), show_ahead, show_back in zip(sides, further[:2], further[2:], strict=True):
-            over, under = self.distance(show_ahead, show_new[q]), self.distance(show_back, show_new[p])
-            found.append((here[p] + over, here[q] + under))
-        return found
-
-    def _each(self, *places: Array) -> list[Array]:
-        """The colors at each of some places (3, *S)."""
-        ends = np.cumsum([part[0].size for part in places])[:-1]
-        colors = np.split(self.colors(np.concatenate([part.reshape(3, -1) for part in places], 1)), ends, 1)
-        return [shown.reshape(-1, *part.shape[1:]) for shown, part in zip(colors, places, strict=True)]
 
     def beyond(self, places: Array, axis: int, step: int) -> Array:
         """The places one step (1 or -1) along an axis of the frame: rows, then columns."""

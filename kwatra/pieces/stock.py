@@ -41,17 +41,23 @@ class Stock(Protocol):
         second goes over to the new patch, then that where only the first does.
         """
         show_new = self.colors(new)
-        here, found = self.distance(self.colors(old), show_new), []
-        for axis in range(here.ndim):
-            p, q = beside(axis, here.ndim)
-            ahead, back = self.beyond(old[p], axis, 1), self.beyond(old[q], axis, -1)
-            found.append(
-                (
-                    here[p] + self.distance(self.colors(ahead), show_new[q]),
-                    here[q] + self.distance(self.colors(back), show_new[p]),
-                )
-            )
+        sides = [beside(axis, show_new.ndim - 1) for axis in range(show_new.ndim - 1)]
+        ahead = [self.beyond(old[p], axis, 1) for axis, (p, _) in enumerate(sides)]
+        back = [self.beyond(old[q], axis, -1) for axis, (_, q) in enumerate(sides)]
+        show_old, *further = _shown(self, [old, *ahead, *back], len(sides))
+        here, found = self.distance(show_old, show_new), []
+        for (p, q), show_ahead, show_back in zip(sides, further[: len(sides)], further[len(sides) :], strict=True):
+            over, under = self.distance(show_ahead, show_new[q]), self.distance(show_back, show_new[p])
+            found.append((here[p] + over, here[q] + under))
         return found
+
+
+def _shown(stock: Stock, places: Sequence[Array], axes: int) -> list[Array]:
+    """The colors at each of some places, whose last so many axes are pixels: read at once, which takes half as long."""
+    flat = [part.reshape(*part.shape[:-axes], -1) for part in places]
+    ends = np.cumsum([part.shape[-1] for part in flat])[:-1]
+    colors = np.split(stock.colors(np.concatenate(flat, -1)), ends, -1)
+    return [shown.reshape(-1, *part.shape[-axes:]) for shown, part in zip(colors, places, strict=True)]
 
 
 def beside(axis: int, axes: int) -> tuple[Any, Any]:
