@@ -34,7 +34,7 @@ from torch import Tensor
 from kwatra import Exemplar, InputError, Level, Settings, measure, optimize
 from kwatra.scoring.video import FIGURES
 from synth import synthesize, write_image
-from synth.io.videos import VIDEO_SUFFIXES, read_video, write_video
+from synth.io.videos import is_video, read_video, write_video
 from synth.quilting import default_settings, quilt_video
 from synth.sheets import video_sheet
 
@@ -143,7 +143,7 @@ def given_clips(paths: list[Path]) -> dict[str, Tensor]:
 def clips_in(path: Path) -> list[Path]:
     if not path.is_dir():
         return []
-    return sorted(inside for inside in path.iterdir() if inside.is_dir() or inside.suffix in VIDEO_SUFFIXES)
+    return sorted(inside for inside in path.iterdir() if is_video(inside))
 
 
 def parsed(words: list[str] | None) -> argparse.Namespace:

@@ -10,7 +10,7 @@ import torch
 from torch import Tensor
 
 from kwatra import Exemplar
-from kwatra.base import mean, total
+from kwatra.base import mean, principal_axes
 
 _PARTS = 32
 """Places along the axis at which the mean color is found, with as many of the exemplar's pixels each. Not tuned."""
@@ -25,9 +25,7 @@ class ColorCurve:
     def __init__(self, exemplar: Exemplar) -> None:
         known = exemplar.canvas[:, exemplar.owner >= 0].cpu()
         colors = known[:, :: max(known.shape[1] // _SEEN, 1)].double()
-        apart = torch.stack([channel - mean(channel) for channel in colors])
-        spread = torch.stack([torch.stack([total(one * other) for other in apart]) for one in apart])
-        self._axes = torch.linalg.eigh(spread)[1].T.flip(0)
+        self._axes = principal_axes(colors)
         along, *across = _turned(colors, self._axes)
         order = along.argsort(stable=True).tensor_split(min(_PARTS, len(along)))
         self._along = torch.stack([mean(along[part]) for part in order]).numpy()

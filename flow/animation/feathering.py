@@ -31,31 +31,44 @@ def feathered(image: Tensor, source: Tensor, inside: Tensor, read: Reading, reac
     """
     if reach == 0:
         return image
-    known, copy = inside.cpu().numpy(), _numbered(source, inside)
-    sizes = np.bincount(copy.ravel())
-    if (sizes[1:] > 0).sum() < 2:
+    copy = _numbered(source, inside)
+    if (np.bincount(copy.ravel())[1:] > 0).sum() < 2:
         return image
-    boxes = [(number, box) for number, box in enumerate(ndimage.find_objects(copy), 1) if sizes[number] >= _LEAST]
-    angle = angles(source)
-    own, whole, other = torch.zeros_like(image[0]), torch.zeros_like(image[0]), torch.zeros_like(image)
-    for number, box in boxes:
+    rest, at, nearest, weights = (torch.from_numpy(one).to(image.device) for one in _shares(copy, reach))
+    seen = weights * read(onward(source[:, *nearest], angles(source)[*nearest], *(at - nearest)))
+    other = torch.zeros_like(image)
+    for channel, values in zip(other.flatten(1), seen, strict=True):
+        channel.index_add_(0, at[0] * image.shape[2] + at[1], values)  # in the order of the copies
+    other = torch.where(rest > 0, other, image)
+    shown = mixed(image, other, rest, inside, len(image) if details else 0)
+    return torch.where(inside, read.within(shown), image)
+
+
+def _shares(copy: np.ndarray, reach: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """What is seen of the copies beyond seams, where copies (H, W) are numbered, and 0 where there is none.
+
+    The share (H, W) of all of them; and of each, for each pixel (2, N) that sees it, the nearest that it has (2, N),
+    row first, and its part (N,) of that share.
+    """
+    sizes, whole, own = np.bincount(copy.ravel()), np.zeros(copy.shape, np.float32), np.zeros(copy.shape, np.float32)
+    pixels, nearest, weights = [np.zeros((2, 0), np.int64)], [np.zeros((2, 0), np.int64)], [np.zeros(0, np.float32)]
+    for number, box in enumerate(ndimage.find_objects(copy), 1):
+        if sizes[number] < _LEAST:
+            continue
         part = tuple(slice(max(side.start - reach, 0), side.stop + reach) for side in box)
         here = copy[part] == number
         share = ndimage.gaussian_filter(here.astype(np.float32), reach / 2, mode="constant", radius=reach)
-        beyond = (share > 0) & ~here & known[part]
-        weight = torch.from_numpy(share).to(image)
-        whole[part] += weight
-        own[part] += weight * torch.from_numpy(here).to(image)
+        whole[part] += share
+        own[part] += share * here
+        beyond = (share > 0) & ~here & (copy[part] > 0)
         if beyond.any():
-            nearest = ndimage.distance_transform_edt(~here, return_distances=False, return_indices=True)
-            places = np.stack([np.array(beyond.nonzero()), nearest[:, beyond]]) + [[side.start] for side in part]
-            at, there = torch.from_numpy(places).to(image.device)
-            goes_on = onward(source[:, *there], angle[*there], *(at - there))
-            other[:, *at] += weight[torch.from_numpy(beyond)] * read(goes_on)
-    rest = whole - own
-    other = torch.where(rest > 0, other / rest.clamp(min=1e-9), image)
-    shown = mixed(image, other, rest / whole.clamp(min=1e-9), inside, len(image) if details else 0)
-    return torch.where(inside, read.within(shown), image)
+            there = ndimage.distance_transform_edt(~here, return_distances=False, return_indices=True)
+            corner = [[side.start] for side in part]
+            pixels.append(np.array(beyond.nonzero()) + corner)
+            nearest.append(there[:, beyond] + corner)
+            weights.append(share[beyond])
+    at, rest = np.concatenate(pixels, 1), whole - own
+    return rest / whole.clip(1e-9), at, np.concatenate(nearest, 1), np.concatenate(weights) / rest[*at]
 
 
 def _numbered(source: Tensor, inside: Tensor) -> np.ndarray:

@@ -22,15 +22,16 @@ _APART = 3 / 8
 """Of blocks closer than this, in their sizes, one is renewed in a frame. Not tuned."""
 
 
-def neediest(wear: Tensor, lost: Tensor, left: Tensor, size: int, most: int) -> list[tuple[int, int]]:
+def neediest(wear: Tensor, lost: Tensor, left: Tensor | None, size: int, most: int) -> list[tuple[int, int]]:
     """Corners (row, column) of up to `most` blocks of `size` px, and of as many more as hold what is lost.
 
     wear (H, W): what can be gained; lost (H, W): where there is no texture any more; left (H, W): what tries left, on
-    average over their blocks, 0 where there was none.
+    average over their blocks, 0 where there was none; None where nothing was tried.
     """
     rows, columns = (starts(side, size) for side in wear.shape)
     worn, holes, rested = (
-        box_sums(v.double().cpu().numpy(), (size, size))[np.ix_(rows, columns)] for v in (wear, lost, left)
+        0 if v is None else box_sums(v.double().cpu().numpy(), (size, size))[np.ix_(rows, columns)]
+        for v in (wear, lost, left)
     )
     worn, rested = worn / size**2, rested / size**2
     need = np.where(holes > 0.5, 10 + holes, np.where((worn > _LEAST) & (worn > _AGAIN * rested), worn, 0))

@@ -61,7 +61,7 @@ class Carried:
     image (C, H, W): what it shows; carried: what it showed at first, x+; weight (H, W): lambda K. sheet: its source
     coordinates and seams; what is not usable of it, or not inside (H, W), is empty there. counts (H, W): where wear
     counts. worn: its wear; prices: what each tone costs. left (H, W): how worn tries of blocks left what is there, on
-    average over a block.
+    average over a block; None for videos, of which other blocks are found in each frame.
     """
 
     image: Tensor
@@ -72,7 +72,7 @@ class Carried:
     counts: Tensor
     worn: Worn
     prices: Tensor
-    left: Tensor
+    left: Tensor | None
 
     @property
     def source(self) -> Tensor:
@@ -89,7 +89,7 @@ class Renewed(NamedTuple):
     """A frame that was renewed: its source coordinates (2, H, W), image (C, H, W), and what that took.
 
     left (H, W): how worn blocks were left, on average, that were tried in this frame or before; 0 where none was, None
-    for videos, of which other blocks are found in each frame. report: what `Frame` says.
+    for videos. report: what `Frame` says.
     """
 
     source: Tensor
@@ -150,8 +150,7 @@ class Renewal:
             "flow": float(total(self._flow(frame, frame.image) * usable) / area),
             "renewed": float(total(changed.float()) / area),
         }
-        left = frame.left if self.film.motion is None else None
-        return Renewed(after.clone(), softened(frame.image, after, inside, self.read), left, report)
+        return Renewed(after.clone(), softened(frame.image, after, inside, self.read), frame.left, report)
 
     def begin(self, source: Tensor, inside: Tensor, moved: Tensor | None = None, left: Tensor | None = None) -> Carried:
         """A carried frame ready for renewal; arguments as of a call."""
@@ -171,7 +170,9 @@ class Renewal:
         weight = self.settings.flow_weight * gradient_weight(image, self._share)
         counts = usable if moved is None else usable & moved
         prices = self.tones.prices(source, usable)
-        worn, left = self.wear.of(image, source), torch.zeros_like(image[0]) if left is None else left.clone()
+        worn = self.wear.of(image, source)
+        if self.film.motion is None:
+            left = torch.zeros_like(image[0]) if left is None else left.clone()
         return Carried(image.clone(), image, weight, sheet, inside, counts, worn, prices, left)
 
     def _worn(self, frame: Carried, wear: Tensor, source: Tensor, spot: Spot = _ALL) -> Tensor:
@@ -198,8 +199,9 @@ class Renewal:
         for spot, turn, corner in zip(spots, turns, corners, strict=True):
             patch = Patch(turn, shift_of(corner, spot, turn), Box((spot[0].start, spot[1].start), (size, size)))
             self._fuse(frame, self._in_place(frame, spot, patch), spot)
-            here = frame.source[(slice(None), *spot)]
-            frame.left[spot] = mean(self._worn(frame, frame.worn.wear[spot], here, spot)).float()
+            if frame.left is not None:
+                here = frame.source[(slice(None), *spot)]
+                frame.left[spot] = mean(self._worn(frame, frame.worn.wear[spot], here, spot)).float()
 
     def _turn(self, frame: Carried, spot: Spot) -> int:
         """The source that is turned as copies of a spot are, if they may be and the exemplar holds such blocks."""

@@ -14,7 +14,7 @@ from torch import Tensor
 from flow.animation.blur import blurred
 from flow.animation.reading import continued
 from kwatra import Exemplar
-from kwatra.base import mean, total
+from kwatra.base import principal_axes
 
 _CLASSES = 16
 """Tones that are told apart, each shown equally often by the exemplar. Tried: .202 with 8, .203 with 32."""
@@ -40,10 +40,7 @@ class Tones:
         known = exemplar.owner >= 0
         smooth = blurred(exemplar.canvas * exemplar.share.sqrt(), known, _BLUR)
         colors = smooth[:, known].double()
-        apart = torch.stack([channel - mean(channel) for channel in colors])
-        spread = torch.stack([torch.stack([total(one * other) for other in apart]) for one in apart])
-        _, directions = torch.linalg.eigh(spread)
-        tone = (directions[:, -1:] * colors).sum(0)
+        tone = (principal_axes(colors)[0, :, None] * colors).sum(0)
         classes, self._count = _sorted(tone, _CLASSES if grain is None else _TONES), _CLASSES
         if grain is not None:
             grades, self._count = torch.empty_like(classes), _TONES * _GRAINS

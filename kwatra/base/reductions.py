@@ -43,3 +43,10 @@ def product(a: Tensor, b: Tensor) -> Tensor:
     finally:
         torch.set_num_threads(threads)
     return made
+
+
+def principal_axes(values: Tensor) -> Tensor:
+    """The axes, rows of (C, C), along which values (C, N) spread, the one of most spread first."""
+    apart = torch.stack([channel - mean(channel) for channel in values])
+    spread = torch.stack([torch.stack([total(one * other) for other in apart]) for one in apart])
+    return torch.linalg.eigh(spread)[1].T.flip(0)

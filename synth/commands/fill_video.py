@@ -22,7 +22,7 @@ def fill_video(arguments: argparse.Namespace) -> str:
     refuse_unused(arguments, ("extend", "also"), f"is for images but {path} is a video")
     if arguments.hole is None:
         raise synth.InputError(f"{path} is a video; say with --hole what is to be filled, by an image or a video")
-    output = output_of(arguments.output, f"{path.stem}_fill{'' if path.is_dir() else path.suffix}")
+    output = output_of(arguments.output, f"{path.stem}_fill{io.written_like(path)}")
     io.check_video_output(output, arguments.overwrite)
     if arguments.map is not None:
         io.check_output(arguments.map, None, arguments.overwrite, (".npy",))

@@ -150,7 +150,7 @@ def _image(arguments: argparse.Namespace) -> str:
 def _video(arguments: argparse.Namespace) -> str:
     source = arguments.exemplars[0]
     refuse_unused(arguments, ["also"], f"is for images but {source} is a video")
-    output = arguments.output or Path(f"{source.stem}_quilt{'' if source.is_dir() else source.suffix}")
+    output = arguments.output or Path(f"{source.stem}_quilt{io.written_like(source)}")
     _check_outputs(arguments, output)
     io.check_video_output(output, arguments.overwrite)
     if arguments.seams is not None:

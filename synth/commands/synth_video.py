@@ -74,7 +74,7 @@ def run_video(arguments: argparse.Namespace) -> str:
     size = _size(arguments, clips, asked)
     asked.check(size)
     asked = asked.through(size[0])
-    output = arguments.output or Path(f"{source.stem}_synth{'' if source.is_dir() else source.suffix}")
+    output = arguments.output or Path(f"{source.stem}_synth{io.written_like(source)}")
     track = Track(output, clips.kind, clips.extremes)
     job = Framewise(
         arguments, [track], size[0], size[1:], _settings(arguments, clips, asked, size), clips.rate, "a video"
@@ -193,7 +193,7 @@ class _Extras:
                     f"{file} is {_length(carried.frames)} but its exemplar {_length(frames)}; a map has its exemplar's "
                     "length and size, and all maps one kind"
                 )
-        target = self.output.with_name(f"{self.output.stem}_{name}{'' if files[0].is_dir() else files[0].suffix}")
+        target = self.output.with_name(f"{self.output.stem}_{name}{io.written_like(files[0])}")
         return target, (name, [carried.frames for carried in maps], maps[0].kind)
 
     def check(self) -> None:

@@ -24,7 +24,15 @@ if TYPE_CHECKING:
     from synth.io.outputs import Writer, bytes_writer, check_writable, staged, write_files
     from synth.io.raising import raised
     from synth.io.reels import Reel
-    from synth.io.videos import VIDEO_SUFFIXES, Clip, check_video_output, is_video, read_video, video_writer
+    from synth.io.videos import (
+        VIDEO_SUFFIXES,
+        Clip,
+        check_video_output,
+        is_video,
+        read_video,
+        video_writer,
+        written_like,
+    )
 
 __all__ = [
     "FLOW_SUFFIXES",
@@ -62,6 +70,7 @@ __all__ = [
     "unmixed",
     "video_writer",
     "write_files",
+    "written_like",
 ]
 
 __getattr__, __dir__ = lazy(
@@ -102,5 +111,6 @@ __getattr__, __dir__ = lazy(
         "unmixed": "synth.io.alpha",
         "video_writer": "synth.io.videos",
         "write_files": "synth.io.outputs",
+        "written_like": "synth.io.videos",
     },
 )

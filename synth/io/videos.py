@@ -1,4 +1,6 @@
-"""Video in and out of files: MP4, GIF, WebM and MOV, or a folder of frames. Frames are (C, T, H, W) float32 in [0, 1].
+"""Video in and out of files: MP4, GIF, WebM and MOV, or a folder of frames; MKV, AVI and M4V are read, too.
+
+Frames are (C, T, H, W) float32 in [0, 1].
 
 A video is written beside its target and moved there when it is whole; a folder of frames likewise. MP4 is H.264 in
 8 bits, 4:2:0 at high quality, the same bits for the same frames; it has even sides, so an odd one gains a pixel that
@@ -25,6 +27,7 @@ from synth.saying import note
 from synth.words import counted
 
 VIDEO_SUFFIXES = (".mp4", ".gif", *ALPHA_SUFFIXES)
+_READ_SUFFIXES = (*VIDEO_SUFFIXES, ".mkv", ".avi", ".m4v")
 _FRAME_SUFFIXES = (".png", ".tif", ".tiff", ".jpg", ".jpeg", ".exr", ".webp", ".bmp", ".tga")
 _EVEN = 1.5
 """Frames of which one lasts so many times as long as another one are not told apart by rounding of their times."""
@@ -47,11 +50,18 @@ class Clip:
 def is_video(path: str | Path) -> bool:
     """Whether a path is a folder or ends like a video file."""
     path = Path(path)
-    return path.is_dir() or path.suffix.lower() in VIDEO_SUFFIXES
+    return path.is_dir() or path.suffix.lower() in _READ_SUFFIXES
+
+
+def written_like(path: Path) -> str:
+    """The ending of a video made of the one at a path: its own, .mp4 if none is written with that, none of a folder."""
+    if path.is_dir():
+        return ""
+    return path.suffix if path.suffix.lower() in VIDEO_SUFFIXES else ".mp4"
 
 
 def read_video(path: str | Path, rate: float = 25.0) -> Clip:
-    """Read an .mp4, .gif, .webm or .mov file, or a folder of images in the order of their names; `rate` is a folder's.
+    """Read a video file or a folder of images in the order of their names; `rate` is a folder's.
 
     A file's sound, and frames that last differently long, are told of in a line on stderr: neither is kept.
 

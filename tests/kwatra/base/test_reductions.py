@@ -3,7 +3,7 @@
 import pytest
 import torch
 
-from kwatra.base import mean, product, total
+from kwatra.base import mean, principal_axes, product, total
 
 
 @pytest.mark.parametrize("shape", [(1, 4356, 24), (20, 867, 24), (100, 768, 32), (3000, 1156, 24), (24, 3000, 32)])
@@ -30,3 +30,11 @@ def test_sums_do_not_depend_on_threads() -> None:
     torch.set_num_threads(threads)
     assert torch.equal(found[0], found[1])
     assert float(mean(values)) == pytest.approx(float(values.double().mean()), rel=1e-6)
+
+
+def test_principal_axes_are_those_of_an_ellipse_longest_first() -> None:
+    turned = torch.tensor([[0.8, -0.6], [0.6, 0.8]])
+    values = turned @ (torch.tensor([[1.0], [3.0]]) * torch.randn(2, 5000, generator=torch.Generator().manual_seed(0)))
+    axes = principal_axes(values.double() + 10)
+    assert torch.allclose(axes @ axes.T, torch.eye(2, dtype=torch.float64))
+    assert float((axes @ turned.double().flip(1)).abs().diagonal().min()) > 0.999

@@ -14,7 +14,7 @@ import torch
 from kwatra.base.errors import InputError
 from synth import Kind
 from synth.io import alpha_videos
-from synth.io.videos import read_video, write_video
+from synth.io.videos import is_video, read_video, write_video, written_like
 
 GRAY16 = Kind("uint16", ("Y",))
 
@@ -40,6 +40,28 @@ def test_a_file_keeps_size_length_rate_and_looks(tmp_path: Path, name: str, tole
     assert clip.frames.shape == (3, 5, 16, 20)
     assert clip.rate == pytest.approx(20)
     torch.testing.assert_close(clip.frames, frames(), rtol=0, atol=tolerance)
+
+
+@pytest.mark.parametrize("suffix", [".mkv", ".avi", ".m4v"])
+def test_files_that_are_not_written_are_read(tmp_path: Path, suffix: str) -> None:
+    path = tmp_path / f"clip{suffix}"
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream("mpeg4", rate=20)
+        stream.height, stream.width, stream.pix_fmt, stream.bit_rate = 16, 20, "yuv420p", 1_000_000
+        for picture in (frames() * 255).byte().permute(1, 2, 3, 0).numpy():
+            frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format="rgb24")
+            container.mux(stream.encode(frame))
+        container.mux(stream.encode(None))
+    assert is_video(path)
+    clip = read_video(path)
+    assert clip.rate == pytest.approx(20)
+    torch.testing.assert_close(clip.frames, frames(), rtol=0, atol=0.04)
+
+
+def test_videos_are_written_like_others_where_that_can_be(tmp_path: Path) -> None:
+    assert [written_like(Path(name)) for name in ("a.mkv", "a.MP4", "a.webm", "a.avi")] == [
+        ".mp4", ".MP4", ".webm", ".mp4"]  # fmt: skip
+    assert written_like(tmp_path) == ""
 
 
 def test_an_odd_side_gains_a_pixel_that_repeats_the_last(tmp_path: Path) -> None:
