@@ -3,8 +3,12 @@
 import torch
 from scipy import ndimage
 from torch import Tensor
+from torch.utils.weak import WeakTensorKeyDictionary
 
 from kwatra.base import check_mask
+
+_FOUND = WeakTensorKeyDictionary()
+"""What `_nearest` found: along a steady flow the same pixels are not known in every frame."""
 
 
 def filled(values: Tensor, known: Tensor) -> Tensor:
@@ -15,5 +19,16 @@ def filled(values: Tensor, known: Tensor) -> Tensor:
     check_mask(known, values.shape[1:])
     if bool(known.all()):
         return values
-    rows, columns = ndimage.distance_transform_edt(~known.cpu().numpy(), return_distances=False, return_indices=True)
-    return values[:, torch.from_numpy(rows).to(values.device), torch.from_numpy(columns).to(values.device)]
+    rows, columns = _nearest(known)
+    return values[:, rows, columns]
+
+
+def _nearest(known: Tensor) -> tuple[Tensor, Tensor]:
+    """Row and column (H, W) of the known pixel nearest to each; kept for as long as `known` is, and as it is."""
+    version, found = _FOUND.get(known, (-1, None))
+    if version != known._version:
+        places = ndimage.distance_transform_edt(~known.cpu().numpy(), return_distances=False, return_indices=True)
+        found = torch.from_numpy(places).to(known.device)
+        _FOUND[known] = known._version, found
+    rows, columns = found
+    return rows, columns

@@ -5,19 +5,17 @@ matrix W with a row for each place: (W x)_p = sum_q k(p_1 - q_1) k(p_2 - q_2) x_
 `warp` reads once; `Warp` keeps the rows, and has W's transpose as well.
 """
 
-import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
+from functools import cached_property
 from typing import NamedTuple
 
 import torch
 from torch import Tensor
 
+from flow.warps.kernels import KERNELS
 from kwatra.base import InputError
 
 _CHUNK = 1 << 14
-
-_WHOLE = 1e-5
-"""Places so many px from a pixel are read as lying on it by lanczos: a bound on rounding."""
 
 
 def pixel_coordinates(shape: tuple[int, ...] | torch.Size, device: torch.device | str = "cpu") -> Tensor:
@@ -36,9 +34,15 @@ def warp(image: Tensor, coordinates: Tensor, mode: str = "bicubic", wrap: bool =
 
     Raises InputError for another mode.
     """
-    flat = image.flatten(1).contiguous()
-    rows = _rows(coordinates, image.shape[1:], mode, wrap)
-    return torch.cat([part.read(flat) for part in rows], 1).view(len(image), *coordinates.shape[1:])
+    flat, places = image.flatten(1).contiguous(), coordinates.flatten(1)
+    if image.device.type == "cpu" and not (image.requires_grad or coordinates.requires_grad):
+        from flow.warps.loops import read
+
+        values = flat.new_empty(len(image), places.shape[1])
+        read(places.shape[1], flat, tuple(image.shape[1:]), places.contiguous(), _count(mode), wrap, values)
+    else:
+        values = torch.cat([part.read(flat) for part in _rows(places, image.shape[1:], mode, wrap)], 1)
+    return values.view(len(image), *coordinates.shape[1:])
 
 
 class Warp:
@@ -67,12 +71,17 @@ class Warp:
                     f"{self.places}, one for each place"
                 )
             coordinates = torch.where(known, coordinates, 0.0)
-        self._rows = list(_rows(coordinates, self.shape, mode, wrap, known))
+        self._coordinates, self._mode, self._wrap, self._known = coordinates, mode, wrap, known
+        _count(mode)
+
+    @cached_property
+    def _rows(self) -> "list[_Rows]":
+        return list(_rows(self._coordinates, self.shape, self._mode, self._wrap, self._known))
 
     def __call__(self, image: Tensor) -> Tensor:
         """W x: an image (C, H, W) read at the places, (C, *S)."""
-        flat = image.flatten(1).contiguous()
-        return torch.cat([part.read(flat) for part in self._rows], 1).view(len(image), *self.places)
+        values = warp(image, self._coordinates, self._mode, self._wrap)
+        return values if self._known is None else torch.where(self._known, values, 0.0)
 
     def transposed(self, values: Tensor) -> Tensor:
         """W^T v: values (C, *S) added to the pixels that they are read from, by the same weights: (C, H, W)."""
@@ -143,8 +152,6 @@ def _rows(
     coordinates: Tensor, shape: tuple[int, ...], mode: str, wrap: bool, known: Tensor | None = None
 ) -> Iterator[_Rows]:
     """The rows of W in pieces of bounded size."""
-    if mode not in KERNELS:
-        raise InputError(f"the interpolation is {mode!r}; give one of {', '.join(KERNELS)}")
     places = coordinates.flatten(1).split(_CHUNK, 1)
     counted = [None] * len(places) if known is None else known.flatten().split(_CHUNK)
     for place, counts in zip(places, counted, strict=True):
@@ -152,6 +159,13 @@ def _rows(
         if counts is not None:
             down = [(row, weight * counts) for row, weight in down]
         yield _Rows(down, _taps(place[0], shape[1], mode, wrap), shape[1])
+
+
+def _count(mode: str) -> int:
+    """How many pixels a mode reads along an axis."""
+    if mode not in KERNELS:
+        raise InputError(f"the interpolation is {mode!r}; give one of {', '.join(KERNELS)}")
+    return KERNELS[mode][0]
 
 
 def _merged(taps: Taps) -> Taps:
@@ -166,49 +180,9 @@ def _merged(taps: Taps) -> Taps:
     return merged
 
 
-def _nearest(f: Tensor) -> list[Tensor]:
-    return [torch.ones_like(f)]
-
-
-def _linear(f: Tensor) -> list[Tensor]:
-    return [1 - f, f]
-
-
-def _catmull_rom(f: Tensor) -> list[Tensor]:
-    square = f * f
-    return [((1 - 0.5 * f) * f - 0.5) * f, (1.5 * f - 2.5) * square + 1, ((2 - 1.5 * f) * f + 0.5) * f,
-            (0.5 * f - 0.5) * square]  # fmt: skip
-
-
-def _lanczos(f: Tensor) -> list[Tensor]:
-    """sinc(d) sinc(d / 3) at d = f - k, but for a factor that their sum takes out; of sines of sums one is needed."""
-    sine, cosine = (f * (math.pi / 3)).sin(), (f * (math.pi / 3)).cos()
-    weights = []
-    for k in range(-2, 4):
-        angle = k * math.pi / 3
-        third = sine * math.cos(angle) - cosine * math.sin(angle)
-        weights.append((-1) ** k * third / (f - k).square())
-    # a quotient of roundings next to a whole pixel, where that is all that is seen
-    near = [(f - k).abs() < _WHOLE for k in range(-2, 4)]
-    at_one = near[2] | near[3]
-    exact = [torch.where(at_one, one.to(f), weight) for one, weight in zip(near, weights, strict=True)]
-    total = sum(exact[1:], exact[0])
-    return [w / total for w in exact]
-
-
-KERNELS: dict[str, tuple[int, Callable[[Tensor], list[Tensor]]]] = {
-    "nearest": (1, _nearest),
-    "bilinear": (2, _linear),
-    "bicubic": (4, _catmull_rom),
-    "lanczos": (6, _lanczos),
-}
-"""For each mode how many pixels it reads along an axis, and their weights by how far the place lies past the middle
-one (or the left one of two), in [0, 1)."""
-
-
 def _taps(place: Tensor, size: int, mode: str, wrap: bool) -> Taps:
     """What is read along an axis for each place (N,); the weights of a place sum to 1."""
-    count, kernel = KERNELS[mode]
+    count, kernel = _count(mode), KERNELS[mode][1]
     base = place.add(0.5).floor() if count == 1 else place.floor()
     first = base.long() - (count - 1) // 2
     pixels = [first + k for k in range(count)]

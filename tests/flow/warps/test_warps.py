@@ -174,3 +174,34 @@ def test_unknown_values_become_those_of_the_nearest_known_pixel() -> None:
     assert torch.equal(whole[:, 8, 9], values[:, 5, 5])
     assert torch.equal(whole[:, 39, 51], values[:, 30, 40])
     assert bool(whole.isfinite().all())
+
+
+@pytest.mark.parametrize("mode", KERNELS)
+def test_reading_in_a_loop_is_reading_tensors_and_the_same_bits_for_any_number_of_threads(mode: str) -> None:
+    places = torch.rand(2, 300, generator=torch.Generator().manual_seed(1)) * 70 - 10
+    before, read = torch.get_num_threads(), []
+    try:
+        for threads in (1, 2, 3):
+            torch.set_num_threads(threads)
+            read.append(flow.warp(picture(), places, mode))
+    finally:
+        torch.set_num_threads(before)
+    assert torch.equal(read[0], read[1])
+    assert torch.equal(read[0], read[2])
+    slow = flow.warp(picture().requires_grad_(), places, mode)  # what a gradient is wanted of is not read in a loop
+    assert slow.requires_grad
+    assert torch.allclose(read[0], slow, atol=1e-5)
+
+
+def test_places_that_are_no_numbers_or_far_away_do_no_harm() -> None:
+    places = torch.tensor([[math.nan, math.inf, -1e30, 1e30], [3.0, 3.0, 3.0, 3.0]])
+    read = flow.warp(picture(), places, "nearest")
+    assert torch.equal(read[:, 2:], picture()[:, 3, [0, -1]])
+
+
+def test_a_mask_that_is_changed_in_place_is_looked_at_again() -> None:
+    known = torch.zeros(SHAPE, dtype=torch.bool)
+    known[5, 5] = True
+    assert torch.equal(flow.filled(picture(), known)[:, 39, 51], picture()[:, 5, 5])
+    known[30, 40] = True
+    assert torch.equal(flow.filled(picture(), known)[:, 39, 51], picture()[:, 30, 40])
