@@ -8,6 +8,7 @@ little of both.
 
 from collections.abc import Callable
 
+import numpy as np
 import torch
 import torch.nn.functional as F
 from torch import Tensor
@@ -43,15 +44,12 @@ def angles(source: Tensor, inside: Tensor | None = None) -> Tensor:
     places less than NEIGHBORS px away; 0 where there are none. inside (H, W): where there is texture; what is elsewhere
     has no influence.
     """
-    steps = []
-    for axis in (1, 2):
-        step = source.diff(dim=axis)
-        near = step.square().sum(0) < NEIGHBORS**2
-        if inside is not None:
-            near &= inside.narrow(axis - 1, 0, near.shape[axis - 1]) & inside.narrow(axis - 1, 1, near.shape[axis - 1])
-        steps.append(_meant(step, near, axis))
-    down, right = steps
-    return torch.atan2(right[1] - down[0], right[0] + down[1])
+    from flow.animation.loops import tell_angles
+
+    there = torch.ones_like(source[0], dtype=torch.bool) if inside is None else inside
+    angle = torch.empty(source.shape[1:])
+    tell_angles(len(angle), source.cpu().contiguous(), there.cpu().contiguous(), NEIGHBORS, angle)
+    return angle.to(source)
 
 
 def rigid(angle: Tensor) -> tuple[Tensor, Tensor]:
@@ -106,13 +104,6 @@ def turns(source: Tensor) -> Tensor:
     return torch.stack([beside, below])
 
 
-def _meant(change: Tensor, counts: Tensor, axis: int) -> Tensor:
-    """At each pixel (2, H, W) the mean change to the next one and from the one before, of those that count."""
-    values = torch.cat([torch.where(counts, change, 0.0), counts[None].to(change)]).transpose(axis, 2)
-    both = (F.pad(values, (1, 0)) + F.pad(values, (0, 1))).transpose(axis, 2)
-    return both[:2] / both[2:].clamp(min=1)
-
-
 def tidied(source: Tensor, free: Tensor, inside: Tensor) -> Tensor:
     """Source coordinates (2, H, W) without crumbs: a lone pixel that is free (H, W) joins the copy around it.
 
@@ -141,10 +132,13 @@ def softened(image: Tensor, source: Tensor, inside: Tensor, read: Callable[[Tens
 
     read: what the exemplar has at coordinates (2, N), (C, N). inside (H, W): where there is texture.
     """
-    soft, angle = image.clone(), angles(source, inside)
-    for step in _BESIDE:
-        beside = _continued(source, angle, step)
-        seam = inside & _shifted(inside[None], step)[0] & ~_near(beside - source, 0)
+    from flow.animation.loops import find_seams
+
+    soft, shape = image.clone(), source.shape[1:]
+    seams, goes_on = torch.empty(len(_BESIDE), *shape, dtype=torch.bool), torch.empty(len(_BESIDE), 2, *shape)
+    frame = (values.cpu().contiguous() for values in (source, inside, angles(source, inside)))
+    find_seams(len(seams[0]), *frame, np.array(_BESIDE), JUMP, seams, goes_on)
+    for seam, beside in zip(seams.to(image.device), goes_on.to(image.device), strict=True):
         if bool(seam.any()):
             soft[:, seam] += _BLEED * (read(beside[:, seam]) - image[:, seam])
     return soft
@@ -174,20 +168,6 @@ def _around(source: Tensor, angle: Tensor, inside: Tensor, place: Tensor) -> tup
     return onward(source[:, y, x], angle[y, x], row, column).movedim(1, 0), inside[y, x]
 
 
-def _continued(source: Tensor, angle: Tensor, step: tuple[int, int]) -> Tensor:
-    """Where (2, H, W) each pixel is in the copy, turned by an angle (H, W), of the one `step` rows and columns away."""
-    return onward(_shifted(source, step), _shifted(angle[None], step)[0], -step[0], -step[1])
-
-
 def _near(change: Tensor, axis: int) -> Tensor:
     """Where a change of the offset, with its x and y along an axis, is small enough within one copy."""
     return change.square().sum(axis) < JUMP**2
-
-
-def _shifted(values: Tensor, step: tuple[int, int]) -> Tensor:
-    """For each pixel the values (C, H, W) of the one `step` rows and columns away; beyond the border, its own."""
-    rows, columns = (
-        (torch.arange(side, device=values.device) + by).clamp(0, side - 1)
-        for side, by in zip(values.shape[1:], step, strict=True)
-    )
-    return values[:, rows][:, :, columns]

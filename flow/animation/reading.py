@@ -41,6 +41,7 @@ class Reading:
     def __init__(self, exemplar: Exemplar, interpolation: str) -> None:
         self._owner, self._interpolation = exemplar.owner, interpolation
         known = exemplar.owner >= 0
+        self._whole = bool((exemplar.owner == exemplar.owner[0, 0]).all() & known.all())
         self._pixels = nearest(exemplar.owner)
         self.continued = continued(exemplar.canvas, exemplar.owner)
         colors = exemplar.canvas[:, known]
@@ -68,6 +69,8 @@ class Reading:
         """Where (*S) source coordinates (2, *S) lie in an exemplar, not beyond its border or in a hole."""
         size = torch.tensor(self._owner.shape[::-1], device=source.device).view(2, *(1 for _ in source.shape[1:]))
         within = ((source >= 0) & (source <= size - 1)).all(0)
+        if self._whole:
+            return within
         corners = [end.long().clamp(min=0).minimum(size - 1) for end in (source.floor(), source.ceil())]
         owners = [self._owner[y[1], x[0]] for y in corners for x in corners]
         same = torch.stack([owner == owners[0] for owner in owners[1:]]).all(0)

@@ -17,9 +17,9 @@ turned as this one is on the whole, around each pixel. Elements turn with the fl
 
 import torch
 import torch.nn.functional as F
-from scipy import ndimage
 from torch import Tensor
 
+from flow.animation.blur import blurred
 from flow.animation.copies import angles, changes
 from flow.animation.reading import continued
 from flow.warps import warp
@@ -56,7 +56,7 @@ class Upright:
         padded = F.pad(canvas[None], (0, 1, 0, 1), mode="replicate")[0]
         slopes = padded[:, :-1, 1:] - canvas, padded[:, 1:, :-1] - canvas
         energy = ((slopes[0].square() + slopes[1].square()) * exemplar.share).sum(0)
-        smooth = torch.from_numpy(ndimage.gaussian_filter(energy.cpu().numpy(), _AROUND)).to(exemplar.canvas)
+        smooth = blurred(energy[None], torch.ones_like(energy, dtype=torch.bool), _AROUND)[0]
         self._detail = (smooth / mean(smooth).clamp(min=1e-12)).clamp(min=_FLAT)
 
     def __call__(self, source: Tensor, free: Tensor) -> Tensor:
@@ -89,8 +89,8 @@ class Upright:
         if self._turning == 0:
             return torch.zeros_like(source[0])
         angle = angles(source, free)
-        sin, cos = (ndimage.gaussian_filter(part.cpu().numpy(), self._turning) for part in (angle.sin(), angle.cos()))
-        return torch.atan2(torch.from_numpy(sin), torch.from_numpy(cos)).to(source)
+        sin, cos = blurred(torch.stack([angle.sin(), angle.cos()]), torch.ones_like(free), self._turning)
+        return torch.atan2(sin, cos)
 
 
 def _pull(values: Tensor, down: Tensor, right: Tensor) -> Tensor:

@@ -7,9 +7,8 @@ import torch
 from torch import Tensor
 
 from flow.animation.blur import blurred
-from flow.animation.copies import angles, distortion, onward
+from flow.animation.copies import angles, distortion
 from flow.animation.film import Film
-from flow.warps import warp
 from kwatra import Grid
 from kwatra.source import SourceWindows
 from kwatra.windows import channels_last, windows_at
@@ -122,35 +121,35 @@ class Wear:
         high = torch.tensor([part.stop for part in spot], device=corners.device)
         return ((corners < high) & (corners + width > low)).all(1).nonzero()[:, 0]
 
-    def _copied(self, source: Tensor, angle: Tensor, which: Tensor) -> Tensor:
-        """The windows (n, *width, C) that put the coordinates at these windows' centers there."""
-        half = torch.tensor([w // 2 for w in self.grid.width], device=source.device)
-        center = self.grid.corners[which] + half
-        there = source.flip(0).round().long()[(slice(None), *center.T)].T
+    def _copied(self, image: Tensor, source: Tensor, angle: Tensor, which: Tensor) -> Tensor:
+        """Squared distance (n,) of these windows to what the copies at their centers put there."""
+        from flow.animation.loops import compare
+
+        corners = self.grid.corners[which]
+        center = (corners + torch.tensor([w // 2 for w in self.grid.width], device=source.device)).T
+        there = source.flip(0).round().long()[(slice(None), *center)].T
         page = (there[:, 0] // self._film.pitch).clamp(0, self._film.pages - 1) * self._film.pitch
         first = torch.stack([page, torch.zeros_like(page)], 1)
+        half = corners[:1] - center.T[:1]
         # pages are alike in what may be copied
-        corner = self.source.corners(self.source.snapped((there - first - half).clamp(max=self._last)))
-        windows = windows_at(self._pixels, first + corner, self.source.width)
-        turned = angle[tuple(center.T)] * bool(self._film.turning)
-        there = (turned.abs() > _TURNED).nonzero()[:, 0]
-        if len(there):
-            windows[there] = self._turned(source[(slice(None), *center[there].T)], turned[there])
-        return windows
-
-    def _turned(self, middle: Tensor, angle: Tensor) -> Tensor:
-        """The windows (n, *width, C) of copies turned by angles (n,) whose middles show source coordinates (2, n)."""
-        rows, columns = (torch.arange(w, device=middle.device) - w // 2 for w in self.grid.width)
-        places = onward(middle[:, :, None, None], angle[:, None, None], rows.view(-1, 1), columns)
-        return warp(self._pixels.movedim(-1, 0), places, "bilinear").movedim(0, -1)
+        there = first + self.source.corners(self.source.snapped((there - first + half).clamp(max=self._last)))
+        turned = angle[tuple(center)] * bool(self._film.turning)
+        turned = torch.where(turned.abs() > _TURNED, turned, 0.0)
+        energy = torch.empty(len(which))
+        compare(
+            len(which),
+            *(v.cpu().contiguous() for v in (channels_last(image), corners, self._pixels, there)),
+            *(v.cpu().contiguous() for v in (source[(slice(None), *center)], turned, self.source.metric.weight)),
+            energy,
+        )
+        return energy.to(image)
 
     def _energy(self, image: Tensor, source: Tensor, angle: Tensor, which: Tensor) -> Tensor:
         """Squared distance (n,) of these windows to the nearest of what each copies and what the search finds."""
-        windows = windows_at(channels_last(image), self.grid.corners[which], self.grid.width)
-        energy = self.source.metric.squared(windows - self._copied(source, angle, which))
+        energy = self._copied(image, source, angle, which)
         worn = (energy > _SETTLED * self.variance).nonzero()[:, 0]
         if len(worn):
-            windows = windows[worn]
+            windows = windows_at(channels_last(image), self.grid.corners[which[worn]], self.grid.width)
             found = self.source.nearest(self.source.describe(windows), 1, self._route)[:, 0]
             energy[worn] = energy[worn].minimum(self.source.metric.squared(windows - self.source.windows(found)))
         return energy
