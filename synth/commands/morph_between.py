@@ -105,7 +105,7 @@ def _weights(arguments: argparse.Namespace, count: int) -> "tuple[float, ...] | 
         asked = "nothing" if not given else "both --" + " and --".join(given)
         raise synth.InputError(f"{asked} says what lies where; give one of --at W,W,..., --weights and --map")
     if given == ["at"]:
-        return arguments.at if isinstance(arguments.at, tuple) else (1 - arguments.at, arguments.at)
+        return _at(arguments.at, count)
     if given == ["map"] and count != 2:
         raise synth.InputError(
             f"--map leads from A to B but there are {count} textures; give --weights, or two textures"
@@ -123,6 +123,18 @@ def _weights(arguments: argparse.Namespace, count: int) -> "tuple[float, ...] | 
         return image[:count]
 
     return io.Reel(path, shown) if io.is_video(path) else [shown(io.read_image(path).pixels)]
+
+
+def _at(at: float | tuple[float, ...], count: int) -> tuple[float, ...]:
+    """The weights of `count` textures that --at says, as they are or as a time."""
+    if isinstance(at, tuple):
+        return at
+    if count != 2:
+        even = ",".join(["1"] * count)
+        raise synth.InputError(
+            f"--at {at:g} is a time from A to B but there are {count} textures; give the weight of each (--at {even})"
+        )
+    return 1 - at, at
 
 
 def _kind(paths: "Sequence[Path]", pictures: "Sequence[Picture]") -> "Kind":

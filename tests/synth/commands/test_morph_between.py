@@ -102,6 +102,7 @@ def test_features_of_a_film_from_a_to_b(folder: Path) -> None:
         (["a.png", "b.png", "c.png"], "nothing says what lies where"),
         (["a.png", "b.png", "--map", "map.png", "--at", "1,1"], "both --map and --at"),
         (["a.png", "b.png", "c.png", "--at", "1,1"], "give 3"),
+        (["a.png", "b.png", "c.png", "--at", "0.5"], "there are 3 textures; give the weight of each (--at 1,1,1)"),
         (["a.png", "b.png", "c.png", "--at", "1,1,-1"], "from 0 on"),
         (["a.png", "b.png", "c.png", "--map", "map.png"], "give --weights, or"),
         (["a.png", "b.png", "c.png", "--weights", "map.png"], "1 channel but there are 3"),
