@@ -14,7 +14,10 @@ from torch import Tensor
 from kwatra.base import mean
 
 _ROUNDS = 12
-"""Of the fixed point of `barycenter`; of two Gaussians one is enough."""
+"""Of the fixed point of `barycenter`, at most; of two Gaussians one is enough, and a second that changes nothing."""
+
+_SETTLED = 1e-12
+"""A round that moves colors by no more, as a part of them, is rounding."""
 
 _FLOOR = 1e-5
 """The least variance of a color: below, a texture is all one color, and its deviations lead nowhere."""
@@ -39,8 +42,9 @@ class Colors:
 
 def transport(own: Tensor, other: Tensor) -> Tensor:
     """The matrix T (C, C) that turns deviations of one covariance (C, C) into those of another."""
-    root, inverse = _power(own, 0.5), _power(own, -0.5)
-    return inverse @ _power(root @ other @ root, 0.5) @ inverse
+    root, inverse = _powers(own, 0.5, -0.5)
+    (middle,) = _powers(root @ other @ root, 0.5)
+    return inverse @ middle @ inverse
 
 
 def barycenter(colors: Sequence[Colors], weights: Sequence[float]) -> Colors:
@@ -55,6 +59,8 @@ def barycenter(colors: Sequence[Colors], weights: Sequence[float]) -> Colors:
         ways = (w * transport(found, each.covariance) for each, w in zip(colors, weights, strict=True))
         move = torch.stack(list(ways)).sum(0)
         found = move @ found @ move.T
+        if float((move - torch.eye(len(move)).to(move)).abs().amax()) < _SETTLED:
+            break
     return Colors(center, found)
 
 
@@ -67,7 +73,8 @@ def recolored(image: Tensor, own: Colors, other: Colors, part: float = 1.0) -> T
     return torch.lerp(values, moved, part).to(image).view_as(image)
 
 
-def _power(matrix: Tensor, exponent: float) -> Tensor:
-    """A power of a symmetric positive definite matrix."""
+def _powers(matrix: Tensor, *exponents: float) -> list[Tensor]:
+    """Powers of a symmetric positive definite matrix."""
     values, vectors = torch.linalg.eigh(matrix)
-    return (vectors * values.clamp(min=_FLOOR**2).pow(exponent)) @ vectors.T
+    values = values.clamp(min=_FLOOR**2)
+    return [(vectors * values.pow(exponent)) @ vectors.T for exponent in exponents]

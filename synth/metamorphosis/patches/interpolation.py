@@ -1,7 +1,7 @@
 """Textures between several: what is prepared once, a texture at some weights, and the one that it becomes at others."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from string import ascii_uppercase
 
@@ -33,9 +33,6 @@ Pyramid = tuple[tuple[int, int], ...]
 PUBLISHED: Pyramid = ((2, 33), (2, 17), (1, 17))
 """Those of section 4.4."""
 
-_FEWEST = 100
-"""No texture has fewer anchors at a level."""
-
 _COARSE = 192
 """Pixels of the shorter side from which on velocities are looked for at half the resolution: a fourth of the cost."""
 
@@ -50,11 +47,13 @@ the weight. Few of its windows are in the bag of a map, so without this its grai
 made stones, at 3 and 10, and to the power of 8 and 16 of how nearly: to that of 8 double exposures showed."""
 
 _BEGUN = "fast"
-"""By this preset textures are synthesized that a frame as published only begins with. Of four pairs, three of
-photographs, stills at three times are the same by our figures if they begin with what "default" makes."""
+"""By this preset textures are synthesized that a frame as published only begins with: with "default" stills of four
+pairs at three times are the same by our figures."""
 
-LARGEST_BAG = 6 * 10**7
-"""Values in the windows of a level, 240 MB: where many weightings are told apart, there are fewer anchors."""
+_ALIKE = 0.1
+"""The most that a map changes within windows of a coarse level, which have one weighting each and so carry lines of one
+texture into others: else it is left out. Looked at on triangles of bricks, gravel and stones: of windows that see .07,
+.13 and .26, the fewer the better. Twice as much where elements differ in size: else made tiles grow less evenly."""
 
 
 @dataclass(frozen=True)
@@ -91,6 +90,7 @@ class Interpolation:
     search: Search
     preset: str = "default"
     weightings: int = 1
+    _known: dict[tuple[int, int], Matched] = field(default_factory=dict, init=False)
 
     def __post_init__(self) -> None:
         least, width = min(min(self.shape), *(min(image.shape[1:]) for image in self.images)), self.pyramid[-1][1]
@@ -113,12 +113,12 @@ class Interpolation:
         """The neighborhoods of the last level."""
         return self._matched(self.pyramid[-1])
 
-    @cached_property
-    def levels(self) -> tuple[Matched, ...]:
-        """The neighborhoods of all levels whose windows fit, coarse to fine."""
+    def levels(self, weighting: Weighting) -> tuple[Matched, ...]:
+        """The neighborhoods of all levels whose windows fit, and see weights that are nearly alike, coarse to fine."""
         sides = [min(image.shape[1:]) / max(unit, 1.0) for image, unit in zip(self.images, self.units, strict=True)]
-        least = min(*self.shape, *sides)
-        return (*(self._matched((f, w)) for f, w in self.pyramid[:-1] if least // f >= w), self.finest)
+        most = min(*self.shape, *sides, _ALIKE * min(len(set(self.units)), 2) / max(weighting.slope, 1e-9))
+        coarse = ((factor, width) for factor, width in self.pyramid[:-1] if most // factor >= width)
+        return (*map(self._matched, coarse), self.finest)
 
     @cached_property
     def units(self) -> tuple[float, ...]:
@@ -158,7 +158,7 @@ class Interpolation:
             start = shown if start is None else torch.where(heaviest == number, shown, start)
         assert start is not None
         wanted = _ENDS * weighting.purity(self._reach, self.wrap) ** 16 if len(weighting.palette) > 1 else None
-        return self._settled(self.synthesis, self.levels, weighting, start, wanted=wanted)
+        return self._settled(self.synthesis, self.levels(weighting), weighting, start, wanted=wanted)
 
     def carried(self, frame: Frame, weighting: Weighting) -> Frame:
         """What a frame becomes at other weights: its neighborhoods shown where they lie, and then textures again.
@@ -277,10 +277,10 @@ class Interpolation:
         return barycenter(self.finest.colors, weights).center
 
     def _matched(self, level: tuple[int, int]) -> Matched:
-        each = level[1] ** 2 * (len(self.images[0]) + 1 + len(self.images)) * self.making.partners
-        values = each * len(self.images) * self.weightings
-        anchors = min(self.making.anchors, max(LARGEST_BAG // values, _FEWEST))
-        return matched(self.images, self.found.maps, self.units, level, replace(self.making, anchors=anchors))
+        if level not in self._known:
+            making = self.making.bounded(len(self.images), len(self.images[0]), level[1], self.weightings)
+            self._known[level] = matched(self.images, self.found.maps, self.units, level, making)
+        return self._known[level]
 
     def _picture(self, number: int, preset: str, zoom: float = 1.0) -> tuple[Tensor, Tensor]:
         """A picture of one texture, by a preset, `zoom` times smaller than frames; first where (2, h, w) it is from."""

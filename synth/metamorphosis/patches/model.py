@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import torch
@@ -21,6 +21,12 @@ from synth.metamorphosis.recolor import Colors, barycenter, recolored
 
 ANCHORS = 2000
 """So many windows of each texture are anchors, at most."""
+
+_FEWEST = 100
+"""No texture has fewer anchors at a level."""
+
+LARGEST_BAG = 6 * 10**7
+"""Values in the windows of a level, 240 MB: where many weightings are told apart, there are fewer anchors."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +48,11 @@ class Making:
     anchors: int = ANCHORS
     cells: int = CELLS
     points: int = 32
+
+    def bounded(self, textures: int, channels: int, width: int, weightings: int) -> "Making":
+        """These with so few anchors that the windows of so many weightings fit into memory."""
+        values = width**2 * (channels + 1 + textures) * self.partners * textures * weightings
+        return replace(self, anchors=min(self.anchors, max(LARGEST_BAG // values, _FEWEST)))
 
 
 @dataclass(frozen=True)

@@ -81,6 +81,15 @@ class Weighting:
             (float(self.values.diff(dim=axis).abs().max()) for axis in (1, 2) if self.shape[axis - 1] > 1), default=0
         )
 
+    @property
+    def slope(self) -> float:
+        """How much a weight changes from one pixel to the next where most, in the mean over what is of several."""
+        several = self.values.amax(0) < 1
+        if not several.any() or min(self.shape) < 2:
+            return 0.0
+        changes = torch.stack(torch.gradient(self.values, dim=(1, 2))).abs().amax((0, 1))
+        return float(changes[several].mean())
+
     def purity(self, reach: int, wrap: bool) -> Tensor:
         """How much of the weight one texture has (1, H, W), in the mean over `reach` px: from 0, as others, to 1, all.
 

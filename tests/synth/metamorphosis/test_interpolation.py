@@ -15,6 +15,10 @@ from kwatra.scoring.quality import sliced_wasserstein
 from synth.metamorphosis.judging import judge
 from synth.metamorphosis.patches import passage
 from synth.metamorphosis.patches.detail import strength
+from synth.metamorphosis.patches.interpolation import PUBLISHED, Interpolation
+from synth.metamorphosis.patches.method import PatchMorph
+from synth.metamorphosis.patches.model import Making
+from synth.metamorphosis.patches.weighting import Weighting
 
 SIZE = 48
 QUICK: dict[str, Any] = {"preset": "fast", "anchors": 100}
@@ -218,6 +222,15 @@ def test_a_map_that_fades_is_made_as_published_and_one_that_jumps_is_led(
     for ramp, published in ((fades, True), (jumps, False)):
         made, alone = (synth.interpolate(list(pair), [ramp], independent=how, **QUICK).image for how in (False, True))
         assert torch.equal(made, alone) == published
+
+
+def test_levels_whose_windows_see_a_map_change_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Interpolation, "_matched", lambda self, level: level)
+    between = PatchMorph(Making(scaled=False)).between((tiles(8, 0), tiles(8, 1)), None, (72, 800), False, 0)
+    assert between.levels(Weighting.even((0.5, 0.5), (72, 800))) == PUBLISHED
+    for length, kept in ((800, 3), (500, 2), (200, 1)):
+        ramp = torch.linspace(0, 1, length).expand(72, -1)
+        assert between.levels(Weighting.of(torch.stack([1 - ramp, ramp]))) == PUBLISHED[-kept:]
 
 
 def unlike(image: torch.Tensor, texture: torch.Tensor) -> float:

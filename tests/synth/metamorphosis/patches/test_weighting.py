@@ -38,6 +38,15 @@ def test_the_steepest_change_is_that_to_the_next_pixel() -> None:
     assert Weighting.of(maps.mT).steepest == pytest.approx(0.4)
 
 
+def test_the_slope_is_the_mean_change_of_what_is_of_several() -> None:
+    maps = torch.zeros(2, 12, 30)
+    maps[1, :, 10:20], maps[1, :, 20:] = torch.linspace(0.05, 0.95, 10), 1.0
+    maps[0] = 1 - maps[1]
+    assert Weighting.of(maps).slope == pytest.approx((8 * 0.1 + 2 * 0.075) / 10)  # ends are .05 from what is beyond
+    assert Weighting.of(maps.mT).slope == pytest.approx(Weighting.of(maps).slope)
+    assert Weighting.of(maps.round()).slope == Weighting.even((0.5, 0.5), (12, 30)).slope == 0
+
+
 def test_purity_is_1_where_one_texture_is_alone_and_0_where_all_are_alike() -> None:
     maps = torch.zeros(3, 8, 40)
     maps[:, :, :20], maps[1, :, 20:] = 1.0, 1.0
