@@ -34,6 +34,7 @@ class Blocks:
         self._root = exemplar.share.sqrt()
         known = exemplar.owner >= 0
         self._middle = torch.stack([mean(channel[known]) for channel in exemplar.canvas]).view(-1, 1, 1)
+        self._valid: dict[int, np.ndarray] = {}
         self._pages: list[int] = []
         self._turn([0])
 
@@ -46,7 +47,6 @@ class Blocks:
         if pages != self._pages:
             part = self._film.cut(self._film.described, pages)
             self._pages = pages
-            self._valid = {0: part.corners((self.size, self.size)).cpu().numpy()}
             self._fit = Fit(self._scaled(torch.where(part.owner >= 0, part.canvas, self._middle)))
 
     def _drawn(self, generator: torch.Generator) -> list[int]:
@@ -96,18 +96,20 @@ class Blocks:
         return bool(self._around(more).any())
 
     def _around(self, more: int) -> np.ndarray:
-        """At which corners a block lies with so many px more around it."""
+        """At which corners a block lies with so many px more around it; pages are alike in what may be copied."""
+        pitch, width = self._film.pitch, self._film.strip.shape[1]
         if more not in self._valid:
-            part = self._film.cut(self._film.described, self._pages)
-            wide = part.corners((self.size + 2 * more,) * 2).cpu().numpy()
-            valid = np.zeros_like(self._valid[0])
+            page = self._film.cut(self._film.described, [0])
+            wide = page.corners((self.size + 2 * more,) * 2).cpu().numpy()
+            valid = np.zeros((pitch, width - self.size + 1), bool)
             valid[more : more + wide.shape[0], more : more + wide.shape[1]] = wide
             self._valid[more] = valid
-        return self._valid[more]
+        valid = np.tile(self._valid[more], (len(self._pages), 1))
+        return valid[: len(valid) - self.size + 1]
 
     def _away(self, x: float, y: float) -> np.ndarray:
         """What the blocks at all corners cost for how far from a place in their frames they lie, by shares of these."""
         height, width = self._film.pitch, self._film.strip.shape[1]
-        down, right = (np.arange(side) for side in self._valid[0].shape)
+        down, right = (np.arange(side) for side in self._around(0).shape)
         cost: np.ndarray = self._staying * (((down % height - y) / height)[:, None] ** 2 + ((right - x) / width) ** 2)
         return cost

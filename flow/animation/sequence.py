@@ -49,6 +49,9 @@ from kwatra.terms.stay import STAYING
 _BEGINNING = 1 << 17
 """The first frame of a video is made of frames that have about so many pixels together, and of two at least."""
 
+_SEEN = 1 / 512
+"""Of what fades seams are feathered where more than this share of it is still shown: half of one of 256 levels."""
+
 _PROJECTION = (Level(1, 16), Level(1, 8))
 """How a given first picture is brought to the exemplar: at full resolution, keeping what is texture already."""
 
@@ -227,7 +230,7 @@ class Motion:
         old = Fading.nothing(before.source, copies) if before.fading is None else Fading.unpacked(before.fading)
         old = old.onward(self.film, look, before.inside)
         changed = known & ((new - source).square().sum(0) >= JUMP**2) & self.read.usable(source)
-        above, below = (self._picture(at, known) for at in (source, old.below))
+        above, below = self._picture(source, known), self._picture(old.below, known & (old.share > _SEEN))
         wanted = old.mixed(above, below, known, self.channels) + old.shade
         fading = old.replaced(source, changed, left_of(self.film, self.renewing.inertia))
         image = fading.mixed(copies, torch.where(changed, above, below), known, self.channels)
