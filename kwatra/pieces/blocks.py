@@ -25,7 +25,7 @@ from kwatra.cut import KEEP
 from kwatra.elements import Lattice
 from kwatra.exemplar import Exemplar
 from kwatra.pieces.again import Budget, lay_again
-from kwatra.pieces.boxes import Box
+from kwatra.pieces.boxes import Box, quantile
 from kwatra.pieces.charges import NEAR, charged, kept_in_step, shown_near, step_cost
 from kwatra.pieces.corners import Corners, overhang, spread
 from kwatra.pieces.fitting import Fit, continued
@@ -215,7 +215,7 @@ class BlockStart:
         others = mismatch[valid & ~again]
         if len(others) == 0:
             others = mismatch[valid]
-        least = max(others.min(), MISMATCH_FLOOR), max(np.quantile(others, GOOD), MISMATCH_FLOOR)
+        least = max(others.min(), MISMATCH_FLOOR), max(quantile(others, GOOD), MISMATCH_FLOOR)
         scale = math.sqrt(math.prod(least))
         away = charged(self.places, box.start, valid.shape, self.grain, self.exemplar.canvas.device)
         cost = (mismatch + away / self.variance) / scale + self._repetition(box, known, at, same, valid)
@@ -257,7 +257,7 @@ class BlockStart:
         if self.aligned and known.any():
             squares, seen = self.corners.squares(self.fit, self.image[each(np.where(known, place, 0))], known)
             if any(self.corners.hang):
-                fair = np.quantile((squares / np.maximum(seen, 1))[valid], FAIR)
+                fair = quantile((squares / np.maximum(seen, 1))[valid], FAIR)
                 squares = squares + (known.sum() - seen) * fair
             mismatch = squares / (known.sum() * self.variance)
         if self.wish is not None:
