@@ -4,6 +4,7 @@ Where its video ends, or it leaves the video's frame, texture stays as it is (`f
 from frame to frame over its last ones, and taken where a block agrees with it, piece by piece, each at its own time.
 """
 
+import torch
 from torch import Tensor
 
 from flow.animation.film import Film
@@ -18,9 +19,12 @@ class Aging:
     def __init__(self, film: Film, weight: float) -> None:
         last = max(min(_LAST, film.pages // 3), 1)
         self._cost = weight * (1 - film.left / last).clamp(min=0)
+        self._ages = film.motion is not None
 
     def of(self, source: Tensor) -> Tensor:
         """What (*S) pixels at source coordinates (2, *S), x first, cost."""
+        if not self._ages:
+            return torch.zeros_like(source[0])
         height, width = self._cost.shape
         x, y = source.round().long()
         return self._cost[y.clamp(0, height - 1), x.clamp(0, width - 1)]

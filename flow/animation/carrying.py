@@ -8,7 +8,7 @@ as sharp as the first. Where two copies of the exemplar meet, coordinates jump; 
 import torch
 from torch import Tensor
 
-from flow.animation.copies import JUMP, angles, onward
+from flow.animation.copies import JUMP, angles, onward, rigid
 from flow.warps import Lookup, filled, pixel_coordinates
 
 
@@ -24,13 +24,15 @@ def carried(source: Tensor, look: Lookup, inside: Tensor | None = None) -> Tenso
     from flow.animation.loops import carry
 
     there = torch.ones_like(source[0], dtype=torch.bool) if inside is None else inside
-    after, angle = torch.empty(source.shape), torch.empty(source.shape[1:])
-    before = source.cpu().contiguous(), there.cpu().contiguous(), angles(source, inside).cpu()
-    carry(angle.numel(), *before, look.coordinates.cpu().flatten(1), JUMP, after.flatten(1), angle.flatten())
-    after, angle = after.to(source), angle.to(source)
+    angle = angles(source, inside)
+    after, first = torch.empty(source.shape), torch.empty(source[0].numel(), dtype=torch.long)
+    before = (values.cpu().contiguous() for values in (source, there, rigid(angle)[1]))
+    carry(len(first), *before, look.coordinates.cpu().flatten(1), JUMP, after.flatten(1), first)
+    after = after.to(source)
     if bool(look.known.all()):
         return after
     pixels = pixel_coordinates(source.shape[1:], source.device)
     column, row = filled(pixels, look.known).long()
-    beyond = onward(after[:, row, column], angle[row, column], pixels[1] - row, pixels[0] - column)
+    angle = angle.flatten()[first.to(source.device).view(angle.shape)[row, column]]
+    beyond = onward(after[:, row, column], angle, pixels[1] - row, pixels[0] - column)
     return torch.where(look.known, after, beyond)

@@ -44,12 +44,12 @@ def angles(source: Tensor, inside: Tensor | None = None) -> Tensor:
     places less than NEIGHBORS px away; 0 where there are none. inside (H, W): where there is texture; what is elsewhere
     has no influence.
     """
-    from flow.animation.loops import tell_angles
+    from flow.animation.loops import tell_turns
 
     there = torch.ones_like(source[0], dtype=torch.bool) if inside is None else inside
-    angle = torch.empty(source.shape[1:])
-    tell_angles(len(angle), source.cpu().contiguous(), there.cpu().contiguous(), NEIGHBORS, angle)
-    return angle.to(source)
+    turn = torch.empty(source.shape)
+    tell_turns(turn.shape[1], source.cpu().contiguous(), there.cpu().contiguous(), NEIGHBORS, turn)
+    return torch.atan2(*turn).to(source)
 
 
 def rigid(angle: Tensor) -> tuple[Tensor, Tensor]:
@@ -136,7 +136,8 @@ def softened(image: Tensor, source: Tensor, inside: Tensor, read: Callable[[Tens
 
     soft, shape = image.clone(), source.shape[1:]
     seams, goes_on = torch.empty(len(_BESIDE), *shape, dtype=torch.bool), torch.empty(len(_BESIDE), 2, *shape)
-    frame = (values.cpu().contiguous() for values in (source, inside, angles(source, inside)))
+    _, right = rigid(angles(source, inside))
+    frame = (values.cpu().contiguous() for values in (source, inside, right))
     find_seams(len(seams[0]), *frame, np.array(_BESIDE), JUMP, seams, goes_on)
     for seam, beside in zip(seams.to(image.device), goes_on.to(image.device), strict=True):
         if bool(seam.any()):

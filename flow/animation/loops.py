@@ -12,15 +12,16 @@ from kwatra.base.compiled import Compiled
 
 
 @Compiled
-def tell_angles(source: Any, inside: Any, most: float, angle: Any, low: int, high: int) -> None:
-    """Set by how much the copies are turned in rows from low to high of source coordinates (2, H, W).
+def tell_turns(source: Any, inside: Any, most: float, turn: Any, low: int, high: int) -> None:
+    """Set how copies are turned in rows from low to high of source coordinates (2, H, W).
 
-    inside (H, W): where there is texture; most: pixels tell it that show places less than so many px apart.
+    turn (2, H, W): multiples of the angle's sine and cosine. inside (H, W): where there is texture; most: pixels tell
+    it that show places less than so many px apart.
     """
-    height, width = angle.shape
+    _, height, width = turn.shape
     for i in range(low, high):
         for j in range(width):
-            slope = (0.0, 0.0)
+            sine, cosine = 0.0, 0.0
             for axis in range(2):
                 x, y, count = 0.0, 0.0, 0
                 for back in range(2):
@@ -32,25 +33,26 @@ def tell_angles(source: Any, inside: Any, most: float, angle: Any, low: int, hig
                     if right * right + down * down < most * most:
                         x, y, count = x + right, y + down, count + 1
                 x, y = x / max(count, 1), y / max(count, 1)
-                slope = (slope[0] - x, slope[1] + y) if axis == 0 else (slope[0] + y, slope[1] + x)
-            angle[i, j] = math.atan2(slope[0], slope[1])
+                sine, cosine = (sine - x, cosine + y) if axis == 0 else (sine + y, cosine + x)
+            turn[0, i, j], turn[1, i, j] = sine, cosine
 
 
 @Compiled
 def carry(
-    source: Any, inside: Any, angle: Any, places: Any, jump: float, after: Any, turn: Any, low: int, high: int
+    source: Any, inside: Any, beside: Any, places: Any, jump: float, after: Any, first: Any, low: int, high: int
 ) -> None:
-    """Set what flows from places (2, N), x first, to pixels from low to high: source coordinates (2, N), angles (N,).
+    """Set what flows from places (2, N), x first, to pixels from low to high: source coordinates (2, N).
 
-    source (2, H, W), inside and angle (H, W): of the frame before; jump: that between two copies, in px.
+    source (2, H, W), inside (H, W), and what copies change by to the right, beside (2, H, W): of the frame before;
+    jump: that between two copies, in px. first (N,): set to the pixels, counted row by row, whose copies it shows.
     """
-    height, width = angle.shape
+    height, width = inside.shape
     for i in range(low, high):
         x = min(max(places[0, i], 0.0), width - 1.0)
         y = min(max(places[1, i], 0.0), height - 1.0)
         left, top = min(int(x), max(width - 2, 0)), min(int(y), max(height - 2, 0))
         column, row = int(np.rint(x)), int(np.rint(y))
-        cos, sin = math.cos(angle[row, column]), math.sin(angle[row, column])
+        cos, sin = beside[0, row, column], beside[1, row, column]
         across, down, mass = 0.0, 0.0, 0.0
         for k in range(4):
             r, c = min(top + k // 2, height - 1), min(left + k % 2, width - 1)
@@ -67,7 +69,7 @@ def carry(
         under, over = places[1, i] - row, places[0, i] - column
         after[0, i] = source[0, row, column] + (over * cos - under * sin) + across
         after[1, i] = source[1, row, column] + (over * sin + under * cos) + down
-        turn[i] = angle[row, column]
+        first[i] = row * width + column
 
 
 @Compiled
@@ -132,14 +134,15 @@ def blur(image: Any, weights: Any, smooth: Any, low: int, high: int) -> None:
 
 @Compiled
 def find_seams(
-    source: Any, inside: Any, angle: Any, steps: Any, jump: float, seam: Any, goes_on: Any, low: int, high: int
+    source: Any, inside: Any, beside: Any, steps: Any, jump: float, seam: Any, goes_on: Any, low: int, high: int
 ) -> None:
     """Set where neighbors of pixels belong to other copies, (n, H, W), and where those go on to in the pixel.
 
     steps (n, 2): rows and columns to the neighbors; goes_on (n, 2, H, W): x first, set at seams; rows from low to high.
-    source (2, H, W), inside and angle (H, W): of the frame; jump: that between two copies, in px.
+    source (2, H, W), inside (H, W), and what copies change by to the right, beside (2, H, W): of the frame; jump: that
+    between two copies, in px.
     """
-    height, width = angle.shape
+    height, width = inside.shape
     for i in range(low, high):
         for j in range(width):
             for k in range(len(steps)):
@@ -147,7 +150,7 @@ def find_seams(
                 r, c = i + steps[k, 0], j + steps[k, 1]
                 if r < 0 or c < 0 or r >= height or c >= width or not (inside[i, j] and inside[r, c]):
                     continue
-                cos, sin = math.cos(angle[r, c]), math.sin(angle[r, c])
+                cos, sin = beside[0, r, c], beside[1, r, c]
                 x = source[0, r, c] - steps[k, 1] * cos + steps[k, 0] * sin
                 y = source[1, r, c] - steps[k, 1] * sin - steps[k, 0] * cos
                 right, down = x - source[0, i, j], y - source[1, i, j]

@@ -261,8 +261,9 @@ class Renewal:
         take = torch.from_numpy(self._inside(cut, patch.box)).to(new.device)
         image, places = frame.image.clone(), frame.source.clone()
         image[here], places[here] = torch.where(take, new, old), torch.where(take, source, places[here])
-        after = self.wear.after(frame.worn, image, places, spot)
-        wide = self.wear.reach(spot)
+        changed = _bounds(take, spot)
+        after = self.wear.after(frame.worn, image, places, changed)
+        wide = self.wear.reach(changed)
         before = total(self._worn(frame, frame.worn.wear[wide], frame.source[(slice(None), *wide)], wide))
         gained = total(self._worn(frame, after.wear[wide], places[(slice(None), *wide)], wide)) - before
         gained = gained + total(change * take * frame.usable[spot])
@@ -278,6 +279,16 @@ class Renewal:
         part = tuple(slice(s - f, s - f + e) for s, f, e in zip(box.start, first, box.extent, strict=True))
         inside: np.ndarray = cut.take[part]
         return inside
+
+
+def _bounds(take: Tensor, spot: Spot) -> Spot:
+    """The least part of a frame that holds all that is taken at a spot, (h, w), some of which is."""
+    rows, columns = (torch.nonzero(take.any(axis))[[0, -1], 0].tolist() for axis in (1, 0))
+    (top, bottom), (left, right) = rows, columns
+    return (
+        slice(spot[0].start + top, spot[0].start + bottom + 1),
+        slice(spot[1].start + left, spot[1].start + right + 1),
+    )
 
 
 def _block(size: int, hidden: Hidden | None) -> int:
