@@ -152,7 +152,7 @@ class Motion:
         self._curve = None if film.motion is None else ColorCurve(film.strip)
         if self._curve is not None:
             film = replace(film, strip=replace(film.strip, canvas=self._curve.of(film.strip.canvas)))
-        self.read, self._beyond = Reading(film.strip, renewing.interpolation), film.read
+        self.read, self._beyond = Reading(film.strip, renewing.interpolation), Reading(film.strip, "bicubic")
         self._read_also = None if film.also is None else Reading(film.also, renewing.interpolation)
         self._steady: tuple[Tensor, Lookup] | None = None
         self._flowing: Tensor | None = None

@@ -1,4 +1,4 @@
-"""Video in and out of files: MP4, GIF, WebM and MOV, or a folder of frames; MKV, AVI and M4V are read, too.
+"""Video in and out of files: MP4, GIF, WebM and MOV, or a folder of frames; MKV, AVI and others are read, too.
 
 Frames are (C, T, H, W) float32 in [0, 1].
 
@@ -27,7 +27,7 @@ from synth.saying import note
 from synth.words import counted
 
 VIDEO_SUFFIXES = (".mp4", ".gif", *ALPHA_SUFFIXES)
-_READ_SUFFIXES = (*VIDEO_SUFFIXES, ".mkv", ".avi", ".m4v")
+_READ_SUFFIXES = (*VIDEO_SUFFIXES, ".mkv", ".avi", ".m4v", ".mpg", ".mpeg", ".ts", ".wmv", ".flv", ".ogv", ".3gp")
 _FRAME_SUFFIXES = (".png", ".tif", ".tiff", ".jpg", ".jpeg", ".exr", ".webp", ".bmp", ".tga")
 _EVEN = 1.5
 """Frames of which one lasts so many times as long as another one are not told apart by rounding of their times."""
