@@ -35,7 +35,7 @@ from itertools import islice, pairwise
 from pathlib import Path
 
 import tables
-from demo import brick, gravel, pebbles
+from exemplars import brick, gravel, pebbles
 from torch import Tensor
 
 import flow

@@ -18,7 +18,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 import tables
-from demo import brick, gravel, pebbles
+from exemplars import brick, gravel, pebbles
 from torch import Tensor
 
 import synth

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import torch
 from bench_patterns import made
-from demo import pebbles
+from exemplars import pebbles
 from gallery_quilting import RGB, beside
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter

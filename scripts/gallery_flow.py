@@ -22,7 +22,7 @@ from pathlib import Path
 
 import torch
 import torch.nn.functional as F
-from demo import brick, gravel, pebbles
+from exemplars import brick, gravel, pebbles
 from gallery_projection import checkerboard
 from gallery_quilting import RGB, beside, picture, waves
 from skimage import data

@@ -14,7 +14,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import torch
-from demo import brick, gravel, pebbles
+from exemplars import brick, gravel, pebbles
 from gallery_flow import coins, colored, under
 from gallery_quilting import RGB, beside, picture, weave
 from scipy.ndimage import gaussian_filter

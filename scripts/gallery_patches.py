@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import torch
-from demo import brick, gravel, pebbles
+from exemplars import brick, gravel, pebbles
 from gallery_flow import colored
 from gallery_quilting import RGB, beside
 from skimage import data

@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 import torch
-from demo import pebbles
+from exemplars import pebbles
 from skimage import data, transform
 from torch import Tensor
 
