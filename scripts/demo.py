@@ -1,6 +1,6 @@
 """Three textures from three exemplars, as pictures in out/demo, with what they score.
 
-brick and gravel come with scikit-image; the third, colored stones, is made here.
+A brick wall, its perspective taken out, and gravel come with scikit-image; the third, colored stones, is made here.
 """
 
 import argparse
@@ -8,7 +8,7 @@ import time
 from pathlib import Path
 
 import torch
-from exemplars import brick, gravel, pebbles
+from exemplars import gravel, pebbles, wall
 from torch import Tensor
 from torch.nn import functional
 
@@ -33,7 +33,7 @@ def main() -> None:
     arguments = parser.parse_args()
     arguments.out.mkdir(parents=True, exist_ok=True)
     scores, columns = {}, []
-    for make in (brick, gravel, pebbles):
+    for make in (wall, gravel, pebbles):
         exemplar = make(arguments.side)
         began = time.perf_counter()
         image = synthesize(exemplar, (2 * arguments.side, 2 * arguments.side)).image

@@ -5,15 +5,31 @@ import torch
 from skimage import data, transform
 from torch import Tensor
 
+_MEET, _ABOVE, _SIDE = 221.2, 1218.5, 512
+"""The upright joints of skimage's brick wall meet at this x, so far above the picture, which has so many pixels a side.
+
+Found as what makes the columns of the straight wall differ most."""
+
+_PERSPECTIVE = np.array(
+    [[_ABOVE, -_MEET, _MEET * _SIDE], [0, _ABOVE, 0], [0, -1, _ABOVE + _SIDE]],
+)
+"""From the pixels (x, y) of the straight wall to those of the picture."""
+
 
 def brick(side: int) -> Tensor:
     """A corner of skimage's brick wall at half its size, (1, side, side)."""
-    return _shrunk(data.brick(), side)
+    return _shrunk(data.brick() / 255.0, side)
+
+
+def wall(side: int) -> Tensor:
+    """The corner of skimage's brick wall with its perspective taken out, (1, side, side): all bricks of one width."""
+    straight = transform.warp(data.brick() / 255.0, transform.ProjectiveTransform(_PERSPECTIVE), order=3, mode="edge")
+    return _shrunk(straight, side)
 
 
 def gravel(side: int) -> Tensor:
     """A corner of skimage's gravel at half its size, (1, side, side)."""
-    return _shrunk(data.gravel(), side)
+    return _shrunk(data.gravel() / 255.0, side)
 
 
 def pebbles(side: int, seed: int = 0) -> Tensor:
@@ -37,5 +53,5 @@ def pebbles(side: int, seed: int = 0) -> Tensor:
 
 
 def _shrunk(image: np.ndarray, side: int) -> Tensor:
-    half = transform.rescale(image[: 2 * side, : 2 * side] / 255.0, 0.5, anti_aliasing=True)
+    half = transform.rescale(image[: 2 * side, : 2 * side], 0.5, anti_aliasing=True)
     return torch.from_numpy(half).float()[None].clamp(0, 1)

@@ -16,7 +16,7 @@ def test_demo_writes_what_it_names(
     monkeypatch.setattr(sys, "argv", ["demo.py", "--side", "40", "--out", str(tmp_path / "demo")])
     runpy.run_path(str(script), run_name="__main__")
     lines = capsys.readouterr().out.splitlines()
-    for number, (name, channels) in enumerate([("brick", 1), ("gravel", 1), ("pebbles", 3)]):
+    for number, (name, channels) in enumerate([("wall", 1), ("gravel", 1), ("pebbles", 3)]):
         made = tmp_path / "demo" / f"{name}_synth.png"
         assert read_image(tmp_path / "demo" / f"{name}.png").pixels.shape == (channels, 40, 40)
         assert read_image(made).pixels.shape == (channels, 80, 80)
