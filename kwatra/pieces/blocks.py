@@ -8,8 +8,8 @@ and mend older seams. When all is laid, blocks are laid again where seams cost m
 and exemplar are multiples of `grain`, the coarsest level's pixel, so that every level of the pyramid can represent the
 start exactly. Blocks may hang over the exemplar's border, or it would hardly be shown (see `Corners`).
 
-Where there are gaps between elements seams are hidden in them, and blocks are larger and overlap by so much that a seam
-can go around an element.
+Where there are gaps between elements seams are hidden in them; blocks are chosen also for how well their gaps lie on
+those that are there, and are larger and overlap by so much that a seam can go around an element.
 """
 
 import math
@@ -25,10 +25,11 @@ from kwatra.cut import KEEP
 from kwatra.elements import Lattice
 from kwatra.exemplar import Exemplar
 from kwatra.pieces.again import Budget, lay_again
-from kwatra.pieces.boxes import Box, quantile
+from kwatra.pieces.agreement import Agreement, attainable
+from kwatra.pieces.boxes import Box
 from kwatra.pieces.charges import NEAR, charged, kept_in_step, shown_near, step_cost
 from kwatra.pieces.corners import Corners, overhang, spread
-from kwatra.pieces.fitting import Fit, continued
+from kwatra.pieces.fitting import continued
 from kwatra.pieces.gaps import LARGEST, Gaps, gaps
 from kwatra.pieces.mosaic import Mosaic
 from kwatra.pieces.regions import Regions
@@ -37,10 +38,6 @@ from kwatra.pieces.sheet import Cut, Patch, Sheet, Window, each
 from kwatra.pieces.stock import Array
 from kwatra.pieces.wished import Wished, variance
 from kwatra.terms import PlaceCharge, Wish
-
-GOOD = 0.05
-"""Cost is counted in the mean (geometric) of the least disagreement and the one this share of blocks stays below. Half
-and twice as much, as of ACCEPTABLE, MISMATCH_FLOOR and AGAIN, changes the score of four textures, .043, by .001."""
 
 ACCEPTABLE = 0.5
 """Blocks whose cost exceeds the least by more than this are not laid, however good their seam."""
@@ -58,17 +55,9 @@ CONTINUATION_IN_TIME = 2.0
 """The same for videos, in which a copy that runs on in time is a replay of the exemplar. A waterfall, smoke and a
 fountain come out alike with 1 and 4; with .3 the fountain replays .64 of what moves in place of .21."""
 
-MISMATCH_FLOOR = 0.05
-"""Disagreement, as a mean square relative to the exemplar's variance, that is hardly seen."""
-
 OVERLAP = 0.25
 """The part of a block that lies on those before it: within it the seam is free to run. Eight photographs score .051
 with it and with .15, which lays as many blocks, and .058 with .35, which lays more."""
-
-FAIR = 0.25
-"""What hangs over the exemplar is taken to agree with what is known as well as this share of blocks at least do.
-
-Two panels of 16 textures score .052 and .058 with it, .052 and .059 with .5, and .055 and .065 without overhang."""
 
 AGAIN, PATIENCE = 0.3, 6
 """Blocks are laid again at most so often, for each that was laid, and until so many in a row have not helped."""
@@ -108,19 +97,18 @@ class BlockStart:
         self.usage, self.seams, self.aligned = usage, seams, aligned
         self.lattice, self.places = lattice, places
         self.continuation = CONTINUATION if len(self.shape) == 2 else CONTINUATION_IN_TIME
-        share = exemplar.share.cpu()
-        colors = continued(exemplar)
+        share, colors = exemplar.share.cpu(), continued(exemplar)
         mosaic = Mosaic([(colors * share).numpy()])
         self.wraps = (False,) * len(self.shape) if wraps is None else tuple(wraps)
         self.sheet = Sheet(mosaic, self.shape, self.wraps, SeamCost(mosaic))
         block = tuple(min(b, self.sheet.longest(axis)) for axis, b in enumerate(block))
         self.corners = Corners.fitting(exemplar, block, self.grain)
         self.overlap = tuple(max(round(b * OVERLAP), 1) for b in self.corners.block)
-        self.middle = torch.stack([mean(channel) for channel in colors]).double().view(share.shape)
-        self.weights = share.double().sqrt()
-        self.image = ((colors - self.middle) * self.weights).numpy()
+        middle = torch.stack([mean(channel) for channel in colors]).double().view(share.shape)
+        weights = share.double().sqrt()
+        self.image = ((colors - middle) * weights).numpy()
         self.used, self.laid = np.zeros(exemplar.shape), 0
-        self.wish = Wished.of(wish, self.middle, self.weights)
+        self.wish = Wished.of(wish, middle, weights)
         self.variance = variance(exemplar, self.wish)
         self.contrast = 2 * self.variance**0.5 / mosaic.step
         heeded = aligned and self.wish is None and len(self.shape) == 2
@@ -131,7 +119,8 @@ class BlockStart:
         if heeded and not places and bool((exemplar.owner == 0).all()):
             needed = (0,) * len(self.shape) if self.gaps is None else self.overlap
             self.corners = self.corners.hanging(overhang(self.starts, self.corners.block, needed, self.grain))
-        self.fit = Fit(self.corners.around(self.image))
+        self.colors = Agreement(self.image, self.corners, self.variance)
+        self.depths = None if self.gaps is None else Agreement(self.gaps.depth[None], self.corners, 1.0)
 
     def _heed(self, found: Gaps) -> None:
         """Have seams hidden in gaps, and blocks overlap by enough for that; larger ones where they fit.
@@ -211,14 +200,15 @@ class BlockStart:
         same = self.corners.continuing(place, known)
         again = same > 0  # what would only continue a copy that is there already
         mismatch = self._mismatch(known, place, at, valid)
-        # in units of what agreement this texture affords: rows that can line up are not torn for the sake of even use
-        others = mismatch[valid & ~again]
-        if len(others) == 0:
-            others = mismatch[valid]
-        least = max(others.min(), MISMATCH_FLOOR), max(quantile(others, GOOD), MISMATCH_FLOOR)
-        scale = math.sqrt(math.prod(least))
+        others = valid & ~again
+        others = others if others.any() else valid
         away = charged(self.places, box.start, valid.shape, self.grain, self.exemplar.canvas.device)
-        cost = (mismatch + away / self.variance) / scale + self._repetition(box, known, at, same, valid)
+        # in units of what agreement this texture affords: rows that can line up are not torn for the sake of even use
+        cost = (mismatch + away / self.variance) / attainable(mismatch[others])
+        if self.gaps is not None and self.depths is not None and known.any():
+            apart = self.depths.mismatch(place, known, valid)
+            cost = self.gaps.weighed(cost, apart / attainable(apart[others]))
+        cost = cost + self._repetition(box, known, at, same, valid)
         flat = np.where(valid, cost, math.inf).ravel()
         wished = self.wish is not None and self.wish.anything(at)
         if self.seams > 1 and self.aligned and known.any() and not wished:
@@ -251,19 +241,14 @@ class BlockStart:
         """How little the blocks at all places agree with what is known, and with the wish, relative to the variance.
 
         Each is a mean square of its own, so that neither is diluted by the other; weights below 1 scale the wish's.
-        What hangs over the exemplar is taken to agree as a fair one of the `valid` blocks does.
         """
-        mismatch = np.zeros(valid.shape)
-        if self.aligned and known.any():
-            squares, seen = self.corners.squares(self.fit, self.image[each(np.where(known, place, 0))], known)
-            if any(self.corners.hang):
-                fair = quantile((squares / np.maximum(seen, 1))[valid], FAIR)
-                squares = squares + (known.sum() - seen) * fair
-            mismatch = squares / (known.sum() * self.variance)
+        some = self.aligned and known.any()
+        mismatch = self.colors.mismatch(place, known, valid) if some else np.zeros(valid.shape)
         if self.wish is not None:
             weight, value, count = self.wish.at(at)
             if count > 0:
-                mismatch = mismatch + self.corners.on_grain(self.fit.inside(value, weight)) / (count * self.variance)
+                missed = self.corners.on_grain(self.colors.fit.inside(value, weight))
+                mismatch = mismatch + missed / (count * self.variance)
         return np.round(mismatch, 9)  # what agrees equally well stays a tie, whatever the transform rounds
 
     def _cuts(self, box: Box, chosen: Sequence[Chosen]) -> list[tuple[Cut, float]]:

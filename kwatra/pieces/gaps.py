@@ -32,13 +32,31 @@ LARGEST = 0.75
 
 Made stones and coins of 20 and 32 pixels are cut less by blocks that grow, .106 for .138; nuts score better."""
 
+ALIGNED = 0.5
+"""What it counts beside the colors that the gaps of a block lie where gaps are, each in what the texture affords.
+
+Stones of many colors agree nowhere: of blocks of made stones, coins, letters and tiles of 20 and 32 px .093 are cut
+with 0, .061 with .5 and .057 with 2. Seven photographs with gaps score .0512 with 0, .0517 with .5, .053 with 1."""
+
 
 class Gaps(NamedTuple):
-    """What seams of a mosaic cost that are hidden in gaps, and by how many pixels blocks overlap to reach one."""
+    """What seams of a mosaic cost that are hidden in gaps, and by how many pixels blocks overlap to reach one.
+
+    depth (*S): how deep in its element each place of the exemplar lies, in standard deviations about the mean; hides: 0
+    to 1, how well the gaps hide seams.
+    """
 
     mosaic: Mosaic
     cost: SeamCost
     overlap: int
+    depth: Array
+    hides: float
+
+    def weighed(self, colors: Array, depths: Array) -> Array:
+        """What blocks cost that disagree so much in colors, and in where the gaps lie."""
+        weight = ALIGNED * self.hides
+        cost: Array = (colors + weight * depths) / (1 + weight)
+        return cost
 
     def widened(
         self, block: Sequence[int], overlap: Sequence[int], room: Sequence[float], grain: Sequence[int]
@@ -89,4 +107,6 @@ def gaps(exemplar: Exemplar, mosaic: Mosaic, deviation: float) -> Gaps | None:
     if hidden is None:
         return None
     cost = SeamCost(mosaic, depth=Depth(mosaic.spread(hidden.depth).__getitem__, CUTTING * hidden.hides * deviation))
-    return Gaps(mosaic, cost, round(AROUND * hidden.hides * hidden.size))
+    away = hidden.depth - hidden.depth.mean()
+    depth = away / max(float(away.std()), 1e-9)
+    return Gaps(mosaic, cost, round(AROUND * hidden.hides * hidden.size), depth, hidden.hides)

@@ -1,0 +1,73 @@
+import sys
+
+import numpy as np
+import pytest
+import torch
+from bench_elements import cut_elements
+from made import MADE
+
+from kwatra import Exemplar
+from kwatra.pieces.agreement import FAIR, MISMATCH_FLOOR, Agreement, attainable
+from kwatra.pieces.blocks import BlockStart
+from kwatra.pieces.corners import Corners
+
+BLOCK = (6, 5)
+
+
+def agreement(hang=(0, 0)):
+    image = np.random.default_rng(0).normal(size=(2, 16, 18))
+    exemplar = Exemplar.of(torch.from_numpy(image).float())
+    return Agreement(image, Corners.fitting(exemplar, BLOCK, (1, 1)).hanging(hang), 4.0)
+
+
+def some_known():
+    """Where a box's pixels come from, (2, *BLOCK), and which are known."""
+    rng = np.random.default_rng(1)
+    place = np.stack([rng.integers(0, 16, BLOCK), rng.integers(0, 18, BLOCK)])
+    return place, rng.random(BLOCK) < 0.6
+
+
+def by_hand(agreement, place, known, corner):
+    """The summed squares of one block that may hang over, and on how many pixels it was compared."""
+    squares, seen = 0.0, 0
+    for row, column in np.argwhere(known):
+        y, x = corner[0] + row, corner[1] + column
+        if 0 <= y < 16 and 0 <= x < 18:
+            there = place[:, row, column]
+            squares += ((agreement.image[:, y, x] - agreement.image[:, there[0], there[1]]) ** 2).sum()
+            seen += 1
+    return squares, seen
+
+
+@pytest.mark.parametrize("hang", [(0, 0), (2, 3)])
+def test_mismatch_is_the_mean_square_over_what_is_known(hang):
+    it = agreement(hang)
+    place, known = some_known()
+    valid = it.corners.valid
+    found = it.mismatch(place, known, valid)
+    corners = it.corners.at(np.arange(valid.size))
+    squares, seen = np.array([by_hand(it, place, known, corner) for corner in corners]).T
+    fair = np.quantile(squares / np.maximum(seen, 1), FAIR) if any(hang) else 0.0
+    expected = (squares + (known.sum() - seen) * fair) / (known.sum() * 4.0)
+    np.testing.assert_allclose(found.ravel(), expected, atol=1e-9)
+
+
+def test_attainable_lies_between_the_least_and_a_good_one_and_never_at_nothing():
+    values = np.linspace(1.0, 3.0, 101)
+    assert attainable(values) == pytest.approx(np.sqrt(1.0 * 1.1))
+    assert attainable(np.zeros(10)) == pytest.approx(MISMATCH_FLOOR)
+
+
+def test_blocks_are_chosen_whose_gaps_go_on_though_their_colors_do_not(monkeypatch):
+    """Tiles of random colors: no block agrees in colors, and nothing else keeps their rows."""
+
+    def torn(aligned):
+        monkeypatch.setattr(sys.modules["kwatra.pieces.gaps"], "ALIGNED", aligned)
+        made = MADE["tiles"](128, 20, 1)
+        generator = torch.Generator().manual_seed(0)
+        start = BlockStart(Exemplar.of(made.image), (192, 192), (80, 80), (1, 1), generator, usage=0.5, seams=6)
+        where = start.run()
+        return cut_elements(made.numbers.numpy(), (where[0] * 128 + where[1]).numpy())["cut"]
+
+    assert torn(0.5) < 0.02
+    assert torn(0.0) > 0.05
