@@ -103,15 +103,15 @@ def test_all_that_has_a_price_is_told(
 
     monkeypatch.setattr(costs, "ROUNDS", 1)
     monkeypatch.setattr(costs, "command_line", lambda file, side: lambda: 100.0)  # seconds, to load torch anew
-    words = ["--images", str(textures), "--size", "20x20", "--costs", "--json", str(tmp_path / "costs.json")]
+    words = ["--images", str(textures), "--size", "12x12", "--costs", "--json", str(tmp_path / "costs.json")]
     assert bench.main(["gray", *words, "--out", str(tmp_path)]) == 0
     found = json.loads((tmp_path / "costs.json").read_text())
-    assert found["best, times default"] == pytest.approx(found["best 20"] / found["default 20"])
-    assert found["fast, 160 times 80"] == pytest.approx(found["fast 160"] / found["fast 80"])
-    assert found["quilting, 80 times 40"] == pytest.approx(found["quilting 80"] / found["quilting 40"])
-    assert found["command line, more than its synthesis"] == pytest.approx(100 - found["fast 20"])
-    assert {"Copy 20", "Copy 80", "default 80", "best, times faster by two threads"} <= set(found)
-    assert math.isnan(found["Fail 20"])
+    assert found["best, times default"] == pytest.approx(found["best 12"] / found["default 12"])
+    assert found["fast, 96 times 48"] == pytest.approx(found["fast 96"] / found["fast 48"])
+    assert found["quilting, 48 times 24"] == pytest.approx(found["quilting 48"] / found["quilting 24"])
+    assert found["command line, more than its synthesis"] == pytest.approx(100 - found["fast 12"])
+    assert {"Copy 12", "Copy 48", "default 48", "best, times faster by two threads"} <= set(found)
+    assert math.isnan(found["Fail 12"])
     assert not any(value < 0 for value in found.values())
 
 

@@ -16,7 +16,7 @@ SIZE = 36
 @pytest.fixture(autouse=True)
 def _few_frames(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(gallery_flow, "KEY_FRAMES", (1, 2, 3))
-    monkeypatch.setattr(gallery_flow, "FILLING_FRAMES", (2, 12, 30))
+    monkeypatch.setattr(gallery_flow, "FILLING_FRAMES", (1, 2, 3))
     monkeypatch.setattr(gallery_flow, "VIDEO_FRAMES", 3)
     monkeypatch.setattr(gallery_flow, "VIDEO_FIELDS", gallery_flow.VIDEO_FIELDS[:1])
 
@@ -45,7 +45,8 @@ def test_key_frames_are_counted_from_one() -> None:
     assert [frame.state.number for frame in frames] == [0, 2]
 
 
-def test_the_obstacle_is_red_and_what_is_not_yet_filled_blue() -> None:
+def test_the_obstacle_is_red_and_what_is_not_yet_filled_blue(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(gallery_flow, "FILLING_FRAMES", (2, 12, 30))
     figure = gallery_flow.figure_33(SIDE)
     red, blue = (
         (figure - torch.tensor(color).view(3, 1, 1)).abs().amax(0) < 1e-6

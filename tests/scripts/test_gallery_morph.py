@@ -20,11 +20,12 @@ def cells(path: Path) -> tuple[int, ...]:
 def test_the_gallery_makes_every_figure(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     morph = synth.morph
     monkeypatch.setattr(synth, "morph", lambda *given, **named: morph(*given, **{"preset": "fast"} | named))
+    monkeypatch.setattr(gallery_morph, "TIMES", (0.0, 0.5, 1.0))
     monkeypatch.setattr(sys, "argv", ["gallery_morph.py", "--side", str(SIDE), "--out", str(tmp_path)])
     gallery_morph.main()
     shapes = {path.stem.split("_")[1]: cells(path) for path in tmp_path.iterdir()}
     assert shapes == {
-        "4": (2, 4), "5": (2, 5), "7": (6, 5), "8": (2, 5), "9": (3, 5), "12": (4, 5), "13": (2, 5), "14": (2, 4),
+        "4": (2, 4), "5": (2, 3), "7": (6, 3), "8": (2, 5), "9": (3, 3), "12": (4, 3), "13": (2, 3), "14": (2, 4),
         "flowing": (1, 5),
     }  # fmt: skip
     assert all(read_image(path).pixels.std() > 0.02 for path in tmp_path.iterdir())
