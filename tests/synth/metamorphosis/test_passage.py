@@ -27,16 +27,21 @@ def clouds() -> Callable[[float], torch.Tensor]:
     return lambda part: cloud(48, 4 * part, part)
 
 
-def test_the_ends_are_the_pictures(clouds: Callable[[float], torch.Tensor]) -> None:
-    way = passage(clouds(0), clouds(1))
+@pytest.fixture(scope="module")
+def way(clouds: Callable[[float], torch.Tensor]) -> Passage:
+    """From the first clouds to the last."""
+    return passage(clouds(0), clouds(1))
+
+
+def test_the_ends_are_the_pictures(clouds: Callable[[float], torch.Tensor], way: Passage) -> None:
     for time in (0.0, 1.0):
         assert float((way.at(between(time))[:-1] - clouds(time)).abs().max()) < 1e-4
 
 
 def test_halfway_a_picture_that_moves_and_changes_color_has_done_half_of_both(
-    clouds: Callable[[float], torch.Tensor],
+    clouds: Callable[[float], torch.Tensor], way: Passage
 ) -> None:
-    shown = passage(clouds(0), clouds(1)).at(between(0.5))[:-1]
+    shown = way.at(between(0.5))[:-1]
     inside = (slice(None), slice(8, -8), slice(8, -8))
     apart = float((shown - clouds(0.5))[inside].abs().mean())
     still = float((torch.lerp(clouds(0), clouds(1), 0.5) - clouds(0.5))[inside].abs().mean())
@@ -55,8 +60,7 @@ def test_pictures_that_tile_pass_through_their_borders(clouds: Callable[[float],
     assert float((shown - half).abs().max()) < 0.3 * float((torch.lerp(a, b, 0.5) - half).abs().max())
 
 
-def test_where_weights_differ_each_place_shows_its_own(clouds: Callable[[float], torch.Tensor]) -> None:
-    way = passage(clouds(0), clouds(1))
+def test_where_weights_differ_each_place_shows_its_own(way: Passage) -> None:
     share = torch.zeros(48, 48)
     share[:, 16:32], share[:, 32:] = torch.linspace(0, 1, 16), 1
     shown = way.at(Weighting.of(torch.stack([1 - share, share])))
