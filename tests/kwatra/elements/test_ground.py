@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 import torch
+from exemplars import pebbles
 from made import MADE
 from scipy import ndimage
 
@@ -20,6 +21,14 @@ def test_the_ground_between_elements_is_found(name, size):
     assert (found.depth[inside > 0.15 * size] > 0).mean() > 0.97
     assert (ndimage.distance_transform_edt(found.depth > 0)[truth] <= 0.2 * size).mean() > 0.9
     assert found.depth[inside > 0.35 * size].min() > 0.5
+
+
+@pytest.mark.parametrize("side", [96, 128, 160, 192])
+def test_of_ways_that_tell_the_ground_as_surely_the_least_is_taken(side):
+    """Stones are darker towards their lower right: some splits take that for ground, which is then not plain."""
+    found = find_ground(Exemplar.of(pebbles(side)))
+    assert found.plain > 0.9
+    assert (found.depth == 0).mean() < 0.35
 
 
 @pytest.mark.parametrize("name", ["stones", "coins"])
