@@ -6,8 +6,9 @@
 
 Rows are texture and element size. The methods are the presets of synthesis; quilting; copies and blocks, two controls:
 whole pieces of the exemplar, and random blocks of 32 pixels; and flowing frames (flow.animate, 2 px per frame), each
-named by its field and number. Colors are never looked at: the element of an output pixel is that of the exemplar pixel
-which it was copied from.
+named by its field and number. "exact" beside it is what a control cuts that moves each element as a whole and keeps it
+upright: where elements come to overlap one hides a part of the other. Colors are never looked at: the element of an
+output pixel is that of the exemplar pixel which it was copied from.
 
 An output element is what is seen as one thing: pieces, each a region of touching pixels of one element of the exemplar,
 that are grown together. Two pieces are if the boundary at which they touch, with no ground between them, is longer than
@@ -39,6 +40,7 @@ from pathlib import Path
 
 import numpy as np
 from made import MADE, Made
+from moved import exactly_moved
 from scipy import ndimage, sparse
 from tables import Row, exit_code, number_list, print_table, progress, size
 from torch import Tensor
@@ -194,14 +196,26 @@ def flowing(field: flow.Field, exemplar: Tensor, shape: Shape, seed: int, at: li
             yield places[row, column]
 
 
-def sources(arguments: argparse.Namespace, made: Made, seed: int) -> Iterator[tuple[str, np.ndarray]]:
-    """Every method's name and what it makes of a texture."""
+def figures(
+    arguments: argparse.Namespace, texture: str, element: int, seed: int
+) -> Iterator[tuple[str, dict[str, float]]]:
+    """Every method's name, and what it cuts of a texture."""
+    made = MADE[texture](arguments.side, element, seed)
     for name in arguments.methods:
-        yield name, METHODS[name](made.image, arguments.size, seed)
+        yield name, _cut(made, METHODS[name](made.image, arguments.size, seed))
     at = sorted(set(arguments.at))
+    wide = MADE[texture](2 * max(arguments.size), element, seed) if arguments.flows else made
     for name in arguments.flows:
-        frames = flowing(FIELDS[name](), made.image, arguments.size, seed, at)
-        yield from ((f"{name} {number}", frame) for number, frame in zip(at, frames, strict=True))
+        field = FIELDS[name]()
+        frames = flowing(field, made.image, arguments.size, seed, at)
+        exact = exactly_moved(wide.numbers.numpy(), field, arguments.size, at)
+        for number, frame, moved in zip(at, frames, exact, strict=True):
+            yield f"{name} {number}", _cut(made, frame)
+            yield f"{name} {number} exact", _cut(wide, moved)
+
+
+def _cut(made: Made, source: np.ndarray) -> dict[str, float]:
+    return cut_elements(made.numbers.numpy(), source)
 
 
 def bench(arguments: argparse.Namespace) -> Iterator[Row]:
@@ -209,10 +223,9 @@ def bench(arguments: argparse.Namespace) -> Iterator[Row]:
     for name in arguments.textures:
         for element in arguments.sizes:
             for seed in range(arguments.seeds):
-                made = MADE[name](arguments.side, element, seed)
                 progress(f"{name} {element}, seed {seed}")
-                for method, source in sources(arguments, made, seed):
-                    yield Row(f"{name} {element}", method, "", cut_elements(made.numbers.numpy(), source))
+                for method, cut in figures(arguments, name, element, seed):
+                    yield Row(f"{name} {element}", method, "", cut)
 
 
 def parsed(words: list[str] | None) -> argparse.Namespace:

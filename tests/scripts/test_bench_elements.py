@@ -129,7 +129,10 @@ def test_the_table_has_controls_methods_and_frames(tmp_path: Path, capsys: pytes
     words += ["--methods", "fast", "quilting", "copies", "blocks", "--flows", "rotation"]
     assert bench_elements.main([*words, "--json", str(tmp_path / "figures.json")]) == 0
     rows = json.loads((tmp_path / "figures.json").read_text())
-    names = {"fast", "quilting", "copies", "blocks", "rotation 0", "rotation 2"}
+    names = {"fast", "quilting", "copies", "blocks", "rotation 0", "rotation 2"} | {
+        "rotation 0 exact",
+        "rotation 2 exact",
+    }
     assert {(row["exemplar"], row["method"]) for row in rows} == {
         (t, n) for t in ("tiles 12", "coins 12") for n in names
     }
@@ -137,6 +140,7 @@ def test_the_table_has_controls_methods_and_frames(tmp_path: Path, capsys: pytes
     assert set(by) == {(texture, name) for texture in ("tiles 12", "coins 12") for name in names}
     for texture in ("tiles 12", "coins 12"):
         assert by[texture, "copies"]["cut"] == 0
+        assert by[texture, "rotation 0 exact"]["cut"] == 0
         assert by[texture, "blocks"]["cut"] > 0.25
         assert by[texture, "fast"]["cut"] < by[texture, "blocks"]["cut"]
         assert all(0 <= by[texture, name]["cut"] <= 1 for name in names)
