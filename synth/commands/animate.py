@@ -43,7 +43,7 @@ def add(commands: Subparsers) -> None:
     )
     add = parser.add_argument
     add("exemplars", nargs="+", type=file, metavar="EXEMPLAR", help="an image or several of one texture; or a video "
-        "(.mp4, .gif) or a folder of frames, whose texture lives on while it flows")  # fmt: skip
+        "(.mp4, .gif, .webm, .mov, .mkv, .avi, ...) or a folder of frames, which lives on while it flows")  # fmt: skip
     add("--flow", required=True, metavar="FIELD", help="uniform:ANGLE, rotation, sink, ... (another name lists them "
         "all), or a file: .flo, .png (KITTI), .npy or .npz")  # fmt: skip
     add("--speed", type=float, metavar="PX", help="px per frame of the fastest pixel (default: 2; a file's own)")

@@ -58,7 +58,7 @@ def add(commands: Subparsers) -> None:
         "exemplar",
         type=file,
         metavar="EXEMPLAR",
-        help="image of the texture, or a video (.mp4, .gif, folder of frames)",
+        help="image of the texture, or a video (.mp4, .gif, .webm, .mov, .mkv, .avi and others, or a folder of frames)",
     )
     parser.add_argument("outputs", nargs="+", type=file, metavar="OUTPUT", help="image, or video, to measure")
     parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
