@@ -36,8 +36,8 @@ class Synthesis:
     rejected: share of neighborhoods that fit worst and are left out halfway between all textures. iterations: of each
     level. free_centers: windows lie where they fit best in their cell, or else on a grid. relaxed:
     they are shifted until they agree. mean_shift: pixels take the most frequent value, or else the mean, of their
-    windows. feature_weight: what distances count beside all colors together; map_weight: what each texture's weight
-    does where weights differ: more keeps a map exactly, less lets the textures decide.
+    windows. map_weight: what each texture's weight counts, beside all colors together, where weights differ: more keeps
+    a map exactly, less lets the textures decide.
     """
 
     rejected: float = 0.5
@@ -45,7 +45,6 @@ class Synthesis:
     free_centers: bool = True
     relaxed: bool = True
     mean_shift: bool = True
-    feature_weight: float = 1.0
     map_weight: float = 2.0
 
     def __call__(
@@ -69,7 +68,7 @@ class Synthesis:
         """
         channels, varied = len(start) - 1, len(weighting.palette) > 1
         bags, numbers = zip(*(_bag(matched, weighting, self.rejected) for matched in levels), strict=True)
-        weights = [1 / channels] * channels + [self.feature_weight]
+        weights = [1 / channels] * channels + [levels[-1].feature_weight]
         if varied:
             weights += [self.map_weight] * len(weighting.values)
             start = torch.cat([start, weighting.values.to(start)])
