@@ -9,7 +9,7 @@ import numpy as np
 
 from kwatra.base import InputError
 from synth.metamorphosis.method import Film, Frames, Report, silent
-from synth.metamorphosis.methods import DEFAULT, refuse_unused
+from synth.metamorphosis.methods import DEFAULT, entry, refuse_unused
 from synth.metamorphosis.methods import method as method_of
 from synth.metamorphosis.pairing import Given, Growth
 from synth.metamorphosis.retexture import PRESETS as RETEXTURE
@@ -92,9 +92,10 @@ def begun(
     refuse_unused(method, "features", features is not None)
     refuse_unused(method, "tile", tile)
     report = callback or silent
-    given: Given = Given.of(a, b, features, tile)
+    least = entry(method).least
+    given: Given = Given.of(a, b, features, tile, least)
     pair = given.pair
-    sized = None if size is None else known.of_size(_checked(size))
+    sized = None if size is None else known.of_size(_checked(size, least))
     parts = _shares(report, (size is not None and sized is None, 3.0), (True, 4.0), (retexture, 6.0))
     if size is not None and sized is None:
         pair = Growth(preset, seed, device)(pair, size, parts[0])
@@ -120,9 +121,9 @@ def _times(times: int | Sequence[float]) -> tuple[float, ...]:
     return moments
 
 
-def _checked(size: tuple[int, int]) -> tuple[int, int]:
-    if len(size) != 2 or min(size) < 16:
-        raise InputError(f"the size is {tuple(size)}; give a height and a width of at least 16 px")
+def _checked(size: tuple[int, int], least: int) -> tuple[int, int]:
+    if len(size) != 2 or min(size) < least:
+        raise InputError(f"the size is {tuple(size)}; give a height and a width of at least {least} px")
     return size
 
 

@@ -17,7 +17,8 @@ class Entry:
     """A method's module in this package: its PRESETS are a frozen dataclass, a `Method`, by the name of each preset.
 
     features, tile: whether it looks at the pair's. moves, energies, masks, finds: whether its film has a velocity,
-    energies, masks, and features.
+    energies, masks, and features. least: textures and frames of fewer px along a side are refused: they
+    hold no texture to speak of, or no window.
     """
 
     module: str
@@ -27,6 +28,7 @@ class Entry:
     energies: bool = False
     masks: bool = False
     finds: bool = False
+    least: int = 16
 
 
 METHODS = {
@@ -34,7 +36,7 @@ METHODS = {
     "registration": Entry("blend.registration", tile=True, moves=True, energies=True),
     "blend": Entry("blend.dissolve", tile=True),
     "patterns": Entry("patterns.method", tile=True, moves=True),
-    "patches": Entry("patches.method", features=True, tile=True, finds=True),
+    "patches": Entry("patches.method", features=True, tile=True, finds=True, least=17),
     "textons": Entry("textons.method", masks=True),
 }
 DEFAULT = "patches"
@@ -65,9 +67,10 @@ def method(name: str, preset: str, options: Mapping[str, Any]) -> Method:
 
 
 def _options(settings: Any) -> list[str]:
-    """The names of settings; of settings within settings, their own names."""
+    """The names of settings, each once; of settings within settings, their own names."""
     values = {field.name: getattr(settings, field.name) for field in dataclasses.fields(settings)}
-    return [each for name, value in values.items() for each in (_options(value) if _nested(value) else [name])]
+    names = (each for name, value in values.items() for each in (_options(value) if _nested(value) else [name]))
+    return list(dict.fromkeys(names))
 
 
 def _with(settings: Any, options: Mapping[str, Any]) -> Any:

@@ -13,9 +13,6 @@ from synth.metamorphosis.method import Pair, Report
 from synth.texture.form import Form
 from synth.texture.images import synthesize
 
-LEAST = 16
-"""Fewer pixels than this along a side hold no texture to speak of."""
-
 _FOUND_GUIDE = 0.1
 """What found features count beside the colors when B is synthesized to lie where A does; given ones count 1."""
 
@@ -45,16 +42,19 @@ class Given:
     remarks: tuple[str, ...]
 
     @classmethod
-    def of(cls, a: Any, b: Any, features: Sequence[Any] | None, tile: bool) -> "Given":
-        """Two images of one kind; the larger is cropped to the size of the smaller, at the right and at the bottom."""
+    def of(cls, a: Any, b: Any, features: Sequence[Any] | None, tile: bool, least: int) -> "Given":
+        """Two images of one kind; the larger is cropped to the size of the smaller, at the right and at the bottom.
+
+        least: px that both must have along each side.
+        """
         Form.of([a, b])  # says what is no image, before channels are counted
         a, b, done = alike(a, b)
         form: Form[Any] = Form.of([a, b])
         first, second = form.normalized(a), form.normalized(b)
         masks = (None, None) if features is None else _masks(features, first, second)
         height, width = (min(p, q) for p, q in zip(first.shape[1:], second.shape[1:], strict=True))
-        if min(height, width) < LEAST:
-            raise InputError(f"A and B have {width}x{height} px in common; give textures of at least {LEAST}x{LEAST}")
+        if min(height, width) < least:
+            raise InputError(f"A and B have {width}x{height} px in common; give textures of at least {least}x{least}")
         if first.shape != second.shape:
             done = [*done, f"A is {_size(first)} and B {_size(second)}, both were cropped to {width}x{height}"]
         cropped = [None if t is None else t[:, :height, :width].contiguous() for t in (first, second, *masks)]

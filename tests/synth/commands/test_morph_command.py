@@ -150,7 +150,7 @@ def test_another_size_made_texture_again(folder: Path) -> None:
         ),
         (["a.png", "b.png", "-o", "a.png"], "a.png exists"),
         (["a.png", "b.png", "-o", "x.png", "--method", "control", "--energy", "x.png"], "x.png would be written twice"),
-        (["a.png", "tiny.png"], "A and B have 8x8 px in common; give textures of at least 16x16"),
+        (["a.png", "tiny.png"], "A and B have 8x8 px in common; give textures of at least 17x17"),
         (["gray.png", "float.tif"], "save both in the same way"),
         (["a.png", "b.png", "--size", "70000x20"], "is too large"),
         (["a.png", "b.png", "-o", "x.xyz"], "has an ending that cannot hold"),

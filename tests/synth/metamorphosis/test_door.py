@@ -83,7 +83,8 @@ def test_bs_features_then_lie_where_as_do():
         ({"times": [0.5, 2]}, "each from 0"),
         ({"times": []}, "at least one"),
         ({"times": [0.5, 0.2]}, "give them in order"),
-        ({"size": (8, 40)}, "at least 16 px"),
+        ({"size": (8, 40)}, "at least 17 px"),
+        ({"size": (8, 40), "method": "blend"}, "at least 16 px"),
         ({"method": "blend", "features": (torch.ones(24, 24), torch.ones(24, 24))}, "takes no features; those that do"),
         ({"features": (torch.ones(24, 24), torch.ones(20, 24))}, "B's features have shape .1, 20, 24., but B is 24x24"),
         ({"features": (torch.ones(24, 24),)}, "1 maps of features were given; give A's and B's"),
@@ -110,6 +111,14 @@ def test_what_cannot_be_is_refused_in_a_sentence(arguments, sentence):
 def test_images_that_cannot_be_are_refused(a, b, sentence):
     with pytest.raises(InputError, match=sentence):
         synth.morph(a, b, method="blend")
+
+
+def test_options_are_told_once_each():
+    with pytest.raises(InputError) as refusal:
+        synth.morph(color(0), color(1), method="patches", alpha=1.0)
+    told = str(refusal.value).split("it takes ")[1].split(", ")
+    assert {"feature_weight", "rejected", "map_weight"} <= set(told)
+    assert len(told) == len(set(told))
 
 
 def test_registration_moves_each_way_and_dissolves():
