@@ -84,9 +84,9 @@ class Work(Generic[Image]):
         images, form = _images(exemplar)
         pictures = [form.normalized(image) for image in images]
         settings = _settings(preset, _wraps(pictures[0], tile, loop), levels)
-        begin, channels = None if start is None else form.normalized(start), len(pictures[0])
+        begin, channels, weights = None if start is None else form.normalized(start), len(pictures[0]), None
         guidance = None if guide is None else Guide.joint(guide, guide_weight, pictures)
-        shape, weights = _size_of(size, pictures[0], guidance), None
+        shape: tuple[int, ...] = _size_of(size, pictures[0], guidance)
         asked: tuple[TermLike, ...] = parts_of(terms)
         steered = bool(asked) or mask is not None or start is not None or guidance is not None
         if guidance is not None:
@@ -98,7 +98,7 @@ class Work(Generic[Image]):
             pictures, weights=weights, masks=_masks(exemplar_mask), mirror=mirror, rotate=rotate, scale=scale,
             device=device,
         )  # fmt: skip
-        asked = (*asked, *staying(stay, source, tile))
+        asked = (*asked, *staying(stay, source, shape, tile))
         if len(shape) > 2:
             settings = in_time(settings, source)
         tries = _tries(preset, shape, steered)

@@ -1,0 +1,43 @@
+"""How strongly what belongs somewhere in the frame stays there."""
+
+import pytest
+import torch
+
+from kwatra import Exemplar, InputError
+from kwatra.terms.stay import STAYING
+from synth.texture.staying import LARGEST, staying
+
+
+def scene() -> torch.Tensor:
+    """Dark above, bright below, (1, 4, 16, 24)."""
+    noise = 0.1 * torch.rand(1, 4, 16, 24, generator=torch.Generator().manual_seed(0))
+    noise[:, :, 8:] += 0.9
+    return noise
+
+
+@pytest.mark.parametrize(
+    ("shape", "weight"),
+    [((9, 16, 24), STAYING), ((4, 8, 12), STAYING), ((4, 24, 24), 1.5 * STAYING), ((4, 32, 48), LARGEST * STAYING)],
+)
+def test_a_scene_stays_the_more_the_larger_it_is_made(shape, weight):
+    (term,) = staying(None, Exemplar.of(scene()), shape, tile=False)
+    assert term.weight == pytest.approx(weight)
+
+
+def test_of_several_clips_the_largest_says_what_is_larger():
+    clips = [scene(), scene()[..., :8, :12]]
+    (term,) = staying(None, Exemplar.of(clips), (4, 16, 24), tile=False)
+    assert term.weight == STAYING
+
+
+def test_a_weight_that_is_given_is_meant():
+    (term,) = staying(0.2, Exemplar.of(scene()), (4, 32, 48), tile=False)
+    assert term.weight == 0.2
+    assert staying(0.0, Exemplar.of(scene()), (4, 32, 48), tile=False) == []
+
+
+def test_what_has_no_places_does_not_stay():
+    assert staying(None, Exemplar.of(scene()), (4, 16, 24), tile=True) == []
+    assert staying(None, Exemplar.of(torch.rand(1, 16, 24)), (32, 48), tile=False) == []
+    with pytest.raises(InputError, match="what tiles has no places"):
+        staying(0.2, Exemplar.of(scene()), (4, 16, 24), tile=True)
