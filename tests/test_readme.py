@@ -1,4 +1,4 @@
-"""What the README shows is run as it stands there."""
+"""What the README and the pages it leads to show is run as it stands there."""
 
 import re
 from pathlib import Path
@@ -7,8 +7,13 @@ import numpy as np
 import pytest
 import torch
 
-README = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
-BLOCKS = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
+ROOT = Path(__file__).parent.parent
+NAMES = ("engine", "motion", "metamorphoses", "commands", "structure", "comparison")
+PAGES = {
+    page: page.read_text(encoding="utf-8") for page in (ROOT / "README.md", *(ROOT / f"docs/{n}.md" for n in NAMES))
+}
+README = PAGES[ROOT / "README.md"]
+BLOCKS = re.findall(r"```python\n(.*?)```", "\n".join(PAGES.values()), re.DOTALL)
 
 
 def test_the_python_lines_make_a_picture_and_move_a_map(tmp_path, monkeypatch):
@@ -104,11 +109,13 @@ def test_gravel_turns_into_grass():
     assert float((result.image - target.target)[:, mask].abs().mean()) < 0.1
 
 
-def test_every_picture_the_readme_shows_is_there():
-    pictures = re.findall(r"!\[.*?\]\((.*?)\)", README)
-    assert pictures
-    for picture in pictures:
-        assert (Path(__file__).parent.parent / picture).is_file()
+def test_every_page_is_reached_and_every_picture_there():
+    reached = {ROOT / "README.md"}
+    for page, text in PAGES.items():
+        links = {(page.parent / link).resolve() for link in re.findall(r"\]\((?!https?:)(.*?)\)", text)}
+        assert all(link.is_file() for link in links), page
+        reached |= links
+    assert {*PAGES, *(ROOT / "docs").iterdir()} <= reached
 
 
 @pytest.mark.parametrize("command", ["make demo", "make test"])
