@@ -17,6 +17,9 @@ from flow.animation.copies import angles, changes, onward
 from flow.animation.fading import mixed
 from flow.animation.reading import Reading
 
+BEYOND = "bicubic"
+"""How copies, colors and maps, are to be read beyond seams: bilinearly .42 of a fountain's gradients are left there."""
+
 _LEAST = 32
 """Copies of fewer pixels are crumbs: what is around goes on over them. It saves most of the time where copies fray."""
 

@@ -128,11 +128,6 @@ class Film:
         """The strip between its pixels, bilinearly."""
         return Reading(self.strip, "bilinear")
 
-    @cached_property
-    def read_also(self) -> Reading | None:
-        """The strip of maps, read in the same way."""
-        return None if self.also is None else Reading(self.also, "bilinear")
-
     def onward(self, source: Tensor) -> Tensor:
         """Where texture at source coordinates (2, *S) is read a frame later; the same where it cannot live on."""
         if self.motion is None:

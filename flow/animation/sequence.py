@@ -28,7 +28,7 @@ from flow.animation.colorcurve import ColorCurve
 from flow.animation.copies import JUMP, tidied
 from flow.animation.entering import SIDES, entered, known_of
 from flow.animation.fading import Fading, left_of, shaded
-from flow.animation.feathering import feathered
+from flow.animation.feathering import BEYOND, feathered
 from flow.animation.film import Film
 from flow.animation.growing import grown
 from flow.animation.reading import Reading
@@ -144,16 +144,16 @@ class Motion:
         seed: int,
     ) -> None:
         renewing = renewing or (PRESETS if film.motion is None else VIDEO_PRESETS)["default"]
-        self.film, self.field, self.shape = film, field, shape
-        self.mask, self.enter, self.seed = mask, enter, seed
+        self.film, self.field, self.shape, self.mask, self.enter, self.seed = film, field, shape, mask, enter, seed
         self.channels, self.device = len(film.strip.canvas), film.strip.canvas.device
         self.upright = Upright(film.strip, renewing.stiffness, film.turning)
         self.renewing, self.renewal = renewing, Renewal(film, shape, renewing)
         self._curve = None if film.motion is None else ColorCurve(film.strip)
         if self._curve is not None:
             film = replace(film, strip=replace(film.strip, canvas=self._curve.of(film.strip.canvas)))
-        self.read, self._beyond = Reading(film.strip, renewing.interpolation), Reading(film.strip, "bicubic")
-        self._read_also = None if film.also is None else Reading(film.also, renewing.interpolation)
+        ways, also = (renewing.interpolation, BEYOND), film.also
+        self.read, self._beyond = (Reading(film.strip, way) for way in ways)
+        self._read_also, self._beyond_also = (None if also is None else Reading(also, way) for way in ways)
         self._steady: tuple[Tensor, Lookup] | None = None
         self._flowing: Tensor | None = None
         self._whole = torch.ones(shape, dtype=torch.bool, device=self.device)
@@ -253,7 +253,7 @@ class Motion:
 
     def _picture(self, source: Tensor, inside: Tensor, colors: Tensor | None = None) -> Tensor:
         """What source coordinates show: colors (C, H, W), unless they are known, and below them the maps."""
-        reach, also = self.renewing.feather, self.film.read_also
+        reach, also = self.renewing.feather, self._beyond_also
         if reach:  # softened seams would stay in them as thin lines
             colors = feathered(self.read(source), source, inside, self._beyond, reach, details=True)
         elif colors is None or self._curve is not None:
