@@ -23,12 +23,17 @@ def filled(values: Tensor, known: Tensor) -> Tensor:
     return values[:, rows, columns]
 
 
-def _nearest(known: Tensor) -> tuple[Tensor, Tensor]:
-    """Row and column (H, W) of the known pixel nearest to each; kept for as long as `known` is, and as it is."""
+def _nearest(known: Tensor) -> Tensor:
+    """Row and column (2, H, W) of the known pixel nearest to each; kept for as long as `known` is, and as it is."""
+    if known.is_inference():  # whether it is as it was cannot be told
+        return _looked_for(known)
     version, found = _FOUND.get(known, (-1, None))
     if version != known._version:
-        places = ndimage.distance_transform_edt(~known.cpu().numpy(), return_distances=False, return_indices=True)
-        found = torch.from_numpy(places).to(known.device)
+        found = _looked_for(known)
         _FOUND[known] = known._version, found
-    rows, columns = found
-    return rows, columns
+    return found
+
+
+def _looked_for(known: Tensor) -> Tensor:
+    places = ndimage.distance_transform_edt(~known.cpu().numpy(), return_distances=False, return_indices=True)
+    return torch.from_numpy(places).to(known.device)

@@ -205,3 +205,11 @@ def test_a_mask_that_is_changed_in_place_is_looked_at_again() -> None:
     assert torch.equal(flow.filled(picture(), known)[:, 39, 51], picture()[:, 5, 5])
     known[30, 40] = True
     assert torch.equal(flow.filled(picture(), known)[:, 39, 51], picture()[:, 30, 40])
+
+
+def test_unknown_values_are_found_where_no_gradients_are_kept_too() -> None:
+    with torch.inference_mode():
+        known = torch.ones(40, 52, dtype=torch.bool)
+        known[20:, 30:] = False
+        found = flow.filled(picture(), known)
+    assert torch.equal(found, flow.filled(picture(), known.clone()))
