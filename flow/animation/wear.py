@@ -121,7 +121,7 @@ class Wear:
         high = torch.tensor([part.stop for part in spot], device=corners.device)
         return ((corners < high) & (corners + width > low)).all(1).nonzero()[:, 0]
 
-    def _copied(self, image: Tensor, source: Tensor, angle: Tensor, which: Tensor) -> Tensor:
+    def _off_copy(self, image: Tensor, source: Tensor, angle: Tensor, which: Tensor) -> Tensor:
         """Squared distance (n,) of these windows to what the copies at their centers put there."""
         from flow.animation.loops import compare
 
@@ -146,7 +146,7 @@ class Wear:
 
     def _energy(self, image: Tensor, source: Tensor, angle: Tensor, which: Tensor) -> Tensor:
         """Squared distance (n,) of these windows to the nearest of what each copies and what the search finds."""
-        energy = self._copied(image, source, angle, which)
+        energy = self._off_copy(image, source, angle, which)
         worn = (energy > _SETTLED * self.variance).nonzero()[:, 0]
         if len(worn):
             windows = windows_at(channels_last(image), self.grid.corners[which[worn]], self.grid.width)
