@@ -190,11 +190,14 @@ def _opened(path: Path) -> Iterator[Any]:
 def _decoded(path: Path, container: Any, aloud: bool = True) -> Iterator[np.ndarray]:
     """Frames (H, W, 3 or 4), one by one; after the last InputError for what is not whole or has frames unlike.
 
-    aloud: what of the file is not kept is told.
+    aloud: what of the file is not kept is told. A transport stream that ends between two frames seems whole.
     """
-    stream, shape, times = container.streams.video[0], None, list[float]()
+    stream, shape, times, sound = container.streams.video[0], None, list[float](), False
     clear = has_alpha(stream)
     for frame in frames_with_alpha(container, stream) if clear else container.decode(stream):
+        if sound and frame.is_corrupt:  # those before the first sound one may lack what they are told by
+            raise InputError(f"{path} is damaged or cut off, it has a frame that is not whole; give the whole file")
+        sound = not frame.is_corrupt
         array = frame.to_ndarray(format="rgba" if clear else "rgb24")
         times += [] if frame.time is None else [frame.time]
         if shape not in (None, array.shape):

@@ -5,11 +5,13 @@ import subprocess
 import sys
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 import av
 import numpy as np
 import pytest
 import torch
+from torch import Tensor
 
 from kwatra.base.errors import InputError
 from synth import Kind
@@ -42,17 +44,21 @@ def test_a_file_keeps_size_length_rate_and_looks(tmp_path: Path, name: str, tole
     torch.testing.assert_close(clip.frames, frames(), rtol=0, atol=tolerance)
 
 
-@pytest.mark.parametrize("suffix", [".mkv", ".avi", ".m4v", ".mpg", ".flv"])
-def test_files_that_are_not_written_are_read(tmp_path: Path, suffix: str) -> None:
-    path = tmp_path / f"clip{suffix}"
+def write_unwritten(path: Path, video: Tensor, codec: str) -> None:
+    """A video (C, T, H, W) in a container that `write_video` does not write."""
     with av.open(str(path), "w") as container:
-        codec = {".mpg": "mpeg2video", ".flv": "flv1"}.get(suffix, "mpeg4")
-        stream = container.add_stream(codec, rate=25)
-        stream.height, stream.width, stream.pix_fmt, stream.bit_rate = 16, 20, "yuv420p", 1_000_000
-        for picture in (frames() * 255).byte().permute(1, 2, 3, 0).numpy():
+        stream: Any = container.add_stream(codec, rate=25)
+        stream.height, stream.width, stream.pix_fmt, stream.bit_rate = *video.shape[2:], "yuv420p", 1_000_000
+        for picture in (video * 255).byte().permute(1, 2, 3, 0).numpy():
             frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format="rgb24")
             container.mux(stream.encode(frame))
         container.mux(stream.encode(None))
+
+
+@pytest.mark.parametrize("suffix", [".mkv", ".avi", ".m4v", ".mpg", ".flv"])
+def test_files_that_are_not_written_are_read(tmp_path: Path, suffix: str) -> None:
+    path = tmp_path / f"clip{suffix}"
+    write_unwritten(path, frames(), {".mpg": "mpeg2video", ".flv": "flv1"}.get(suffix, "mpeg4"))
     assert is_video(path)
     clip = read_video(path)
     assert clip.rate == pytest.approx(25)
@@ -148,10 +154,14 @@ def test_sound_and_frames_that_last_differently_are_told_of(tmp_path: Path, caps
     ("clip.webm", "clip.webm ends after .* of the 0.48 s that it says it has; give the whole file"),
     ("clip.gif", "clip.gif is cut off, it lacks the end of a GIF; give the whole file"),
     ("clip.mp4", "clip.mp4 is no video that can be read"),
+    ("clip.mpg", "clip.mpg is damaged or cut off, it has a frame that is not whole; give the whole file"),
 ])  # fmt: skip
 def test_a_file_that_was_cut_off_is_refused(tmp_path: Path, name: str, sentence: str) -> None:
     noise = torch.rand(3, 12, 16, 20, generator=torch.Generator().manual_seed(0))
-    write_video(tmp_path / name, noise, 25)
+    if name == "clip.mpg":
+        write_unwritten(tmp_path / name, noise, "mpeg2video")
+    else:
+        write_video(tmp_path / name, noise, 25)
     assert read_video(tmp_path / name).frames.shape[1] == 12
     data = (tmp_path / name).read_bytes()
     (tmp_path / name).write_bytes(data[:-1] if name == "clip.gif" else data[: len(data) // 2])
