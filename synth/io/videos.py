@@ -180,8 +180,8 @@ def _opened(path: Path) -> Iterator[Any]:
         raise InputError(f"{path} does not exist; check the name")
     try:
         with av.open(str(path)) as container:
-            if not container.streams.video:
-                raise InputError(f"{path} holds no video; give an .mp4, a .gif or a folder of frames")
+            if not container.streams.video or container.streams.video[0].codec_context is None:
+                raise InputError(f"{path} holds no video that can be read; give an .mp4, a .gif or a folder of frames")
             yield container
     except (av.FFmpegError, OSError) as error:
         raise InputError(f"{path} is no video that can be read ({error}); give an .mp4, a .gif or a folder") from error

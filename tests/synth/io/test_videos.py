@@ -169,6 +169,13 @@ def test_a_file_that_was_cut_off_is_refused(tmp_path: Path, name: str, sentence:
         read_video(tmp_path / name)
 
 
+def test_a_file_in_an_unknown_code_is_refused(tmp_path: Path) -> None:
+    write_video(tmp_path / "clip.mp4", frames(), 25)
+    (tmp_path / "clip.mp4").write_bytes((tmp_path / "clip.mp4").read_bytes().replace(b"avc1", b"none"))
+    with pytest.raises(InputError, match=r"clip\.mp4 holds no video that can be read; give"):
+        read_video(tmp_path / "clip.mp4")
+
+
 def test_a_folder_with_other_things_is_not_replaced(tmp_path: Path) -> None:
     write_video(tmp_path / "clip", frames(), 25)
     (tmp_path / "clip" / "notes.txt").write_text("mine")
