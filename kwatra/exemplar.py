@@ -46,17 +46,19 @@ class Exemplar:
         mirror: bool = False,
         rotate: Sequence[float] = (),
         scale: Sequence[float] = (),
-        device: torch.device | str = "cpu",
+        device: torch.device | str | None = None,
     ) -> "Exemplar":
         """An exemplar of one or more images (C, H, W) or videos (C, T, H, W) with the same number of channels.
 
         masks: per image a boolean (*S), True where texture may be copied from. mirror adds each image flipped along
         its last axis; rotate adds variants turned by so many degrees (counterclockwise); scale adds variants resized by
-        these factors. Raises InputError for empty, non-finite or mismatching input.
+        these factors. device: where it is to be; None: where the first image is. Raises InputError for empty,
+        non-finite or mismatching input.
         """
         images = [images] if isinstance(images, Tensor) else list(images)
         masks = [None] * len(images) if masks is None else list(masks)
         _check(images, masks)
+        device = images[0].device if device is None else device
         pieces = []
         for index, (image, mask) in enumerate(zip(images, masks, strict=True)):
             piece = _original(image.to(device, torch.float32), mask, index)
@@ -66,6 +68,11 @@ class Exemplar:
         if weight.shape != (channels,) or bool((weight < 0).any()) or not bool(weight.isfinite().all()):
             raise InputError(f"weights are {weights}; give one finite number >= 0 for each of the {channels} channels")
         return _packed(pieces, weight.to(device))
+
+    def to(self, device: torch.device | str) -> "Exemplar":
+        """The same exemplar on another device."""
+        canvas, owner, origin, weights = (p.to(device) for p in (self.canvas, self.owner, self.origin, self.weights))
+        return Exemplar(canvas, owner, origin, weights, None if self.turns is None else self.turns.to(device))
 
     @property
     def shape(self) -> tuple[int, ...]:

@@ -89,6 +89,7 @@ class Film:
             film = replace(film, turning=_AS_ONE * element_size(film.strip))
         if also is None:
             return film
+        also = also.to(exemplar.canvas.device)
         if also.shape != exemplar.shape or not torch.equal(also.owner, exemplar.owner):
             raise InputError(
                 f"maps lie on {also.shape} but the exemplar on {exemplar.shape}; a map has its image's size"
@@ -117,6 +118,12 @@ class Film:
         )
         scene = place_dependence(exemplar) >= SCENE
         return cls(flat, len(owner), exemplar.shape[1] + gap, _flat(motion, gap), scene=scene)
+
+    def to(self, device: torch.device | str) -> "Film":
+        """The same film on another device."""
+        motion, placed = (None if part is None else part.to(device) for part in (self.motion, self.placed))
+        also = self.also and self.also.to(device)
+        return replace(self, strip=self.strip.to(device), motion=motion, also=also, placed=placed)
 
     @property
     def backward(self) -> "Film":

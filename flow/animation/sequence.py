@@ -100,6 +100,8 @@ def animate(
     what cannot is renewed (thesis 6.2). None: they turn where the exemplar prefers no direction
     (`kwatra.direction_dependence` below .21) and the flow is nearly rigid: turns and moves, and hardly shears.
 
+    What is synthesized at first is made on the exemplar's device; frames are carried, and given, on the CPU.
+
     Raises InputError for what cannot be done, at once where it can be seen at once.
     """
     if frames is not None and frames < 1:
@@ -117,21 +119,19 @@ def animate(
 def _frames(
     motion: "Motion", frames: int | None, first: Tensor | None, synthesis: Settings | None, after: State | None
 ) -> Iterator[Frame]:
-    if after is None:
+    state = after
+    if state is None:
         frame = motion.begin(first, synthesis or Settings())
         yield frame
         state = frame.state
-    else:
-        state = after
-    numbers = count(state.number + 1) if frames is None else range(state.number + 1, frames)
-    for _ in numbers:
+    for _ in count() if frames is None else range(state.number + 1, frames):
         frame = motion.step(state)
         yield frame
         state = frame.state
 
 
 class Motion:
-    """An exemplar's texture moving along a field: makes a first frame, and the next one of a state."""
+    """An exemplar's texture moving along a field: makes a first frame, and the next one of a state, on the CPU."""
 
     def __init__(
         self,
@@ -144,8 +144,8 @@ class Motion:
         seed: int,
     ) -> None:
         renewing = renewing or (PRESETS if film.motion is None else VIDEO_PRESETS)["default"]
+        self.channels, self.device, film = len(film.strip.canvas), film.strip.canvas.device, film.to("cpu")
         self.film, self.field, self.shape, self.mask, self.enter, self.seed = film, field, shape, mask, enter, seed
-        self.channels, self.device = len(film.strip.canvas), film.strip.canvas.device
         self.upright = Upright(film.strip, renewing.stiffness, film.turning)
         self.renewing, self.renewal = renewing, Renewal(film, shape, renewing)
         self._curve = None if film.motion is None else ColorCurve(film.strip)
@@ -156,31 +156,31 @@ class Motion:
         self._read_also, self._beyond_also = (None if also is None else Reading(also, way) for way in ways)
         self._steady: tuple[Tensor, Lookup] | None = None
         self._flowing: Tensor | None = None
-        self._whole = torch.ones(shape, dtype=torch.bool, device=self.device)
+        self._whole = torch.ones(shape, dtype=torch.bool)
 
     def allowed(self, number: int) -> Tensor:
         """Where (H, W) texture may be in a frame."""
-        return self._whole if self.mask is None else allowed(self.mask, number, self.shape).to(self.device)
+        return self._whole if self.mask is None else allowed(self.mask, number, self.shape).cpu()
 
     def begin(self, first: Tensor | None, synthesis: Settings) -> Frame:
         """Frame 0: empty if texture is to enter it, else synthesized, or a given picture brought to the exemplar."""
         inside = self.allowed(0)
         if self.enter is not None:
             inside = torch.zeros_like(inside)
-            nowhere = torch.full((2, *self.shape), NOWHERE, device=self.device)
+            nowhere = torch.full((2, *self.shape), NOWHERE)
             empty = self._picture(nowhere, inside) * 0
             return self._frame(State(0, nowhere, inside, empty), {})
         if self.film.placed is not None and first is None:
             return self._shown(self.film.middle(self.shape), inside)
         start: Tensor | str = "aligned"
         if first is not None:
-            start, synthesis = first, replace(synthesis, levels=_PROJECTION)
-        mask = None if self.mask is None else inside
+            start, synthesis = first.to(self.device), replace(synthesis, levels=_PROJECTION)
+        mask = None if self.mask is None else inside.to(self.device)
         pages = self.film.spread(max(_BEGINNING // (self.film.pitch * self.film.strip.shape[1]), 2))
-        exemplar = self.film.cut(self.film.strip, pages)
+        exemplar = self.film.cut(self.film.strip, pages).to(self.device)
         stay = [Stay(STAYING)] if self.film.scene and first is None else []
         still = optimize(exemplar, self.shape, settings=synthesis, terms=stay, start=start, mask=mask, seed=self.seed)
-        source = tidied(self.film.uncut(still.where, pages).flip(0).float(), inside, inside)
+        source = tidied(self.film.uncut(still.where.cpu(), pages).flip(0).float(), inside, inside)
         return self._shown(source, inside)
 
     def _shown(self, source: Tensor, inside: Tensor) -> Frame:
@@ -280,7 +280,7 @@ class Motion:
     def _flow(self, number: int) -> Tensor:
         """The flow (2, H, W) from a frame to the next; that of a steady field is asked for once."""
         if self._flowing is None or not self.field.steady:
-            self._flowing = self.field(number, self.shape).to(self.device)
+            self._flowing = self.field(number, self.shape).cpu()
         return self._flowing
 
     def _lookup(self, flow: Tensor, inside: Tensor) -> Lookup:

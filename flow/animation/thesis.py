@@ -66,7 +66,7 @@ def _of_picture(
     frame = optimize(exemplar, shape, seed=seed)
     yield frame
     for number in range(frames - 1):
-        term = flow_term(frame.image, lookup(field(number, shape)), weight)
+        term = flow_term(frame.image, lookup(field(number, shape).to(frame.image.device)), weight)
         settings = Settings(levels=_LEVELS)
         frame = optimize(prepared, shape, settings=settings, terms=term, start=term.target, seed=seed)
         yield frame
@@ -85,8 +85,9 @@ def _of_video(
         raise InputError(f"a video that flows as published is to have {shape[0]} frame; give at least 2")
     flows = torch.stack([field(number, shape[1:]) for number in range(shape[0] - (not loop))])
     exemplar = with_variants(exemplar, flows) if isinstance(exemplar, Tensor) else exemplar
-    whole = None if mask is None else mask.expand(shape)
-    return _made(exemplar, VolumeFlow(flows, weight, loop, mask=whole), shape, seed, whole)
+    device = exemplar.canvas.device
+    whole = None if mask is None else mask.to(device).expand(shape)
+    return _made(exemplar, VolumeFlow(flows.to(device), weight, loop, mask=whole), shape, seed, whole)
 
 
 def _made(

@@ -36,7 +36,7 @@ def charged(
     if not places:
         return np.zeros(shape)
     there = torch.from_numpy(np.indices(shape).reshape(len(shape), -1).T * np.array(grain))
-    here = torch.tensor([list(start)])
+    here = torch.tensor([list(start)], device=device)
     costs = [place(here, there[None].to(device))[0].cpu() for place in places]
     away: Array = torch.stack(costs).sum(0).double().numpy().reshape(shape)
     return away

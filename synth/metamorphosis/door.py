@@ -59,7 +59,9 @@ def morph(
     (height, width) of the frames; A and B are synthesized at that size first. features: maps (H, W) or (K, H, W) of A
     and B that say where their features are, for methods that look at them. tile: A and B repeat seamlessly in both
     directions, and so do the frames. retexture: what the method shows is made texture again, frame by frame. preset:
-    "fast", "default" or "best". callback: told what is being done, and how much of it is.
+    "fast", "default" or "best". device: where A and B are synthesized, and control, registration and blend
+    computed; the other methods, loops and searches, run on the CPU. callback: told what is being done, and how much of
+    it is.
 
     Same seed, same bits, for any number of threads. Raises InputError for what cannot be used.
     """
@@ -88,18 +90,17 @@ def begun(
 ) -> Metamorphosis[Image]:
     """As `morph`, but frames are made one by one as they are first looked at, so that they can be kept meanwhile."""
     moments = _times(times)
-    known = method_of(method, preset, options)
+    known, about = method_of(method, preset, options), entry(method)
     refuse_unused(method, "features", features is not None)
     refuse_unused(method, "tile", tile)
     report = callback or silent
-    least = entry(method).least
-    given: Given = Given.of(a, b, features, tile, least)
+    given: Given = Given.of(a, b, features, tile, about.least)
     pair = given.pair
-    sized = None if size is None else known.of_size(_checked(size, least))
+    sized = None if size is None else known.of_size(_checked(size, about.least))
     parts = _shares(report, (size is not None and sized is None, 3.0), (True, 4.0), (retexture, 6.0))
     if size is not None and sized is None:
         pair = Growth(preset, seed, device)(pair, size, parts[0])
-    pair = pair.to(device)
+    pair = pair.to(device if about.anywhere else "cpu")
     film: Film = (sized or known)(pair, moments, seed, parts[1])
     if retexture:
         film = RETEXTURE[preset](pair, film, seed, parts[2])

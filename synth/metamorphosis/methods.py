@@ -17,7 +17,8 @@ class Entry:
     """A method's module in this package: its PRESETS are a frozen dataclass, a `Method`, by the name of each preset.
 
     features, tile: whether it looks at the pair's. moves, energies, masks, finds: whether its film has a velocity,
-    energies, masks, and features. least: textures and frames of fewer px along a side are refused: they
+    energies, masks, and features. anywhere: whether it computes on any device; loops and searches of the others run on
+    the CPU. least: textures and frames of fewer px along a side are refused: they
     hold no texture to speak of, or no window.
     """
 
@@ -28,13 +29,14 @@ class Entry:
     energies: bool = False
     masks: bool = False
     finds: bool = False
+    anywhere: bool = False
     least: int = 16
 
 
 METHODS = {
-    "control": Entry("optimal_control.control", features=True, tile=True, moves=True, energies=True),
-    "registration": Entry("blend.registration", tile=True, moves=True, energies=True),
-    "blend": Entry("blend.dissolve", tile=True),
+    "control": Entry("optimal_control.control", features=True, tile=True, moves=True, energies=True, anywhere=True),
+    "registration": Entry("blend.registration", tile=True, moves=True, energies=True, anywhere=True),
+    "blend": Entry("blend.dissolve", tile=True, anywhere=True),
     "patterns": Entry("patterns.method", tile=True, moves=True),
     "patches": Entry("patches.method", features=True, tile=True, finds=True, least=17),
     "textons": Entry("textons.method", masks=True),

@@ -72,7 +72,7 @@ class BestCenters:
             lines.append(torch.cat([torch.arange(0, last + 1, TRIED), torch.tensor([last])]).unique())
         tried = torch.cartesian_prod(*lines).view(-1, len(lines))
         tried = tried if self.known is None else torch.cat([self.known, tried])
-        return tried.to(step.source.numbers.device)
+        return tried
 
 
 def _axes(step: Step) -> list[tuple[int, int, int, bool]]:

@@ -111,8 +111,8 @@ def strength(image: Tensor, textures: Sequence[Tensor], weights: Weights) -> flo
 def _octaves(image: Tensor) -> list[Colors]:
     found = []
     for _ in range(3):
-        low = torch.from_numpy(gaussian_filter(image.cpu().numpy(), (0, 1, 1)))
-        found.append(Colors.of(image.cpu() - low))
+        low = torch.from_numpy(gaussian_filter(image.numpy(), (0, 1, 1)))
+        found.append(Colors.of(image - low))
         image = low[:, ::2, ::2]
     return found
 

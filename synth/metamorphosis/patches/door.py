@@ -46,7 +46,6 @@ def interpolate(
     tile: bool = False,
     preset: str = "default",
     seed: int = 0,
-    device: str = "cpu",
     callback: Report | None = None,
     **options: Any,
 ) -> Interpolated[Image]:
@@ -66,7 +65,7 @@ def interpolate(
     if len(textures) < 2:
         raise InputError(f"{len(textures)} texture was given; give at least two, between which others lie")
     form: Form[Image] = Form.of(list(textures))
-    images = tuple(form.normalized(texture).to(device) for texture in textures)
+    images = tuple(form.normalized(texture).cpu() for texture in textures)
     if any(image.ndim != 3 or len(image) != len(images[0]) for image in images):
         raise InputError("the textures are videos, or differ in their channels; give images that have all the same")
     if features is not None and len(features) != len(images):
@@ -78,7 +77,7 @@ def interpolate(
     report("matching patches", 0.0)
     weightings = (_weighting(weights, number, images, size) for number in range(count))
     made = method.frames(between, weightings, count, report)
-    frames = Frames((form.restored(frame.image.cpu()) for frame in made), count)
+    frames = Frames((form.restored(frame.image) for frame in made), count)
     return Interpolated(frames, between.found.maps, method.remarks(between, count))
 
 

@@ -109,7 +109,7 @@ class FoundFeatures:
 
 def find_features(images: Sequence[Tensor]) -> FoundFeatures:
     """The feature maps of textures (C, H, W), of the kind that characterizes them best together."""
-    grays = [image.mean(0).cpu().numpy().astype(np.float64) for image in images]
+    grays = [image.mean(0).numpy().astype(np.float64) for image in images]
     found = []
     for kind, of in KINDS.items():
         chosen = [
@@ -138,7 +138,7 @@ def distance_channel(features: Tensor) -> Tensor:
     """The distance (1, H, W) of each pixel to the nearest feature, in REACH, at most 1; 1 where there is none."""
     if not features.any():
         return torch.ones(1, *features.shape)
-    away = np.minimum(distance_transform_edt(~features.cpu().numpy()), REACH) / REACH
+    away = np.minimum(distance_transform_edt(~features.numpy()), REACH) / REACH
     return torch.from_numpy(away)[None].float()
 
 
@@ -160,7 +160,7 @@ def characterizes(features: Tensor, image: Tensor) -> float:
     if not features.any():
         return 0.0
     width = min(_WINDOW, *features.shape)
-    both = torch.cat([distance_channel(features), image.float().cpu()])
+    both = torch.cat([distance_channel(features), image.float()])
     windows = both.unfold(1, width, 2).unfold(2, width, 2)[..., ::2, ::2]
     place = torch.stack(torch.meshgrid(*map(torch.arange, windows.shape[1:3]), indexing="ij"), -1).reshape(-1, 2)
     windows = windows.permute(1, 2, 0, 3, 4).reshape(len(place), len(both), -1)

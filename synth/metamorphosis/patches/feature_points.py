@@ -46,7 +46,7 @@ def feature_points(features: Tensor, corners: Tensor, width: int, most: int) -> 
             f"a feature map has shape {tuple(features.shape)} and type {features.dtype}; give booleans (H, W) of at "
             f"least {width}x{width}, True at features"
         )
-    ranks = _ranked(features).to(features.device)[..., None].contiguous()
+    ranks = _ranked(features)[..., None].contiguous()
     count, parts = min(most, width * width), []
     for some in corners.split(max(_PIXELS // width**2, 1)):
         inside = windows_at(ranks, some, (width, width)).flatten(1)
@@ -59,7 +59,7 @@ def feature_points(features: Tensor, corners: Tensor, width: int, most: int) -> 
 
 def _ranked(features: Tensor) -> Tensor:
     """The place of each feature pixel (H, W) in the order, H * W elsewhere."""
-    rows, columns = np.nonzero(features.cpu().numpy())
+    rows, columns = np.nonzero(features.numpy())
     # a golden-ratio sequence in two dimensions: pixels that follow each other are far apart
     scattered = np.argsort((0.7548776662466927 * columns + 0.5698402909980532 * rows) % 1.0, kind="stable")
     ranks = np.full(features.shape, features.numel(), np.int64)

@@ -291,8 +291,8 @@ class Interpolation:
         if shape == tuple(image.shape[1:]):
             lines = torch.meshgrid(*map(torch.arange, shape), indexing="ij")
             return torch.stack(lines), image
-        made = synthesize(image.cpu(), shape, tile=self.wrap, preset=preset, seed=self.seed)
-        return torch.as_tensor(made.source)[1:].long(), made.image.to(image)
+        made = synthesize(image, shape, tile=self.wrap, preset=preset, seed=self.seed)
+        return torch.as_tensor(made.source)[1:].long(), made.image
 
 
 def _mean(weighting: Weighting, where: Tensor) -> tuple[float, ...]:

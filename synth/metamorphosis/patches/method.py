@@ -129,7 +129,7 @@ class PatchMorph(Method):
         """What leads from A to B, both synthesized first if frames have another size."""
         maps = between.found.maps
         if between.shape != tuple(pair.a.shape[1:]):
-            pair = Growth(self.search, seed, str(pair.a.device))(pair, between.shape, report)
+            pair = Growth(self.search, seed, "cpu")(pair, between.shape, report)
             maps = replace(between, images=(pair.a, pair.b), features=_features(pair)).found.maps
         units = (1.0, 1.0) if pair.tile else between.units
         given = zip((pair.a, pair.b), maps, units, strict=True)

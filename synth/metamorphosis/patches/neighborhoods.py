@@ -68,7 +68,7 @@ class Neighborhoods:
         """
         offset = torch.arange(self.width, dtype=torch.float32) - (self.width - 1) / 2
         y, x = torch.meshgrid(offset, offset, indexing="ij")
-        places = torch.stack([x, y], -1).reshape(-1, 2).to(images[0].device) / self.scale(weights)
+        places = torch.stack([x, y], -1).reshape(-1, 2) / self.scale(weights)
         chunk = max(CHUNK // (len(places) * len(images[0])), 1)
         for first in range(0, len(self), chunk):
             part = slice(first, min(first + chunk, len(self)))
@@ -127,5 +127,5 @@ def similarity(neighborhoods: Neighborhoods, images: Sequence[Tensor], feature_w
         for one in range(count):
             for other in range(one):
                 apart = (flat[one, ..., -1] - flat[other, ..., -1]).abs().mean(1)
-                found[part] += (color[one] * color[other]).sum(1).cpu() - feature_weight * apart.cpu()
+                found[part] += (color[one] * color[other]).sum(1) - feature_weight * apart
     return found / max(count * (count - 1) // 2, 1)

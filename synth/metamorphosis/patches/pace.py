@@ -56,7 +56,7 @@ def _shown(windows: Tensor, bands: Bands) -> Tensor:
     Given once: as often as a finished image is given it, progress moved by .006 at most on six pairs of photographs.
     """
     count, width = windows.shape[:2]
-    row = windows[..., :-1].permute(3, 1, 0, 2).flatten(2).cpu()  # all windows side by side
+    row = windows[..., :-1].permute(3, 1, 0, 2).flatten(2)  # all windows side by side
     given = bands.given_to(row).clamp(0, 1).view(-1, width, count, width)
     first = max((width - _WIDTH) // 2, 0)
     middle = slice(first, first + _WIDTH)

@@ -252,7 +252,7 @@ def _moved(corners: Tensor, way: Tensor, width: int, wrap: bool) -> Tensor:
     """
     sides = torch.tensor(way.shape[1:])
     middle = (corners + width // 2) % sides
-    moved = corners + way[:, middle[:, 0], middle[:, 1]].T.flip(1).round().long().cpu()
+    moved = corners + way[:, middle[:, 0], middle[:, 1]].T.flip(1).round().long()
     return moved % sides if wrap else moved.clamp(min=-(width // 2)).minimum(sides - 1 - width // 2)
 
 

@@ -49,19 +49,19 @@ def relaxed(ballot: Ballot, reach: int, stiffness: float, sweeps: int) -> tuple[
     """The windows (two axes) where they agree best, and the energy at first and after each sweep."""
     layout, source = ballot.layout, ballot.source
     windows = source.windows(ballot.matches) * source.metric.share.sqrt()
-    corners = layout.corners.cpu().numpy().astype(np.int64)
+    corners = layout.corners.numpy().astype(np.int64)
     energies, places = _relax(
-        np.ascontiguousarray(windows.cpu().numpy()), corners, *_springs(layout),
-        source.metric.falloff[..., 0].cpu().numpy(), np.array(layout.shape), np.array(layout.wraps), reach,
+        np.ascontiguousarray(windows.numpy()), corners, *_springs(layout),
+        source.metric.falloff[..., 0].numpy(), np.array(layout.shape), np.array(layout.wraps), reach,
         stiffness / max(reach, 1) ** 2, sweeps,
     )  # fmt: skip
-    return FreeWindows(layout.shape, layout.width, torch.from_numpy(places).to(layout.device), layout.wraps), energies
+    return FreeWindows(layout.shape, layout.width, torch.from_numpy(places), layout.wraps), energies
 
 
 def _springs(layout: Layout) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Which windows each is held to, one after the other, and where each one's begin; held means both ways."""
     own = torch.arange(len(layout))
-    pairs = torch.cat([torch.stack([own, number.cpu()], 1) for number, _ in layout.neighbor_shifts()])
+    pairs = torch.cat([torch.stack([own, number], 1) for number, _ in layout.neighbor_shifts()])
     pairs = pairs[pairs[:, 0] != pairs[:, 1]]
     pairs = torch.cat([pairs, pairs.flip(1)]).unique(dim=0)
     first = torch.searchsorted(pairs[:, 0].contiguous(), torch.arange(len(layout) + 1))

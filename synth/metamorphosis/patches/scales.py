@@ -59,7 +59,7 @@ def _unlike(images: Sequence[Tensor], maps: Sequence[Tensor], units: Sequence[fl
 
 def _windows(texture: Texture) -> Tensor:
     """Windows, evenly spread, of its brightness and its distance to features, each of variance 1: (N, values)."""
-    both = torch.stack([texture.image.mean(0), texture.distance[0]], -1).cpu()
+    both = torch.stack([texture.image.mean(0), texture.distance[0]], -1)
     both = (both - both.mean((0, 1))) / both.std((0, 1)).clamp(min=1e-6)
     rows, columns = (side - _WINDOW + 1 for side in both.shape[:2])
     step = max(round((rows * columns / _WINDOWS) ** 0.5), 1)

@@ -19,4 +19,4 @@ def surrounded(image: Tensor, features: Tensor, zoom: float, preset: str, seed: 
     hole = F.pad(torch.zeros(image.shape[1:], dtype=torch.bool), around, value=True)
     made = fill(F.pad(image, around), hole, preset=preset, seed=seed)
     rows, columns = torch.as_tensor(made.source)[1:].long() - torch.tensor([down, right]).view(2, 1, 1)
-    return made.image.to(image), features[rows, columns]
+    return made.image, features[rows, columns]

@@ -62,7 +62,7 @@ class PatternMorph(Method):
 
         Raises InputError if fewer than 4 patterns are found in a texture, or they are hardly distinct.
         """
-        a, b = (image[:, : pair.b.shape[1], : pair.b.shape[2]].cpu() for image in (pair.a, pair.b))
+        a, b = (image[:, : pair.b.shape[1], : pair.b.shape[2]] for image in (pair.a, pair.b))
         b = b[:, : a.shape[1], : a.shape[2]]
         size = (a.shape[1], a.shape[2])
         ways, remarks = self._ways(pair, size, report)
@@ -78,13 +78,13 @@ class PatternMorph(Method):
                 report("warping", 0.2 + 0.8 * number / len(times))
                 now = landmarks(t)
                 from_a, from_b = warping.moved(a, landmarks(0), now), warping.moved(b, landmarks(1), now)
-                yield dissolved(from_a, from_b, within(t, self.dissolving), pair).to(pair.a.device)
+                yield dissolved(from_a, from_b, within(t, self.dissolving), pair)
 
         if self.scale_elements is None and scale < 1:
             remarks += (f"elements are crowded: they are scaled by {scale:.2f} while they move",)
 
         def motion() -> Tensor:
-            return _velocity(landmarks, max(1, len(times) - 1), size, warping).to(pair.a.device)
+            return _velocity(landmarks, max(1, len(times) - 1), size, warping)
 
         shown = frames() if self.median == 1 else median(list(frames()), self.median)
         return Film(Frames(shown, len(times)), tuple(times), motion, remarks=remarks)
@@ -94,7 +94,7 @@ class PatternMorph(Method):
         sets: list[Found] = []
         for name, image, given in (("A", pair.a, self.patterns_a), ("B", pair.b, self.patterns_b)):
             report(f"finding patterns in {name}", 0.1 * len(sets))
-            sets.append(patterns_of(image.permute(1, 2, 0).double().cpu().numpy(), given, self.threshold, name))
+            sets.append(patterns_of(image.permute(1, 2, 0).double().numpy(), given, self.threshold, name))
         a, b = (
             each[(each.mean(1) <= [size[1] - 1, size[0] - 1]).all(1)]
             for each in alike(sets[0].every, sets[1].every, sets[0].patterns.closed, sets[1].patterns.closed)

@@ -56,8 +56,8 @@ class TextonMorph(Method):
         parts = ", ".join(f"{name} is {mask.mean():.0%} elements" for name, mask in zip("AB", masks, strict=True))
         make = self._published if self.published else self._engine
         shown = torch.from_numpy(masks[0]), torch.from_numpy(masks[1])
-        frames = (frame.to(pair.a.device) for frame in make(pair, masks, times, seed, report))
-        return Film(Frames(frames, len(times)), tuple(times), remarks=(parts,), masks=shown)
+        frames = Frames(make(pair, masks, times, seed, report), len(times))
+        return Film(frames, tuple(times), remarks=(parts,), masks=shown)
 
     def of_size(self, size: tuple[int, int]) -> "TextonMorph | None":
         """Published frames have any size (height, width) by themselves."""
@@ -67,8 +67,7 @@ class TextonMorph(Method):
         """The masks (H, W) of A and B that are used, cleaned."""
         given = (("A", pair.a, self.mask_a, self.colors_a), ("B", pair.b, self.mask_b, self.colors_b))
         a, b = (
-            checked(self._mask(image.cpu(), mask, colors, pair.extremes), image, name)
-            for name, image, mask, colors in given
+            checked(self._mask(image, mask, colors, pair.extremes), image, name) for name, image, mask, colors in given
         )
         return a, b
 
@@ -88,7 +87,7 @@ class TextonMorph(Method):
         """Texture of B from its own mask back, then of A from its own on, mixed with B's as soon as it is there."""
         height, width = (min(pair.a.shape[axis], pair.b.shape[axis]) for axis in (1, 2))
         (a, mask_a), (b, mask_b) = (
-            (image[:, :height, :width].cpu().contiguous(), mask[:height, :width])
+            (image[:, :height, :width].contiguous(), mask[:height, :width])
             for image, mask in zip((pair.a, pair.b), masks, strict=True)
         )
         moving = MovingMasks.of(mask_a, mask_b)
@@ -108,7 +107,7 @@ class TextonMorph(Method):
         """Frames grown pixel by pixel, each over the one before."""
         from synth.metamorphosis.textons.raster import grown
 
-        a, b = (np.ascontiguousarray(image.cpu().permute(1, 2, 0).numpy()) for image in (pair.a, pair.b))
+        a, b = (np.ascontiguousarray(image.permute(1, 2, 0).numpy()) for image in (pair.a, pair.b))
         shape = self.size or (a.shape[0], a.shape[1])
         widths = (self.window_a, self.window_b)
         values = (masks[0].astype(np.float32), masks[1].astype(np.float32))
