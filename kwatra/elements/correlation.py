@@ -54,7 +54,7 @@ def edges(picture: Tensor, present: Tensor) -> Tensor:
 
 
 def _blurred(stack: Tensor) -> Tensor:
-    taps = torch.arange(-3, 4, dtype=stack.dtype, device=stack.device)
+    taps = torch.arange(-3, 4, dtype=stack.dtype)
     kernel = torch.exp(-0.5 * (taps / EDGE_SIGMA).square())
     flat = stack.reshape(-1, 1, *stack.shape[-2:])
     flat = F.conv2d(F.conv2d(flat, kernel.view(1, 1, -1, 1), padding=(3, 0)), kernel.view(1, 1, 1, -1), padding=(0, 3))
@@ -83,7 +83,7 @@ def _products(picture: Tensor, present: Tensor, reach: tuple[int, int]) -> tuple
 
     def at_lags(one: Tensor, other: Tensor) -> Tensor:
         lags = torch.fft.irfft2(one.conj() * other, s=size)
-        down, right = (torch.arange(-r, r + 1, device=lags.device) for r in reach)
+        down, right = (torch.arange(-r, r + 1) for r in reach)
         return lags[..., down, :][..., right].reshape(-1, len(down), len(right))
 
     overlap = at_lags(there, there).clamp(min=0)

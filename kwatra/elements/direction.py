@@ -8,6 +8,7 @@ from torch import Tensor
 
 from kwatra.base import total
 from kwatra.elements.correlation import pictures
+from kwatra.elements.kept import kept
 from kwatra.elements.size import element_size
 from kwatra.exemplar import Exemplar
 
@@ -23,6 +24,7 @@ _ROUNDING = 1e-12
 """Slopes with less of a picture's power are rounding."""
 
 
+@kept
 def direction_dependence(exemplar: Exemplar) -> float:
     """How much a still exemplar's edges prefer directions, 0 to 1; 0 for one without edges.
 
@@ -42,7 +44,7 @@ def _largest(exemplar: Exemplar, sigma: float) -> float:
     for picture, present in pictures(exemplar):
         if picture.ndim > 3:
             continue
-        down, right, inside = _slopes(picture.cpu(), present.cpu(), sigma)
+        down, right, inside = _slopes(picture, present, sigma)
         square = (down.square() + right.square())[:, inside].flatten()
         turn = order * torch.atan2(down[:, inside].flatten(), right[:, inside].flatten())
         sums += torch.stack([(turn.cos() * square).sum(1), (turn.sin() * square).sum(1)])

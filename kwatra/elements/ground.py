@@ -69,14 +69,14 @@ class Ground:
 def find_ground(exemplar: Exemplar) -> Ground:
     """The ground of an exemplar of still images. Textures without one have a `sure` of about 0."""
     size = element_size(exemplar)
-    inside = (exemplar.owner >= 0).cpu().numpy()
+    inside = (exemplar.owner >= 0).numpy()
     tried = [(light, *_cleaned(ground, inside, size)) for light, ground in _splits(exemplar.canvas, inside, size)]
     light, _, sure = max(tried, key=lambda split: split[2])
     alike = [ground for other, ground, as_sure in tried if other == light and as_sure >= AS_SURE * sure]
     least = min(alike, key=np.count_nonzero)
     away = ndimage.distance_transform_edt(np.pad(~least, 1, mode="edge"))[1:-1, 1:-1] if least.any() else inside
     depth = np.clip(away / max(RIM * size, 1.0), 0, 1)
-    return Ground(depth, sure, _plain(exemplar.canvas.double().cpu().numpy(), inside, least), size)
+    return Ground(depth, sure, _plain(exemplar.canvas.double().numpy(), inside, least), size)
 
 
 def _plain(colors: Array, inside: Array, ground: Array) -> float:
@@ -90,7 +90,7 @@ def _plain(colors: Array, inside: Array, ground: Array) -> float:
 
 def _splits(canvas: Tensor, inside: Array, size: float) -> Iterator[tuple[bool, Array]]:
     """Ways to tell ground from elements, (*S) each, True on the ground; and whether it is lighter than they."""
-    bright = _smoothed(canvas.double().mean(0).cpu().numpy(), inside, SMOOTHING)
+    bright = _smoothed(canvas.double().mean(0).numpy(), inside, SMOOTHING)
     around = _smoothed(bright, inside, max(size, 4.0))
     for light, values in ((False, bright), (True, -bright), (False, bright - around), (True, around - bright)):
         known = values[inside]

@@ -1,4 +1,4 @@
-"""What is found of an exemplar is found once: every try, and every level, asks for it again."""
+"""What is found of an exemplar is found once, on the CPU: every try, and every level, asks for it again."""
 
 from collections.abc import Callable
 from functools import wraps
@@ -12,14 +12,14 @@ Found = TypeVar("Found")
 
 
 def kept(find: Callable[[Exemplar], Found]) -> Callable[[Exemplar], Found]:
-    """`find`, whose answer is kept for as long as the exemplar's canvas lives."""
+    """`find`, on the CPU, whose answer is kept for as long as the exemplar's canvas lives."""
     known = WeakTensorKeyDictionary()
 
     @wraps(find)
     def once(exemplar: Exemplar) -> Found:
         owner, found = known.get(exemplar.canvas, (None, None))
         if owner is not exemplar.owner:
-            found = find(exemplar)
+            found = find(exemplar.to("cpu"))
             known[exemplar.canvas] = exemplar.owner, found
         return found
 

@@ -70,7 +70,7 @@ class Lattice:
     def rest(self, offsets: Tensor) -> Tensor:
         """What is left (2, ...) of offsets (2, ...) in pixels after the nearest lattice point; 0 is in step."""
         offsets = offsets.double()
-        basis = self.vectors.T.to(offsets.device)
+        basis = self.vectors.T
         near = torch.tensordot(torch.linalg.inv(basis), offsets, 1).round()
         rest = offsets - torch.tensordot(basis, near, 1)
         # of a reduced basis the nearest point is the rounded one or one beside it
@@ -129,7 +129,7 @@ def reduced(vectors: Tensor) -> Tensor:
         times = round((long[0] * short[0] + long[1] * short[1]) / _squared(short))
         longer = [long[0] - times * short[0], long[1] - times * short[1]]
         if _squared(longer) >= _squared(short) - 1e-9:
-            return torch.tensor([_upper(short), _upper(longer)], dtype=vectors.dtype, device=vectors.device)
+            return torch.tensor([_upper(short), _upper(longer)], dtype=vectors.dtype)
         short, long = longer, short
 
 
@@ -148,7 +148,7 @@ def _blob(found: Correlation) -> float:
     Its square is the sum of the squared correlation over all lags that are due to no repetition (Bartlett's formula).
     """
     curve = radial(found)
-    lags = torch.arange(math.ceil(unlike(curve)) + 1, device=curve.device)[: len(curve)]
+    lags = torch.arange(math.ceil(unlike(curve)) + 1)[: len(curve)]
     return math.sqrt(1 + float(total(2 * math.pi * lags * curve[: len(lags)].square())))
 
 
@@ -157,7 +157,7 @@ def _chance(found: Correlation, vectors: Tensor) -> float:
 
     Lines of letters, and courses of bricks, are alike at many of these.
     """
-    down, right = (torch.arange(-r, r + 1, device=found.value.device) for r in found.reach)
+    down, right = (torch.arange(-r, r + 1) for r in found.reach)
     lags = torch.stack(torch.meshgrid(down, right, indexing="ij")).double()
     inside = (Lattice(vectors, 1.0).rest(lags) - lags).abs().amax(0) < 1e-6
     return math.sqrt(float(total(found.value[inside].square())))
@@ -169,7 +169,7 @@ def _strongest(found: Correlation, noise: float) -> Tensor:
     around = F.max_pool2d(value[None], 5, 1, 2)[0]
     inner = F.pad(found.overlap, (1, 1, 1, 1)).unfold(0, 3, 1).unfold(1, 3, 1).amin((-2, -1)) > 0
     peak = (value == around) & inner & (value > 0)
-    lags = peak.nonzero() - torch.tensor(found.reach, device=value.device)
+    lags = peak.nonzero() - torch.tensor(found.reach)
     lags = lags[(lags[:, 0] > 0) | ((lags[:, 0] == 0) & (lags[:, 1] > 0))]
     lags = lags[lags.square().sum(1) >= SHORTEST**2]
     sure = _sampled(value, lags) - noise / _sampled(found.overlap, lags).clamp(min=1).sqrt()
@@ -207,7 +207,7 @@ def _points(vectors: Tensor, reach: int) -> Tensor:
 
 def _sampled(image: Tensor, lags: Tensor) -> Tensor:
     """The values of an image of lags, 0 in its middle, at lags (..., 2); 0 beyond its border."""
-    middle = torch.tensor(image.shape, device=image.device) // 2
+    middle = torch.tensor(image.shape) // 2
     inside = (lags.abs() <= middle).all(-1)
     place = torch.where(inside[..., None], lags + middle, 0)
     return torch.where(inside, image[place[..., 0], place[..., 1]], 0.0)

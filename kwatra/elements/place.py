@@ -5,12 +5,14 @@ from torch import Tensor
 
 from kwatra.base import mean
 from kwatra.elements.correlation import edges, pictures
+from kwatra.elements.kept import kept
 from kwatra.exemplar import Exemplar
 
 CELLS = 8
 """The frame is seen in so many cells across and down, or in as many as it has pixels."""
 
 
+@kept
 def place_dependence(exemplar: Exemplar) -> float:
     """How much a video's statistics depend on the place in the frame, -1 to 1; 0 for images and videos of one frame.
 

@@ -34,6 +34,7 @@ def continued(exemplar: Exemplar, lattice: Lattice, shape: Sequence[int]) -> Ten
     It begins with the upper left corner of the exemplar's first image that is periodic in whole pixels, each color to
     within a step of 8 bits, and of which a whole cell may be copied.
     """
+    device, exemplar = exemplar.canvas.device, exemplar.to("cpu")
     for box, inside in exemplar.places():
         image = exemplar.canvas[(slice(None), *box)]
         vectors = _exact(image, inside, lattice)
@@ -41,17 +42,17 @@ def continued(exemplar: Exemplar, lattice: Lattice, shape: Sequence[int]) -> Ten
             continue
         basis = _triangular(vectors)
         place = _innermost_of_cell(inside, basis)
-        if bool((place >= 0).all()) and _alike(image, inside, place[_cell(inside.shape, basis).to(inside.device)]):
-            there = place[_cell(shape, basis).to(place.device)]
+        if bool((place >= 0).all()) and _alike(image, inside, place[_cell(inside.shape, basis)]):
+            there = place[_cell(shape, basis)]
             width = inside.shape[1]
-            return torch.stack([there // width + box[0].start, there % width + box[1].start])
+            return torch.stack([there // width + box[0].start, there % width + box[1].start]).to(device)
     return None
 
 
 def _exact(image: Tensor, inside: Tensor, lattice: Lattice) -> Tensor | None:
     """The shortest whole vectors (2, 2) by which an image is the same where it overlaps itself."""
     steps = torch.cartesian_prod(*[torch.arange(-MULTIPLES, MULTIPLES + 1)] * 2).double()
-    moves = (steps @ lattice.vectors.cpu()).round().long()
+    moves = (steps @ lattice.vectors).round().long()
     moves = moves[moves.square().sum(1).argsort(stable=True)]
     first: Tensor | None = None
     for move in moves[moves.any(1)]:
@@ -101,8 +102,8 @@ def _innermost_of_cell(inside: Tensor, basis: tuple[int, int, int]) -> Tensor:
     y, x = pixels // width, pixels % width
     margin = torch.stack([y, height - 1 - y, x, width - 1 - x]).amin(0)
     pixels = pixels[(-margin).argsort(stable=True)]
-    numbers = _cell(inside.shape, basis).to(inside.device).flatten()[pixels]
-    order = torch.arange(len(pixels), device=pixels.device)
+    numbers = _cell(inside.shape, basis).flatten()[pixels]
+    order = torch.arange(len(pixels))
     first = order.new_full((down * along,), len(pixels)).scatter_reduce(0, numbers, order, "amin")
     return torch.where(first < len(pixels), pixels[first.clamp(max=len(pixels) - 1)], -1)
 

@@ -18,7 +18,7 @@ def translation(exemplar: Exemplar) -> tuple[int, int] | None:
     canvas = exemplar.canvas
     if canvas.shape[1] < 2 or not bool((exemplar.owner == 0).all()):
         return None
-    first, second = (canvas[:, number].mean(0).cpu().numpy() for number in (0, 1))
+    first, second = (canvas[:, number].mean(0).numpy() for number in (0, 1))
     if first.min() == first.max() or second.min() == second.max():
         return None
     shift = phase_cross_correlation(first - first.mean(), second - second.mean())[0]

@@ -39,6 +39,7 @@ class SourceWindows(Described):
         device = exemplar.canvas.device
         self.pixels = channels_last(exemplar.canvas)
         self._place = torch.tensor([math.prod(self.positions[i + 1 :]) for i in range(valid.ndim)], device=device)
+        self._shape = torch.tensor(self.positions, device=device)
         # the nearest position where a window may start, for every position
         nearest = ndimage.distance_transform_edt(~valid.cpu().numpy(), return_distances=False, return_indices=True)
         self._snap = self.number(torch.from_numpy(nearest.astype(np.int64)).to(device).flatten(1).T)
@@ -51,13 +52,11 @@ class SourceWindows(Described):
 
     def corners(self, numbers: Tensor) -> Tensor:
         """See `Placed.corners`."""
-        shape = torch.tensor(self.positions, device=numbers.device)
-        return (numbers[..., None] // self._place) % shape
+        return (numbers[..., None] // self._place) % self._shape
 
     def snapped(self, corners: Tensor) -> Tensor:
         """See `Placed.snapped`."""
-        top = torch.tensor(self.positions, device=corners.device) - 1
-        return self._snap[self.number(corners.clamp(min=0).minimum(top))]
+        return self._snap[self.number(corners.clamp(min=0).minimum(self._shape - 1))]
 
     def windows(self, numbers: Tensor) -> Tensor:
         """See `Source.windows`."""

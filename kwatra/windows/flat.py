@@ -14,11 +14,13 @@ def strides(shape: tuple[int, ...], channels: int) -> Tensor:
     return torch.tensor(steps[::-1])
 
 
-def row_starts(shape: tuple[int, ...], width: tuple[int, ...], channels: int) -> Tensor:
+def row_starts(
+    shape: tuple[int, ...], width: tuple[int, ...], channels: int, device: torch.device | str = "cpu"
+) -> Tensor:
     """Where each row (along the last axis) of a window begins, from the window's first value: (rows,)."""
-    starts = torch.zeros(1, dtype=torch.long)
-    for size, step in zip(width[:-1], strides(shape, channels)[:-1], strict=True):
-        starts = (starts[:, None] + torch.arange(size) * step).flatten()
+    starts = torch.zeros(1, dtype=torch.long, device=device)
+    for size, step in zip(width[:-1], strides(shape, channels)[:-1].tolist(), strict=True):
+        starts = (starts[:, None] + torch.arange(size, device=device) * step).flatten()
     return starts
 
 

@@ -9,6 +9,7 @@ A plain grid ends with a window flush against the border, so every pixel is cove
 past the border at the opposite side.
 """
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -35,9 +36,11 @@ def windows_at(image: Tensor, corners: Tensor, width: tuple[int, ...]) -> Tensor
     """
     channels = image.shape[-1]
     shape = tuple(image.shape[:-1])
-    first = (corners * strides(shape, 1).to(image.device)).sum(1)
+    first = torch.zeros_like(corners[:, 0])
+    for corner, step in zip(corners.unbind(1), strides(shape, 1).tolist(), strict=True):
+        first += corner * step
     rows = image.reshape(-1).unfold(0, width[-1] * channels, channels)
-    numbers = (first[:, None] + row_starts(shape, width, 1).to(image.device)).flatten()
+    numbers = (first[:, None] + row_starts(shape, width, 1, image.device)).flatten()
     return rows.index_select(0, numbers).view(len(corners), *width, channels)
 
 
@@ -76,14 +79,14 @@ class Grid:
 
     @cached_property
     def positions(self) -> tuple[Tensor, ...]:
-        """First pixel of the windows along each axis."""
+        """First pixel of the windows along each axis, on the CPU."""
         axes = []
         for size, width, step, wraps in zip(self.shape, self.width, self.step, self.wraps, strict=True):
             last = size - 1 if wraps else size - width
             position = torch.arange(0, last + 1, step)
             if not wraps and position[-1] != last:
                 position = torch.cat([position, torch.tensor([last])])
-            axes.append(position.to(self.device))
+            axes.append(position)
         if self.rows is not None:
             axes[0] = axes[0][slice(*self.rows)]
         return tuple(axes)
@@ -94,12 +97,12 @@ class Grid:
         return tuple(len(p) for p in self.positions)
 
     def __len__(self) -> int:
-        return int(torch.tensor(self.counts).prod())
+        return math.prod(self.counts)
 
     @cached_property
     def corners(self) -> Tensor:
         """First pixel of every window, (N, n)."""
-        return torch.stack(torch.meshgrid(*self.positions, indexing="ij"), -1).reshape(len(self), -1)
+        return torch.stack(torch.meshgrid(*self.positions, indexing="ij"), -1).reshape(len(self), -1).to(self.device)
 
     def bands(self, most: int) -> Iterator["Grid"]:
         """The grid cut into bands of whole window rows with about `most` windows each: bounds the memory of a pass."""
@@ -117,8 +120,9 @@ class Grid:
         for axis, width in enumerate(self.width[1:], 1):
             if self.wraps[axis]:
                 pixels = torch.cat([pixels, pixels.narrow(axis, 0, width - 1)], axis)
-        start = torch.tensor([first] + [0] * (len(self.shape) - 1), device=self.device)
-        return windows_at(pixels, self.corners - start, self.width)
+        corners = self.corners.clone()
+        corners[:, 0] -= first
+        return windows_at(pixels, corners, self.width)
 
     def scatter(self, windows: Tensor, into: Tensor | None = None) -> Tensor:
         """The transpose of `gather`: windows (N, *width, C) summed into an image (C, *shape).
@@ -194,11 +198,11 @@ class Grid:
         Pixels covered by fewer windows name their first one again.
         """
         size, width, position = self.shape[axis], self.width[axis], self.positions[axis]
-        inside = torch.arange(size, device=self.device)[:, None] - position
+        inside = torch.arange(size)[:, None] - position
         inside = inside % size if self.wraps[axis] else inside
         covered = (inside >= 0) & (inside < width)
         most = int(covered.sum(1).max())
         order = covered.to(torch.int8).argsort(dim=1, descending=True, stable=True)[:, :most]
         there = covered.gather(1, order)
         order = torch.where(there, order, order[:, :1])
-        return order, inside.gather(1, order), there
+        return order.to(self.device), inside.gather(1, order).to(self.device), there.to(self.device)
