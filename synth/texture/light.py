@@ -1,19 +1,20 @@
-"""Light that goes on evenly where pieces of a video meet in time.
+"""Light that goes on evenly where pieces of a video meet, in space and in time.
 
 Pieces may agree in every detail and yet differ a little in brightness, and over a large area a step as small is seen.
-So the video x gets a smooth correction c, the least of
+So the video x gets smooth corrections c, first within each frame, then from frame to frame, each the least of
 
-    sum_t |G (x_t+1 + c_t+1 - x_t - c_t - g_t)|^2 + SHORT |G c_t|^2,
+    sum_pq |G (x_q + c_q - x_p - c_p - g_pq)|^2 + f sum_p |G c_p|^2
 
-with G a blur in space and g what the exemplar's own light changes by where each pixel comes from: a Poisson equation in
-time alone, as images are blended by their gradients (Perez, Gangnet and Blake 2003). Details are not touched. Where the
-exemplar's frames have little to do with each other a step says as little: c counts as much as a frame's light is told
-by the one before, or flames would take on colors that no flame has.
+over pixels q next to p, with G a blur in space, g what the exemplar's own light changes by where each pixel comes from,
+and f FADING or SHORT: Poisson equations, as images are blended by their gradients (Perez, Gangnet and Blake 2003), but
+for f, with which that of a frame is solved by cosines (Bhat, Curless, Cohen and Zitnick 2008). Details are not touched.
+Where the exemplar's frames have little to do with each other a step in time says as little: that c counts as much as a
+frame's light is told by the one before, or flames would take on colors that no flame has.
 """
 
 import numpy as np
 import torch
-from scipy import ndimage
+from scipy import fft, ndimage
 from torch import Tensor
 
 from kwatra import Exemplar
@@ -23,10 +24,17 @@ from kwatra.source import look_up
 AROUND = 3.0
 """Light is color blurred by so many px: 5 or 8 leave more of its restlessness."""
 
+FADING = 0.01
+"""A correction fades in space within so many px as the inverse of this has a root, ten. Steps of brightness within
+fish and a fountain half as large again as their clips are hardly seen then; with a hundredth of it dark clouds are."""
+
 SHORT = 0.5
 """A correction fades within so many frames as the inverse of this has a root. Of smoke, whose light is too restless by
 .34 (mean log amplitude of its spectra) where nothing is corrected, .15 is left with .5 and .13 with .1, with which
 corrections are twice as large and leave the exemplar's colors."""
+
+_GUESSED = 1e-6
+"""What a step beyond a clip's border, where what changed before is taken to go on, weighs beside one within it."""
 
 
 def evened(
@@ -37,25 +45,58 @@ def evened(
     The map's places are on the exemplar's canvas. wrap: whether time, rows and columns are periodic. held (T,): True
     for frames to leave alone.
     """
+    free = torch.ones(video.shape[1], dtype=torch.bool) if held is None else ~held.cpu()
+    if not bool(free.any()):
+        return video
+    return _in_time(_in_space(video, where, exemplar, wrap, free), where, exemplar, wrap, free)
+
+
+def _in_space(video: Tensor, where: Tensor, exemplar: Exemplar, wrap: tuple[bool, ...], free: Tensor) -> Tensor:
+    """A video whose light goes on evenly in each of its `free` (T,) frames."""
+    corrected, pull = video.clone(), torch.zeros_like(video)
+    for axis in (2, 3):
+        lack = _missing(video, where, exemplar, axis, wrap[axis - 1])
+        if not wrap[axis - 1]:
+            lack = torch.cat([lack, torch.zeros_like(lack.narrow(axis, 0, 1))], axis)
+        pull += lack.roll(1, axis) - lack
+    for channel, one in zip(corrected, pull[:, free.to(pull.device)].cpu().numpy(), strict=True):
+        channel[free] += torch.from_numpy(_solved(one, wrap[1:])).to(channel)
+    return corrected
+
+
+def _solved(pull: np.ndarray, wrap: tuple[bool, ...]) -> np.ndarray:
+    """The corrections c (T, H, W) of frames: (D'D + FADING) c = G pull, with D the steps from pixel to pixel.
+
+    Cosines, or along what wraps all waves, are what D'D and G only scale.
+    """
+    ahead, back = zip(*((fft.fft, fft.ifft) if around else (fft.dct, fft.idct) for around in wrap), strict=True)
+    sides = zip(pull.shape[1:], wrap, strict=True)
+    down, right = np.ix_(*(2 * np.pi * fft.fftfreq(n) if around else np.pi * np.arange(n) / n for n, around in sides))
+    steps, blur = 4 - 2 * np.cos(down) - 2 * np.cos(right), np.exp(-(AROUND**2) / 2 * (down**2 + right**2))
+    waves = ahead[1](ahead[0](pull, axis=1), axis=2) * (blur / (steps + FADING)).astype(np.float32)
+    return np.real(back[0](back[1](waves, axis=2), axis=1))
+
+
+def _in_time(video: Tensor, where: Tensor, exemplar: Exemplar, wrap: tuple[bool, ...], free: Tensor) -> Tensor:
+    """A video whose light goes on evenly from each frame to the next; only `free` (T,) ones are touched."""
     from scipy import sparse  # stills need none of it
     from scipy.sparse.linalg import splu
 
     frames = video.shape[1]
-    free = np.ones(frames, bool) if held is None else ~held.cpu().numpy()
-    if frames < 2 or not free.any() or exemplar.shape[0] < 2:
+    if frames < 2 or exemplar.shape[0] < 2:
         return video
-    pairs = frames if wrap[0] else frames - 1
-    missing = _wanted(where, exemplar, pairs) - (video.roll(-1, 1) - video)[:, :pairs]
-    modes = ["wrap" if around else "nearest" for around in wrap[1:]]
+    missing = _missing(video, where, exemplar, 1, wrap[0])
+    pairs, modes = missing.shape[1], ["wrap" if around else "nearest" for around in wrap[1:]]
     step = sparse.eye(pairs, frames, 1) - sparse.eye(pairs, frames)
     if wrap[0]:
         step = step + sparse.eye(pairs, frames, 1 - frames)
-    system = (step.T @ step + SHORT * sparse.eye(frames)).tocsr()[free][:, free]
+    able = free.numpy()
+    system = (step.T @ step + SHORT * sparse.eye(frames)).tocsr()[able][:, able]
     solved, corrected, lasting = splu(system.tocsc()), video.clone(), _lasting(exemplar)
     for channel, lack in zip(corrected, missing.cpu().numpy(), strict=True):
         smooth = ndimage.gaussian_filter(lack, AROUND, mode=modes, axes=(1, 2)).reshape(pairs, -1)
-        light = solved.solve(np.asfortranarray((step.T @ smooth)[free], np.float64))
-        channel[torch.from_numpy(free)] += lasting * torch.from_numpy(light).to(channel).view(-1, *channel.shape[1:])
+        light = solved.solve(np.asfortranarray((step.T @ smooth)[able], np.float64))
+        channel[free] += lasting * torch.from_numpy(light).to(channel).view(-1, *channel.shape[1:])
     return corrected
 
 
@@ -74,15 +115,21 @@ def _lasting(exemplar: Exemplar) -> float:
     return max(1 - float(mean(step) / unrelated), 0.0) if len(step) and float(unrelated) > 0 else 0.0
 
 
-def _wanted(where: Tensor, exemplar: Exemplar, pairs: int) -> Tensor:
-    """What each pixel should change by to the next frame, (C, pairs, H, W): as its source does, and as the next's did.
+def _missing(video: Tensor, where: Tensor, exemplar: Exemplar, axis: int, around: bool) -> Tensor:
+    """What each step along an axis (1 to 3) lacks of what it should be: as the source goes on, and as the next's came.
 
-    It is the mean of the two. At the end of a clip what changed before goes on, and so it does back from its beginning.
+    It is the mean of the two, or the one of them that lies within its clip; where neither does, what changed before
+    goes on. The axis has as many steps as pixels where it goes `around`, else one less.
     """
-    step = exemplar.canvas.diff(dim=1)
-    same = (exemplar.owner[1:] == exemplar.owner[:-1]) & (exemplar.owner[1:] >= 0)
-    none, never = torch.zeros_like(step[:, :1]), torch.zeros_like(same[:1])
-    ahead, goes = torch.cat([step, none], 1), torch.cat([same, never])
-    back, came = torch.cat([none, step], 1), torch.cat([never, same])
+    step, n = exemplar.canvas.diff(dim=axis), exemplar.shape[axis - 1] - 1
+    before, after = exemplar.owner.narrow(axis - 1, 0, n), exemplar.owner.narrow(axis - 1, 1, n)
+    same = (after == before) & (after >= 0)
+    none, never = torch.zeros_like(step.narrow(axis, 0, 1)), torch.zeros_like(same.narrow(axis - 1, 0, 1))
+    ahead, goes = torch.cat([step, none], axis), torch.cat([same, never], axis - 1)
+    back, came = torch.cat([none, step], axis), torch.cat([never, same], axis - 1)
     onward, hither = torch.where(goes, ahead, back * came), torch.where(came, back, ahead * goes)
-    return (look_up(onward, where[:, :pairs]) + look_up(hither, where.roll(-1, 1)[:, :pairs])) / 2
+    last = video.shape[axis] - (not around)
+    here, there = (v.narrow(axis, 0, last) for v in (where, where.roll(-1, axis)))
+    left, right = look_up(goes[None] + _GUESSED, here), look_up(came[None] + _GUESSED, there)
+    wanted = (left * look_up(onward, here) + right * look_up(hither, there)) / (left + right)
+    return wanted - (video.roll(-1, axis) - video).narrow(axis, 0, last)

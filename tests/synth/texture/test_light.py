@@ -1,11 +1,13 @@
-"""Light that goes on evenly in time."""
+"""Light that goes on evenly in space and in time."""
 
+import numpy as np
 import pytest
 import torch
+from scipy import ndimage
 
 import synth
 from kwatra import Exemplar
-from synth.texture.light import AROUND, SHORT, evened
+from synth.texture.light import AROUND, FADING, SHORT, _solved, evened
 
 
 def clip(frames: int = 8, side: int = 32) -> torch.Tensor:
@@ -42,6 +44,39 @@ def test_what_goes_on_as_in_the_exemplar_is_left_as_it_is():
     z = clip()
     order = [2, 3, 4, 5, 6]
     assert torch.allclose(evened(z[:, order], places(order), Exemplar.of(z), (False,) * 3), z[:, order], atol=1e-6)
+
+
+@pytest.mark.parametrize("axis", [2, 3])
+def test_a_step_of_light_where_pieces_meet_in_a_frame_is_spread_and_details_are_not_touched(axis):
+    grows = 0.004 * torch.arange(48.0).view([-1] + [1] * (3 - axis))
+    z = grows + 0.1 * torch.rand(3, 3, 48, 48, generator=torch.Generator().manual_seed(1))
+    where = places([0, 1, 2], 48)
+    where[axis - 1] = where[axis - 1] % 24 + 12  # from 12 to 35, and again: a step of -.1
+    x = z[(slice(None), *where)]
+    light = evened(x, where, Exemplar.of(z), (False,) * 3) - x
+    line = light.mean([a for a in range(4) if a != axis])
+    assert float(line[26:30].mean() - line[18:22].mean()) > 0.04
+    assert float(light.diff(dim=axis).abs().max()) < 0.03
+    assert abs(float(light.mean())) < 0.005  # no brighter or darker on the whole
+
+
+def test_a_piece_that_ends_where_its_clip_does_and_is_continued_exactly_is_left_as_it_is():
+    once = torch.rand(3, 2, 24, 24, generator=torch.Generator().manual_seed(1))
+    where = places([0, 1], 72)[:, :, :24]
+    where[2] -= 24 * (where[2] >= 48)  # the last column of a clip that shows all twice, then its middle
+    x = once.repeat(1, 1, 1, 3)
+    assert torch.allclose(evened(x, where, Exemplar.of(once.repeat(1, 1, 1, 2)), (False,) * 3), x, atol=1e-5)
+
+
+@pytest.mark.parametrize("wrap", [(False, False), (True, True), (False, True)])
+def test_corrections_in_space_solve_their_equations(wrap):
+    pull = torch.randn(2, 40, 30, generator=torch.Generator().manual_seed(1)).numpy()
+    light, modes = _solved(pull, wrap), ["wrap" if around else "reflect" for around in wrap]
+    assert light.dtype == np.float32
+    beyond = np.pad(light, [(0, 0), (1, 1), (0, 0)], "wrap" if wrap[0] else "edge")
+    beside = np.pad(light, [(0, 0), (0, 0), (1, 1)], "wrap" if wrap[1] else "edge")
+    left = 4 * light - beyond[:, 2:] - beyond[:, :-2] - beside[..., 2:] - beside[..., :-2] + FADING * light
+    assert np.allclose(left, ndimage.gaussian_filter(pull, AROUND, mode=modes, axes=(1, 2), truncate=6), atol=1e-4)
 
 
 def test_where_frames_have_nothing_to_do_with_each_other_light_stays():
