@@ -5,7 +5,7 @@ import torch
 
 from kwatra import Exemplar, InputError
 from kwatra.terms.stay import STAYING
-from synth.texture.staying import LARGEST, staying
+from synth.texture.staying import ENLARGED, LARGEST, staying
 
 
 def scene() -> torch.Tensor:
@@ -16,12 +16,11 @@ def scene() -> torch.Tensor:
 
 
 @pytest.mark.parametrize(
-    ("shape", "weight"),
-    [((9, 16, 24), STAYING), ((4, 8, 12), STAYING), ((4, 24, 24), 1.5 * STAYING), ((4, 32, 48), LARGEST * STAYING)],
+    ("shape", "larger"), [((9, 16, 24), 1), ((4, 8, 12), 1), ((4, 24, 24), 1.5), ((4, 32, 48), LARGEST)]
 )
-def test_a_scene_stays_the_more_the_larger_it_is_made(shape, weight):
+def test_a_scene_stays_the_more_the_larger_it_is_made(shape, larger):
     (term,) = staying(None, Exemplar.of(scene()), shape, tile=False)
-    assert term.weight == pytest.approx(weight)
+    assert term.weight == pytest.approx(STAYING * larger**ENLARGED)
 
 
 def test_of_several_clips_the_largest_says_what_is_larger():
