@@ -69,15 +69,12 @@ class Lattice:
 
     def rest(self, offsets: Tensor) -> Tensor:
         """What is left (2, ...) of offsets (2, ...) in pixels after the nearest lattice point; 0 is in step."""
-        offsets = offsets.double()
-        basis = self.vectors.T
-        near = torch.tensordot(torch.linalg.inv(basis), offsets, 1).round()
-        rest = offsets - torch.tensordot(basis, near, 1)
-        # of a reduced basis the nearest point is the rounded one or one beside it
-        for step in torch.cartesian_prod(*[torch.arange(-1, 2)] * 2).double():
-            other = rest - (basis @ step.to(basis)).view(2, *[1] * (rest.ndim - 1))
-            rest = torch.where(other.square().sum(0) < rest.square().sum(0) - 1e-9, other, rest)
-        return rest
+        from kwatra.elements.loops import take_nearest
+
+        rest = offsets.double().reshape(2, -1).clone()
+        basis = self.vectors.T.contiguous()
+        take_nearest(rest.shape[1], basis, torch.linalg.inv(basis), rest)
+        return rest.view(offsets.shape)
 
 
 @kept
