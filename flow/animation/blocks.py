@@ -12,11 +12,14 @@ from torch import Tensor
 
 from flow.animation.film import Film
 from kwatra.base import InputError, mean
-from kwatra.pieces import Fit, box_sums
+from kwatra.pieces import Fit, Hidden, box_sums
 from kwatra.terms.stay import REACH, STAYING
 
 _AT_ONCE = 1 << 17
 """A video's blocks are looked for in pages that have about so many pixels together, and in two at least."""
+
+_ELEMENTS = 2
+"""Where seams are hidden between elements blocks are so many elements wide at least: smaller ones hold none whole."""
 
 
 class Blocks:
@@ -113,3 +116,10 @@ class Blocks:
         down, right = (np.arange(side) for side in self._around(0).shape)
         cost: np.ndarray = self._staying * (((down % height - y) / height)[:, None] ** 2 + ((right - x) / width) ** 2)
         return cost
+
+
+def side_of(size: int, hidden: Hidden | None) -> int:
+    """The side of blocks: that asked for, or what holds whole elements; at most half of the exemplar's."""
+    if hidden is None:
+        return size
+    return max(size, min(round(_ELEMENTS * hidden.size), min(hidden.depth.shape) // 2))

@@ -110,20 +110,17 @@ def tidied(source: Tensor, free: Tensor, inside: Tensor) -> Tensor:
     inside (H, W): where there is texture; what is elsewhere has no influence. What is tidy already is returned bit for
     bit.
     """
+    from flow.animation.loops import tell_turns, tidy
+
+    there, may = (values.cpu().contiguous() for values in (inside, free))
+    turn, joins = torch.empty(source.shape), torch.empty(len(inside), dtype=torch.long)
     for _ in range(_ROUNDS):
-        angle = angles(source, inside)
-        place = (free & _at_seams(source, angle)).nonzero().T
-        near, there = _around(source, angle, inside, place)
-        own = (there & _near(near - source[:, *place], 1)).sum(0)
-        lone = own <= _FEW
-        place, near, there = place[:, lone], near[:, :, lone], there[:, lone]
-        alike = there[:, None] & there & _near(near[:, None] - near, 2)
-        most, copy = alike.sum(1).max(0)
-        joins = most > own[lone] + 1
+        before, after = source.cpu().contiguous(), torch.empty(source.shape)
+        tell_turns(len(joins), before, there, NEIGHBORS, turn)
+        tidy(len(joins), before, there, may, turn, np.array(AROUND), JUMP, _FEW, after, joins)
         if not bool(joins.any()):
             break
-        source = source.clone()
-        source[:, *place[:, joins]] = near[copy[joins], :, joins.nonzero()[:, 0]].T
+        source = after.to(source)
     return source
 
 
@@ -139,34 +136,12 @@ def softened(image: Tensor, source: Tensor, inside: Tensor, read: Callable[[Tens
     _, right = rigid(angles(source, inside))
     frame = (values.cpu().contiguous() for values in (source, inside, right))
     find_seams(len(seams[0]), *frame, np.array(_BESIDE), JUMP, seams, goes_on)
-    for seam, beside in zip(seams.to(image.device), goes_on.to(image.device), strict=True):
-        if bool(seam.any()):
-            soft[:, seam] += _BLEED * (read(beside[:, seam]) - image[:, seam])
+    number, row, column = seams.nonzero().T
+    beside = goes_on[number, :, row, column].T.to(image.device)
+    place = (row * shape[1] + column).to(image.device)
+    for channel, change in zip(soft.flatten(1), _BLEED * (read(beside) - image.flatten(1)[:, place]), strict=True):
+        channel.index_add_(0, place, change)  # in one dimension it adds in the order of the places
     return soft
-
-
-def _at_seams(source: Tensor, angle: Tensor) -> Tensor:
-    """Where (H, W) a pixel and one beside it belong to two copies."""
-    (_, down), (_, right) = changes(source, angle)
-    seams = torch.zeros_like(source[0], dtype=torch.bool)
-    seams[1:] |= ~down
-    seams[:-1] |= ~down
-    seams[:, 1:] |= ~right
-    seams[:, :-1] |= ~right
-    return seams
-
-
-def _around(source: Tensor, angle: Tensor, inside: Tensor, place: Tensor) -> tuple[Tensor, Tensor]:
-    """Where pixels at places (2, N), row first, are in the copies of the eight around them, (8, 2, N).
-
-    It comes with where (8, N) there is texture; beyond the border is the border.
-    """
-    steps = torch.tensor(AROUND, device=source.device)[:, :, None]
-    sides = torch.tensor(inside.shape, device=source.device)[:, None]
-    beside = (place + steps).clamp(min=0).minimum(sides - 1)
-    y, x = beside.unbind(1)
-    row, column = (place - beside).unbind(1)
-    return onward(source[:, y, x], angle[y, x], row, column).movedim(1, 0), inside[y, x]
 
 
 def _near(change: Tensor, axis: int) -> Tensor:

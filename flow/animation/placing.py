@@ -75,3 +75,13 @@ def settled(patch: Patch, off: Tensor, usable: Tensor) -> tuple[float, float]:
     below, beside = rigid(torch.tensor(-radians(patch.number), dtype=torch.float64))
     x, y = down * below + across * beside
     return patch.shift[0] - float(y), patch.shift[1] - float(x)
+
+
+def bounds(take: Tensor, spot: Spot) -> Spot:
+    """The least part of a frame that holds all that is taken at a spot, (h, w), some of which is."""
+    rows, columns = (torch.nonzero(take.any(axis))[[0, -1], 0].tolist() for axis in (1, 0))
+    (top, bottom), (left, right) = rows, columns
+    return (
+        slice(spot[0].start + top, spot[0].start + bottom + 1),
+        slice(spot[1].start + left, spot[1].start + right + 1),
+    )

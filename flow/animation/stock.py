@@ -9,7 +9,8 @@ from flow.animation.copies import JUMP
 from flow.animation.reading import Reading
 from kwatra import Exemplar
 from kwatra.pieces import Depth, Hidden, SeamCost
-from kwatra.pieces.stock import Array, Stock
+from kwatra.pieces.stock import Array, Matches, Stock, beside
+from kwatra.windows import channels_last
 
 NOWHERE = -1e3
 """The source coordinates of what is not yet there: far outside any exemplar."""
@@ -39,6 +40,7 @@ class Coordinates(Stock):
     def __init__(self, exemplar: Exemplar, variance: float, cost: float) -> None:
         self._read, share = Reading(exemplar, "bilinear"), exemplar.share
         self._scale = (share.cpu() / variance).sqrt().numpy().ravel()
+        self._pixels = channels_last(self._read.continued.cpu()).numpy() * self._scale
         self._cost = cost
 
     def whole(self, hidden: Hidden | None) -> SeamCost:
@@ -86,6 +88,15 @@ class Coordinates(Stock):
         """How unlike colors are, in COUNTS of a deviation times the cost."""
         scale = self._scale.reshape(-1, *[1] * (one.ndim - 1))
         return counted(self._cost * np.sqrt(np.square((one - other) * scale).sum(0)))
+
+    def matches(self, old: Array, new: Array) -> Matches:
+        """See `Stock.matches`; the same, but for rounding, in one loop."""
+        from flow.animation.matching import match
+
+        second, first = (np.empty((2, *old.shape[1:]), np.float32) for _ in range(2))
+        match(self._pixels, np.ascontiguousarray(old), np.ascontiguousarray(new), self._cost, second, first)
+        sides = [beside(axis, 2)[0] for axis in range(2)]
+        return [(counted(second[axis][p]), counted(first[axis][p])) for axis, p in enumerate(sides)]
 
 
 def counted(values: Array) -> Array:

@@ -15,16 +15,21 @@ Where the exemplar prefers no direction there is none to keep: c is then what S 
 turned as this one is on the whole, around each pixel. Elements turn with the flow, and only their bending is undone.
 """
 
+from typing import Any
+
+import numpy as np
 import torch
 import torch.nn.functional as F
 from torch import Tensor
 
 from flow.animation.blur import blurred
-from flow.animation.copies import angles, changes
+from flow.animation.copies import JUMP, angles, rigid
 from flow.animation.reading import continued
 from flow.warps import warp
 from kwatra import Exemplar
-from kwatra.base import conjugate_gradients, mean
+from kwatra.base import mean
+
+Array = np.ndarray[Any, Any]
 
 _AROUND = 1.5
 """Detail is blurred by so many px: what is beside an edge belongs to it. Tried: .206 with half, .209 with
@@ -67,22 +72,21 @@ class Upright:
         if self.stiffness == 0 or not bool(free.any()):
             return source
         detail = warp(self._detail[None], source, "bilinear")[0]
-        anchor = torch.where(free, detail, _FIXED)
-        (down, one), (right, other) = changes(source, self._turned(source, free))
-        down, right = (
-            c * both / (c.square().sum(0).sqrt() / _MOST).clamp(min=1) for c, both in ((down, one), (right, other))
-        )
-        tall = self.stiffness * (detail[1:].minimum(detail[:-1]) * (free[1:] & free[:-1])).square()
-        wide = self.stiffness * (detail[:, 1:].minimum(detail[:, :-1]) * (free[:, 1:] & free[:, :-1])).square()
-        diagonal = anchor + _ends(tall) + _ends(wide.T).T
+        _, beside = rigid(self._turned(source, free))
+        frame = (values.cpu().contiguous().numpy() for values in (source, detail, free, beside))
+        return source + free * torch.from_numpy(self._offset(*frame)).to(source)
 
-        def system(u: Tensor) -> Tensor:
-            return _pull(anchor * u, tall * u.diff(dim=1), wide * u.diff(dim=2))
+    def _offset(self, source: Array, detail: Array, free: Array, beside: Array) -> Array:
+        """u (2, H, W) of a frame; beside (2, H, W): what its copies change by to the right where they may stay."""
+        from flow.animation.stiffness import bends, solve, ties
 
-        still = torch.zeros_like(source)
-        right_side = -_pull(still.clone(), tall * down, wide * right)
-        solution = conjugate_gradients(system, right_side, diagonal.expand_as(source), still, _TOLERANCE, _STEPS)
-        return torch.where(free, source + solution.x, source)
+        anchor = np.pad(np.where(free, detail, np.float32(_FIXED)), 1, constant_values=1)
+        tall, wide, pull, offset = (np.zeros((*more, *anchor.shape), np.float32) for more in ((), (), (2,), (2,)))
+        for axis, tied in enumerate((tall, wide)):
+            ties(detail, free, np.float32(self.stiffness), axis, tied)
+            bends(source, beside, axis, np.float32(JUMP), np.float32(_MOST), tied, pull)
+        solve(anchor, tall, wide, pull, _TOLERANCE, _STEPS, offset)
+        return offset[:, 1:-1, 1:-1]
 
     def _turned(self, source: Tensor, free: Tensor) -> Tensor:
         """The angle (H, W) by which copies are turned and may stay so: that around each pixel, or 0."""
@@ -91,17 +95,3 @@ class Upright:
         angle = angles(source, free)
         sin, cos = blurred(torch.stack([angle.sin(), angle.cos()]), torch.ones_like(free), self._turning)
         return torch.atan2(sin, cos)
-
-
-def _pull(values: Tensor, down: Tensor, right: Tensor) -> Tensor:
-    """Values (2, H, W), in place, and the transpose of differences along both axes, (2, H - 1, W) and (2, H, W - 1)."""
-    values[:, 1:] += down
-    values[:, :-1] -= down
-    values[:, :, 1:] += right
-    values[:, :, :-1] -= right
-    return values
-
-
-def _ends(weights: Tensor) -> Tensor:
-    """What weights (H - 1, W) between rows sum to at each pixel: (H, W)."""
-    return F.pad(weights, (0, 0, 1, 0)) + F.pad(weights, (0, 0, 0, 1))

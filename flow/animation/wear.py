@@ -20,7 +20,7 @@ _BLUR = 1.0
 _SETTLED = 1e-3
 """Wear up to which a window is not searched for something better than what it copies: a bound on time."""
 
-_EXACT = 1 << 24
+_EXACT = 1 << 20
 """Up to so many pairs of windows the search is exact."""
 
 _SEARCHED = 1 << 17
@@ -73,7 +73,8 @@ class Wear:
         self._route = "exact" if pairs <= _EXACT else "approximate"
         last = [film.pitch - width, exemplar.shape[1] - width] if film.pages > 1 else [*self.source.positions]
         self._last = torch.tensor(last, device=exemplar.canvas.device)
-        self._mass = self.grid.scatter(self.source.metric.falloff.expand(len(self.grid), -1, -1, 1))[0]
+        every = torch.arange(len(self.grid), device=exemplar.canvas.device)
+        self._mass = self._sum(every, torch.ones(len(self.grid), device=exemplar.canvas.device))
 
     def __call__(self, image: Tensor, source: Tensor, inside: Tensor) -> Tensor:
         """Wear (H, W) of an image (C, H, W) with its source coordinates (2, H, W); 0 where not inside (H, W)."""
@@ -83,9 +84,9 @@ class Wear:
         """The wear of a frame: its image (C, H, W) and source coordinates (2, H, W)."""
         smooth = blurred(image, torch.ones_like(source[0], dtype=torch.bool), _BLUR)
         angle = angles(source)
-        energy = self._energy(smooth, source, angle, torch.arange(len(self.grid), device=image.device))
-        bent = distortion(source, angle)
-        return Worn(self._spread(self.grid, energy) + self.area * bent, smooth, energy, bent, angle)
+        every = torch.arange(len(self.grid), device=image.device)
+        energy, bent = self._energy(smooth, source, angle, every), distortion(source, angle)
+        return Worn(self._spread(every, energy) + self.area * bent, smooth, energy, bent, angle)
 
     def after(self, worn: Worn, image: Tensor, source: Tensor, spot: Spot) -> Worn:
         """The wear of a frame that has changed within a spot since it was `worn`; as `of`, at less cost."""
@@ -99,20 +100,25 @@ class Wear:
         angle[around], bent[around] = turned[there], distortion(part, turned)[there]
         energy, touched = worn.energy.clone(), self._touched(around)
         energy[touched] = self._energy(smooth, source, angle, touched)
-        columns = self.grid.counts[1]
-        rows = int(touched[0]) // columns, int(touched[-1]) // columns + 1
-        change = (energy - worn.energy)[rows[0] * columns : rows[1] * columns]
-        wear = worn.wear + self._spread(replace(self.grid, rows=rows), change) + self.area * (bent - worn.bent)
+        change = self._spread(touched, energy[touched] - worn.energy[touched])
+        wear = worn.wear + change + self.area * (bent - worn.bent)
         return Worn(wear, smooth, energy, bent, angle)
 
     def reach(self, spot: Spot) -> Spot:
         """Where the wear may differ of a frame that has changed within a spot."""
         return _around(spot, _REACH + max(self.grid.width), self._mass.shape)[0]
 
-    def _spread(self, grid: Grid, energy: Tensor) -> Tensor:
-        """What windows (n,) of a grid differ by, spread over their pixels (H, W), in variances."""
-        windows = energy.view(-1, 1, 1, 1) / self.variance * self.source.metric.falloff
-        return grid.scatter(windows)[0] / self._mass
+    def _spread(self, which: Tensor, energy: Tensor) -> Tensor:
+        """What some windows (n,) differ by, spread over their pixels (H, W), in variances."""
+        return self._sum(which, energy / self.variance) / self._mass
+
+    def _sum(self, which: Tensor, values: Tensor) -> Tensor:
+        """The sum (H, W) of some windows (n,) that each have a value (n,) times the metric's falloff."""
+        from flow.animation.loops import spread
+
+        made, falloff = torch.empty(self.grid.shape), self.source.metric.falloff[..., 0]
+        spread(len(made), *(v.cpu().contiguous() for v in (self.grid.corners[which], values, falloff)), made)
+        return made.to(values)
 
     def _touched(self, spot: Spot) -> Tensor:
         """The windows (n,) that have a pixel in a spot."""
@@ -121,11 +127,8 @@ class Wear:
         high = torch.tensor([part.stop for part in spot], device=corners.device)
         return ((corners < high) & (corners + width > low)).all(1).nonzero()[:, 0]
 
-    def _off_copy(self, image: Tensor, source: Tensor, angle: Tensor, which: Tensor) -> Tensor:
-        """Squared distance (n,) of these windows to what the copies at their centers put there."""
-        from flow.animation.loops import compare
-
-        corners = self.grid.corners[which]
+    def _off_copy(self, pixels: Tensor, source: Tensor, angle: Tensor, corners: Tensor) -> Tensor:
+        """Squared distance (n,) of windows at these corners (n, 2) to what the copies at their centers put there."""
         center = (corners + torch.tensor([w // 2 for w in self.grid.width], device=source.device)).T
         there = source.flip(0).round().long()[(slice(None), *center)].T
         page = (there[:, 0] // self._film.pitch).clamp(0, self._film.pages - 1) * self._film.pitch
@@ -135,23 +138,32 @@ class Wear:
         there = first + self.source.corners(self.source.snapped((there - first + half).clamp(max=self._last)))
         turned = angle[tuple(center)] * bool(self._film.turning)
         turned = torch.where(turned.abs() > _TURNED, turned, 0.0)
-        energy = torch.empty(len(which))
-        compare(
-            len(which),
-            *(v.cpu().contiguous() for v in (channels_last(image), corners, self._pixels, there)),
-            *(v.cpu().contiguous() for v in (source[(slice(None), *center)], turned, self.source.metric.weight)),
-            energy,
-        )
-        return energy.to(image)
+        return self._apart(pixels, corners, self._pixels, there, source[(slice(None), *center)], turned)
+
+    def _apart(
+        self, pixels: Tensor, corners: Tensor, exemplar: Tensor, there: Tensor, middle: Tensor, turned: Tensor
+    ) -> Tensor:
+        """Squared distance (n,) of windows to an exemplar's; arguments as of `flow.animation.loops.compare`."""
+        from flow.animation.loops import compare
+
+        apart, given = torch.empty(len(corners)), (pixels, corners, exemplar, there, middle, turned)
+        compare(len(corners), *(v.cpu().contiguous() for v in (*given, self.source.metric.weight)), apart)
+        return apart.to(pixels)
+
+    def _found(self, pixels: Tensor, corners: Tensor) -> Tensor:
+        """Squared distance (n,) of windows at these corners (n, 2) to the nearest of the exemplar's."""
+        windows = windows_at(pixels, corners, self.grid.width)
+        found = self.source.nearest(self.source.projected(windows), 1, self._route)
+        there = self.source.corners(found[:, 0])
+        return self._apart(pixels, corners, self.source.pixels, there, there.T, torch.zeros(len(there)))
 
     def _energy(self, image: Tensor, source: Tensor, angle: Tensor, which: Tensor) -> Tensor:
         """Squared distance (n,) of these windows to the nearest of what each copies and what the search finds."""
-        energy = self._off_copy(image, source, angle, which)
+        pixels, corners = channels_last(image), self.grid.corners[which]
+        energy = self._off_copy(pixels, source, angle, corners)
         worn = (energy > _SETTLED * self.variance).nonzero()[:, 0]
         if len(worn):
-            windows = windows_at(channels_last(image), self.grid.corners[which[worn]], self.grid.width)
-            found = self.source.nearest(self.source.describe(windows), 1, self._route)[:, 0]
-            energy[worn] = energy[worn].minimum(self.source.metric.squared(windows - self.source.windows(found)))
+            energy[worn] = energy[worn].minimum(self._found(pixels, corners[worn]))
         return energy
 
 

@@ -71,13 +71,14 @@ class SeamCost:
         old, new: what its pixels show, and what they would show of a new patch. remembered: per axis the cost of the
         seam that is between a pixel and the next now.
         """
-        pairs = []
+        pairs, deep = [], None if self.depth is None else (self.depth.at(old), self.depth.at(new))
         for axis, (a, (b, c)) in enumerate(zip(remembered, self.sources.matches(old, new), strict=True)):
             p, q = beside(axis, len(remembered))
             if self.depth is not None or self.steepness is not None:
                 ahead, back = self.sources.beyond(old[p], axis, 1), self.sources.beyond(old[q], axis, -1)
-                b = self._priced(axis, b, (old[p], new[p], ahead, new[q]), len(remembered))
-                c = self._priced(axis, c, (new[p], back, new[q], old[q]), len(remembered))
+                both, other = (None, None) if deep is None else ((deep[0][p], deep[1][q]), (deep[1][p], deep[0][q]))
+                b = self._priced(axis, b, (old[p], new[p], ahead, new[q]), len(remembered), both)
+                c = self._priced(axis, c, (new[p], back, new[q], old[q]), len(remembered), other)
             pairs.append((a, b, c))
         return pairs
 
@@ -103,17 +104,20 @@ class SeamCost:
         ahead, back = self.sources.beyond(s, axis, 1), self.sources.beyond(t, axis, -1)
         show_s, show_t, after, before = (self.sources.colors(places) for places in (s, t, ahead, back))
         match = self.sources.distance(show_s, before) + self.sources.distance(after, show_t)
-        return self._priced(axis, match, (s, back, ahead, t), axes)
+        deep = None if self.depth is None else (self.depth.at(s), self.depth.at(t))
+        return self._priced(axis, match, (s, back, ahead, t), axes, deep)
 
     def within(self, places: Array) -> list[Array]:
         """Per axis what the seam between each pixel of some places (*S) and the next costs, 0 within a copy."""
         sides = [beside(axis, places.ndim) for axis in range(places.ndim)]
         return [self.seam(places[p], places[q], axis, places.ndim) for axis, (p, q) in enumerate(sides)]
 
-    def _priced(self, axis: int, match: Array, places: Sequence[Array], axes: int) -> Array:
-        """What is asked for, from M and the places of A and B at s and t, where A(s) and B(t) are seen."""
-        if self.depth is not None:
-            depth = np.minimum(self.depth.at(places[0]), self.depth.at(places[3]))
+    def _priced(
+        self, axis: int, match: Array, places: Sequence[Array], axes: int, deep: tuple[Array, Array] | None
+    ) -> Array:
+        """What is asked for, from M and the places of A and B at s and t, where A(s) and B(t), so deep, are seen."""
+        if self.depth is not None and deep is not None:
+            depth = np.minimum(*deep)
             more = np.where(self.sources.same(places[2], places[3]), 0, self.depth.least)  # what goes on has no seam
             hidden = self.depth.hidden
             return np.rint((hidden + (1 - hidden) * depth) * match + more * depth).astype(np.int32)

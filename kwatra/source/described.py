@@ -67,6 +67,14 @@ class Described(ABC):
         descriptor = product(centered, self._basis)
         return Description(descriptor, ((centered**2).sum(1) - (descriptor**2).sum(1)).clamp(min=0).sqrt())
 
+    def projected(self, windows: Tensor) -> Description:
+        """Windows (N, *width, C) as `describe` has them, but for rounding, with remainders of 0: all that a search for
+        the nearest looks at, at a third of the cost. The metric has no features.
+        """
+        root, size = self.metric.root.flatten()[:, None], self.metric.root.numel()
+        descriptor = product(windows.flatten(1), root * self._basis[:size]) - product(self._mean[None], self._basis)
+        return Description(descriptor, torch.zeros_like(descriptor[:, 0]))
+
     def completed(self, windows: Tensor, present: Tensor) -> Tensor:
         """Windows (N, *width, C) whose pixels without `present` (N, *width, 1) are replaced by their expected values.
 

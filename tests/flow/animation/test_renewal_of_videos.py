@@ -22,7 +22,7 @@ def test_where_a_video_is_shown_without_its_grain_grainy_texture_is_cheaper() ->
     frame = 0.3 + 0.4 * y / 63 + torch.where(x < 64, 0.0, 0.2) * (1 - 2 * ((x + y) % 2))
     film = Film.of(Exemplar.of(frame.expand(1, 4, 64, 128)))
     renewal = Renewal(film, SHAPE, replace(QUICK, tones=1.0, usage=0, aging=0))
-    costs = renewal._costs(renewal.begin(pixel_coordinates(SHAPE), WHOLE))(torch.arange(8, 48))
+    costs = renewal._using(renewal.begin(pixel_coordinates(SHAPE), WHOLE))(torch.arange(8, 48))
     smooth, grainy = costs[:, 8:56].mean(), costs[:, 72:120].mean()
     assert float(smooth) > float(grainy) + renewal.wear.variance
 

@@ -9,6 +9,7 @@ from skimage import data
 from torch import Tensor
 
 from flow.animation.copies import angles, changes
+from flow.animation.stiffness import solve
 from flow.animation.upright import Upright
 from flow.warps.warp import pixel_coordinates, warp
 from kwatra import Exemplar
@@ -130,3 +131,20 @@ def test_elements_are_stiff_and_gaps_give_way() -> None:
     element, gap = across[:, 8:12, 3:8].square().sum(0).mean(), across[:, 8:12, 11:14].square().sum(0).mean()
     assert float(element) < 0.2 * math.radians(3.0) ** 2
     assert float(gap) > 10 * float(element)
+
+
+def test_the_system_is_solved() -> None:
+    """As by all of its matrix, and far enough for what is asked."""
+    rng = np.random.default_rng(0)
+    anchor, tall, wide, right = (rng.uniform(0.1, 1, shape).astype(np.float32) for shape in 3 * [(6, 7)] + [(2, 6, 7)])
+    tall[[0, -2, -1]], wide[:, [0, -2, -1]] = 0, 0
+    right[:, [0, -1]], right[:, :, [0, -1]] = 0, 0
+    number, matrix = np.arange(42).reshape(6, 7), np.diag(anchor.ravel()).astype(np.float64)
+    for tied, (p, q) in ((tall, (number[:-1], number[1:])), (wide, (number[:, :-1], number[:, 1:]))):
+        for one, other, weight in zip(p.ravel(), q.ravel(), tied[: p.shape[0], : p.shape[1]].ravel(), strict=True):
+            matrix[[one, other, one, other], [one, other, other, one]] += weight * np.array([1, 1, -1, -1])
+    for tolerance in (0.3, 1e-5):
+        solution = np.zeros_like(right)
+        solve(anchor, tall, wide, right.copy(), tolerance, 99, solution)
+        off = right.reshape(2, -1) - solution.reshape(2, -1) @ matrix
+        assert tolerance / 100 < np.linalg.norm(off) / np.linalg.norm(right) < 1.1 * tolerance

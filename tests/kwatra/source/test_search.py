@@ -64,6 +64,14 @@ def test_a_window_of_the_exemplar_finds_itself_on_every_route():
         assert float((found == pick).float().mean()) > 0.99, route
 
 
+def test_projected_windows_are_those_described_but_for_the_remainder():
+    source = source_of(blobs(3, 40, 44))
+    windows = torch.rand(6, 8, 8, 3, generator=generator())
+    projected = source.projected(windows)
+    assert torch.allclose(projected.descriptor, source.describe(windows).descriptor, atol=1e-5)
+    assert not projected.remainder.any()
+
+
 def test_the_approximate_route_keeps_97_percent_of_the_gain():
     # gain: how far a search lowers the mean distance below that of an arbitrary match
     source = source_of(blobs(3, 128, 128, size=7))
