@@ -4,7 +4,7 @@ from kwatra.source.bag import Bag, Bags, Joined
 from kwatra.source.canvas import SourceWindows
 from kwatra.source.heaviest import heaviest_covering
 from kwatra.source.prepared import Prepared, Texture
-from kwatra.source.protocol import CHUNK, ROUTES, Description, Placed, Source
+from kwatra.source.protocol import CHUNK, ROUTES, Description, Placed, Source, chunk
 from kwatra.source.sourcemap import at_windows, look_up
 
 __all__ = [
@@ -20,6 +20,7 @@ __all__ = [
     "SourceWindows",
     "Texture",
     "at_windows",
+    "chunk",
     "heaviest_covering",
     "look_up",
 ]

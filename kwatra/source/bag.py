@@ -8,7 +8,7 @@ from torch import Tensor
 
 from kwatra.base import InputError, product
 from kwatra.source.described import DIMS, Described
-from kwatra.source.protocol import CHUNK, Source
+from kwatra.source.protocol import Source, chunk
 from kwatra.windows import Feature, Metric
 
 
@@ -47,7 +47,7 @@ class Bag(Described):
     def projections(self, basis: Tensor, mean: Tensor) -> tuple[Tensor, Tensor]:
         """See `Source.projections`."""
         along, length = [], []
-        for part in self.held.split(max(CHUNK // mean.numel(), 1)):
+        for part in self.held.split(max(chunk(self.held.device) // mean.numel(), 1)):
             embedded = self.metric.embed(part)
             along.append(product(embedded, basis))
             length.append((embedded - mean).square().sum(1))

@@ -15,7 +15,7 @@ from torch import Tensor
 from kwatra.base import CONVOLUTION, InputError
 from kwatra.exemplar import Exemplar
 from kwatra.source.described import DIMS, Described
-from kwatra.source.protocol import CHUNK
+from kwatra.source.protocol import chunk
 from kwatra.windows import Feature, Metric, channels_last, windows_at
 
 
@@ -85,6 +85,6 @@ class SourceWindows(Described):
             square = self._correlated(self.metric.weight[None], squared=True)[0]
             return square - 2 * self._correlated(kernel)[0] + (mean**2).sum()
         lengths = mean.new_zeros(math.prod(self.positions))
-        for numbers in self.numbers.split(max(CHUNK // mean.numel(), 1)):
+        for numbers in self.numbers.split(max(chunk(mean.device) // mean.numel(), 1)):
             lengths[numbers] = (self.metric.embed(self.windows(numbers)) - mean).square().sum(1)
         return lengths

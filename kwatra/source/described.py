@@ -2,7 +2,8 @@
 
 Windows are compared under the metric's embedding E. A PCA of E z over a sample of them gives each window a short
 descriptor; with the length of what it leaves out, distances are estimated. An index over descriptors, exact or with
-inverted lists (faiss), finds the nearest. Memory: `dims` + 1 floats per window, plus the index's copy.
+inverted lists (faiss), finds the nearest; on other devices than the CPU, where faiss is not, all are compared. Memory:
+`dims` + 1 floats per window, plus the index's copy.
 """
 
 import math
@@ -16,8 +17,9 @@ import torch
 from torch import Tensor
 
 from kwatra.base import product
+from kwatra.source.closest import closest
 from kwatra.source.components import randomized_basis
-from kwatra.source.protocol import CHUNK, Description
+from kwatra.source.protocol import Description, chunk
 from kwatra.windows import Metric
 
 DIMS = 24
@@ -89,7 +91,7 @@ class Described(ABC):
         ridge = torch.diag(noise.clamp(min=1e-9) / spread.clamp(min=1e-12))
         products = (basis[:, :, None] * basis[:, None]).flatten(1)
         result = []
-        for part, seen in zip(*(t.split(max(CHUNK // size, 1)) for t in (windows, present)), strict=True):
+        for part, seen in zip(*(t.split(max(chunk(self.device) // size, 1)) for t in (windows, present)), strict=True):
             weight = seen.expand_as(part).flatten(1)
             system = (weight @ products).view(-1, *ridge.shape) + ridge
             known = weight * ((part * root).flatten(1) - mean)
@@ -106,12 +108,12 @@ class Described(ABC):
     @cached_property
     def _exact(self) -> faiss.Index:
         index = faiss.IndexFlatL2(self.descriptors.shape[1])
-        index.add(self._indexed())
+        index.add(self._searched.numpy())
         return index
 
     @cached_property
     def _approximate(self) -> faiss.Index:
-        table = self._indexed()
+        table = self._searched.numpy()
         lists = max(min(int(2 * math.sqrt(len(table))), len(table) // 39), 1)
         index = faiss.IndexIVFFlat(faiss.IndexFlatL2(table.shape[1]), table.shape[1], lists)
         index.cp.niter, index.cp.seed, index.cp.max_points_per_centroid = 6, 1, 64
@@ -120,12 +122,15 @@ class Described(ABC):
         index.nprobe = max(lists // 128, 4)
         return index
 
-    def _indexed(self) -> np.ndarray:
-        return np.ascontiguousarray(self.descriptors[self.numbers].cpu().numpy())
+    @cached_property
+    def _searched(self) -> Tensor:
+        return self.descriptors[self.numbers]
 
     def nearest(self, described: Description, k: int, route: str) -> Tensor:
         """See `Source.nearest`."""
+        if self.device.type != "cpu":
+            return self.numbers[closest(self._searched, described.descriptor, k)]
         index = self._exact if route == "exact" else self._approximate
-        _, found = index.search(np.ascontiguousarray(described.descriptor.cpu().numpy()), min(k, len(self.numbers)))
+        _, found = index.search(np.ascontiguousarray(described.descriptor.numpy()), min(k, len(self.numbers)))
         found = np.where(found < 0, found[:, :1], found)
-        return self.numbers[torch.from_numpy(found).to(self.device)]
+        return self.numbers[torch.from_numpy(found)]

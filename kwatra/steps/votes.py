@@ -13,7 +13,7 @@ import torch
 from torch import Tensor
 
 from kwatra.base import InputError
-from kwatra.source import CHUNK, Bag, Source, heaviest_covering
+from kwatra.source import Bag, Source, chunk, heaviest_covering
 from kwatra.steps.inbag import modes_in_bag
 from kwatra.steps.inplace import fits, sums_in_place
 from kwatra.windows import FreeWindows, Layout, Metric
@@ -140,9 +140,9 @@ class Decisive:
 
 
 def bands(layout: Layout, metric: Metric) -> list[tuple[slice, Layout]]:
-    """The layout in bands that hold at most about CHUNK values each, with the slice of window numbers of each."""
+    """The layout in bands that hold at most about `chunk` values each, with the slice of window numbers of each."""
     result, first = [], 0
-    for band in layout.bands(max(CHUNK // metric.weight.numel(), 1)):
+    for band in layout.bands(max(chunk(layout.device) // metric.weight.numel(), 1)):
         result.append((slice(first, first + len(band)), band))
         first += len(band)
     return result

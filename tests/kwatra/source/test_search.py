@@ -3,6 +3,7 @@ import torch
 
 from kwatra import Exemplar, Feature, InputError, gradient
 from kwatra.source.canvas import SourceWindows
+from kwatra.source.closest import closest
 from kwatra.source.components import randomized_basis
 from kwatra.steps.matching import cheapest
 from kwatra.windows.grid import Grid
@@ -34,6 +35,14 @@ def distances(source, windows, there):
 
 def brute_force(source, windows):
     return torch.stack([source.metric.squared(all_windows(source) - w) for w in windows])
+
+
+def test_where_faiss_does_not_reach_all_points_are_compared(monkeypatch):
+    points, wanted = torch.rand(200, 5, generator=generator(0)), torch.rand(30, 5, generator=generator(1))
+    monkeypatch.setattr("kwatra.source.closest.chunk", lambda device: 7 * len(points))
+    expected = torch.cdist(wanted, points).argsort(1)
+    assert closest(points, wanted, 4).equal(expected[:, :4])
+    assert closest(points[:3], wanted, 4).equal(torch.cdist(wanted, points[:3]).argsort(1))
 
 
 @pytest.mark.parametrize("features", [(), (Feature(gradient, 1.0),)])

@@ -180,7 +180,7 @@ def test_features_are_summed_band_by_band_into_one_image(monkeypatch):
         return scatter(self, windows, into)
 
     monkeypatch.setattr(Grid, "scatter", watched)
-    monkeypatch.setattr("kwatra.steps.votes.CHUNK", 16 * source.metric.weight.numel())
+    monkeypatch.setattr("kwatra.steps.votes.chunk", lambda device: 16 * source.metric.weight.numel())
     parts = blend(Ballot(grid, source, matches, weights), tolerance=1e-6).x
     assert max(count for count, _ in images) <= 16 < len(grid)
     assert all(into is not None for _, into in images)
