@@ -115,14 +115,14 @@ class Windows:
 
     def rows(self, numbers: Tensor) -> Tensor:
         """The windows numbered (n,), one a row (n, C * depth * size * size)."""
-        video_of, frame, top, left = self.places(numbers)
-        channels = self.videos[0].shape[0]
-        rows = torch.empty(len(numbers), channels * self.depth * self.size**2)
+        from kwatra.scoring.loops import read_windows
+
+        video_of, *places = self.places(numbers)
+        rows = torch.empty(len(numbers), self.videos[0].shape[0] * self.depth * self.size**2)
         for number, video in enumerate(self.videos):
-            pixels = slice(None, None, self.scale)
-            view = video.unfold(1, self.depth, 1).unfold(2, self.span, 1).unfold(3, self.span, 1)[..., pixels, pixels]
-            mine = video_of == number
-            rows[mine] = view[:, frame[mine], top[mine], left[mine]].transpose(0, 1).flatten(1)
+            mine = (video_of == number).nonzero()[:, 0]
+            there = torch.stack(places)[:, mine].contiguous()
+            read_windows(len(mine), video.contiguous(), there, self.depth, self.size, self.scale, mine, rows)
         return rows
 
     def sample(self, about: int) -> Tensor:
