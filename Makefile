@@ -4,7 +4,7 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test lint clean
+.PHONY: help demo test suite lint clean
 
 help: ## say what can be made
 	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 16
@@ -12,7 +12,10 @@ help: ## say what can be made
 demo: $(READY) ## synthesize three textures into out/demo
 	$(BIN)/python scripts/demo.py
 
-test: lint ## check style and types, run the tests
+test: $(READY) ## check style and types, run the tests
+	@$(MAKE) --no-print-directory -j2 lint suite
+
+suite: $(READY)
 	$(BIN)/python -m pytest -q -n auto --maxprocesses 8 --dist worksteal
 
 lint: $(READY) ## check style and types only

@@ -15,6 +15,11 @@ if WORKERS > 1:  # read by torch and faiss when they are loaded, which is later
     os.environ.setdefault("OMP_NUM_THREADS", str(max(1, (os.cpu_count() or 1) // WORKERS)))
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """The longest first: a worker that comes to one of them last keeps all others waiting."""
+    items.sort(key=lambda item: not item.path.name.startswith(("test_gallery", "test_bench", "test_readme")))
+
+
 @pytest.fixture
 def recomputed_seams() -> Callable[[Any], np.ndarray]:
     """The seam costs of a sheet computed anew from its places alone: what it remembers, at every moment."""

@@ -155,7 +155,7 @@ class Wear:
         windows = windows_at(pixels, corners, self.grid.width)
         found = self.source.nearest(self.source.projected(windows), 1, self._route)
         there = self.source.corners(found[:, 0])
-        return self._apart(pixels, corners, self.source.pixels, there, there.T, torch.zeros(len(there)))
+        return self._apart(pixels, corners, self.source.pixels, there, there.T.float(), torch.zeros(len(there)))
 
     def _energy(self, image: Tensor, source: Tensor, angle: Tensor, which: Tensor) -> Tensor:
         """Squared distance (n,) of these windows to the nearest of what each copies and what the search finds."""
