@@ -1,15 +1,18 @@
 """Light that goes on evenly where pieces of a video meet, in space and in time.
 
 Pieces may agree in every detail and yet differ a little in brightness, and over a large area a step as small is seen.
-So the video x gets smooth corrections c, first within each frame, then from frame to frame, each the least of
+So the video x gets corrections c, first for steps within its frames, then for those from frame to frame, each the least
+of
 
-    sum_pq |G (x_q + c_q - x_p - c_p - g_pq)|^2 + f sum_p |G c_p|^2
+    sum_pq |x_q + c_q - x_p - c_p - g_pq|^2 + f sum_p |c_p|^2
 
-over pixels q next to p, with G a blur in space, g what the exemplar's own light changes by where each pixel comes from,
-and f FADING or SHORT: Poisson equations, as images are blended by their gradients (Perez, Gangnet and Blake 2003), but
-for f, with which that of a frame is solved by cosines (Bhat, Curless, Cohen and Zitnick 2008). Details are not touched.
-Where the exemplar's frames have little to do with each other a step in time says as little: that c counts as much as a
-frame's light is told by the one before, or flames would take on colors that no flame has.
+over such steps from p to q, with g what the exemplar's own colors change by where each pixel comes from, and f FADING
+or SHORT: Poisson equations, as images are blended by their gradients (Perez, Gangnet and Blake 2003), but for f, with
+which they are solved by cosines (Bhat, Curless, Cohen and Zitnick 2008). Within a piece there is nothing to correct.
+Corrections of steps within frames should be alike from frame to frame, as sum_pq |c_q - c_p|^2 over such steps asks, or
+what is left of details at a seam flickers. From frame to frame all is blurred in space before: details live, and only
+light is to go on. Where the exemplar's frames have little to do with each other a step in time says as little: that c
+counts as much as a frame's light is told by the one before, or flames would take on colors that no flame has.
 """
 
 import numpy as np
@@ -25,7 +28,7 @@ AROUND = 3.0
 """Light is color blurred by so many px: 5 or 8 leave more of its restlessness."""
 
 FADING = 0.01
-"""A correction fades in space within so many px as the inverse of this has a root, ten. Steps of brightness within
+"""A correction fades within so many px and frames as the inverse of this has a root, ten. Steps of brightness within
 fish and a fountain half as large again as their clips are hardly seen then; with a hundredth of it dark clouds are."""
 
 SHORT = 0.5
@@ -52,29 +55,32 @@ def evened(
 
 
 def _in_space(video: Tensor, where: Tensor, exemplar: Exemplar, wrap: tuple[bool, ...], free: Tensor) -> Tensor:
-    """A video whose light goes on evenly in each of its `free` (T,) frames."""
+    """A video whose light goes on evenly within each of its `free` (T,) frames, which follow each other."""
     corrected, pull = video.clone(), torch.zeros_like(video)
     for axis in (2, 3):
         lack = _missing(video, where, exemplar, axis, wrap[axis - 1])
         if not wrap[axis - 1]:
             lack = torch.cat([lack, torch.zeros_like(lack.narrow(axis, 0, 1))], axis)
         pull += lack.roll(1, axis) - lack
+    around = (wrap[0] and bool(free.all()), *wrap[1:])
     for channel, one in zip(corrected, pull[:, free.to(pull.device)].cpu().numpy(), strict=True):
-        channel[free] += torch.from_numpy(_solved(one, wrap[1:])).to(channel)
+        channel[free] += torch.from_numpy(_solved(one, around)).to(channel)
     return corrected
 
 
 def _solved(pull: np.ndarray, wrap: tuple[bool, ...]) -> np.ndarray:
-    """The corrections c (T, H, W) of frames: (D'D + FADING) c = G pull, with D the steps from pixel to pixel.
+    """The corrections c (T, H, W): (D'D + FADING) c = pull, with D the steps from pixel to pixel in space and time.
 
-    Cosines, or along what wraps all waves, are what D'D and G only scale.
+    Cosines, or along what wraps all waves, are what D'D only scales.
     """
-    ahead, back = zip(*((fft.fft, fft.ifft) if around else (fft.dct, fft.idct) for around in wrap), strict=True)
-    sides = zip(pull.shape[1:], wrap, strict=True)
-    down, right = np.ix_(*(2 * np.pi * fft.fftfreq(n) if around else np.pi * np.arange(n) / n for n, around in sides))
-    steps, blur = 4 - 2 * np.cos(down) - 2 * np.cos(right), np.exp(-(AROUND**2) / 2 * (down**2 + right**2))
-    waves = ahead[1](ahead[0](pull, axis=1), axis=2) * (blur / (steps + FADING)).astype(np.float32)
-    return np.real(back[0](back[1](waves, axis=2), axis=1))
+    sides = zip(pull.shape, wrap, strict=True)
+    angles = np.ix_(*(2 * np.pi * fft.fftfreq(n) if around else np.pi * np.arange(n) / n for n, around in sides))
+    for axis, around in enumerate(wrap):
+        pull = (fft.fft if around else fft.dct)(pull, axis=axis)
+    waves = pull / (FADING + sum(2 - 2 * np.cos(angle) for angle in angles)).astype(np.float32)
+    for axis, around in enumerate(wrap):
+        waves = (fft.ifft if around else fft.idct)(waves, axis=axis)
+    return np.real(waves)
 
 
 def _in_time(video: Tensor, where: Tensor, exemplar: Exemplar, wrap: tuple[bool, ...], free: Tensor) -> Tensor:
