@@ -2,7 +2,7 @@
 
 from kwatra.base.axes import AVERAGE, CONVOLUTION, LARGEST, coarse_shape, enlarged, factors_of, resized
 from kwatra.base.errors import InputError, check_mask
-from kwatra.base.reductions import mean, principal_axes, product, total
+from kwatra.base.reductions import mean, power, principal_axes, product, total
 from kwatra.base.resampling import turned
 from kwatra.base.seeds import generator_of
 from kwatra.base.sizes import whole_sizes
@@ -23,6 +23,7 @@ __all__ = [
     "factors_of",
     "generator_of",
     "mean",
+    "power",
     "principal_axes",
     "product",
     "resized",

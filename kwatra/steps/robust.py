@@ -7,15 +7,17 @@ Distances are rms per pixel and channel, so a floor of 1/1000 of the color range
 
 from torch import Tensor
 
+from kwatra.base import power
+
 FLOOR = 1e-6
 """What is added to a squared distance (colors in [0, 1]), so that the weight of a copy is finite: a guard."""
 
 
 def rho(squared: Tensor, r: float) -> Tensor:
     """Robust energy d^r of squared distances d^2 >= 0, any shape; r in (0, 2]."""
-    return (squared + FLOOR) ** (r / 2)
+    return power(squared + FLOOR, r / 2)
 
 
 def weight(squared: Tensor, r: float) -> Tensor:
     """IRLS weight d^(r-2) of squared distances d^2 >= 0, any shape; r in (0, 2]."""
-    return (squared + FLOOR) ** (r / 2 - 1)
+    return power(squared + FLOOR, r / 2 - 1)

@@ -1,9 +1,9 @@
-"""Sums and products: right, and the same bits for any number of threads."""
+"""Sums, products and powers: right, and the same bits for any number of threads."""
 
 import pytest
 import torch
 
-from kwatra.base import mean, principal_axes, product, total
+from kwatra.base import mean, power, principal_axes, product, total
 
 
 @pytest.mark.parametrize("shape", [(1, 4356, 24), (20, 867, 24), (100, 768, 32), (3000, 1156, 24), (24, 3000, 32)])
@@ -30,6 +30,18 @@ def test_sums_do_not_depend_on_threads() -> None:
     torch.set_num_threads(threads)
     assert torch.equal(found[0], found[1])
     assert float(mean(values)) == pytest.approx(float(values.double().mean()), rel=1e-6)
+
+
+def test_powers_do_not_depend_on_threads() -> None:
+    values = torch.rand(255, 255, generator=torch.Generator().manual_seed(0))  # no share of which is whole vectors
+    threads = torch.get_num_threads()
+    found = []
+    for count in (1, 2, 3):
+        torch.set_num_threads(count)
+        found.append(power(values, -0.6))
+    torch.set_num_threads(threads)
+    assert all(torch.equal(found[0], other) for other in found)
+    assert torch.allclose(found[0], (values.double() ** -0.6).float(), rtol=1e-5)
 
 
 def test_principal_axes_are_those_of_an_ellipse_longest_first() -> None:
