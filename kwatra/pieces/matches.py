@@ -7,13 +7,11 @@ This module is compiled by numba when first used, so it is imported where seams 
 """
 
 from collections.abc import Sequence
-from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from kwatra.base.compiled import jitted
-from kwatra.cut.choices import FREE, KEEP, VOID
 from kwatra.cut.network import cut_at_once, lines, seams_left
 from kwatra.pieces.stock import Array, Matches
 
@@ -23,12 +21,12 @@ def matched(planes: Array, strides: Sequence[int], old: Array, new: Array) -> Ma
 
     planes (C, N): colors by place. strides: from a place to the next one along each axis.
     """
-    here, found, states = np.empty(new.shape, np.int32), [], np.full(new.shape, FREE, np.int8)
-    _apart(planes, old.ravel(), new.ravel(), states.ravel(), here.ravel())
+    here, found = np.empty(new.shape, np.int32), []
+    _apart(planes, old.ravel(), new.ravel(), here.ravel())
     for axis, stride in enumerate(strides):
         shape = tuple(n - (d == axis) for d, n in enumerate(new.shape))
         second, first = np.empty(shape, np.int32), np.empty(shape, np.int32)
-        _matched(planes, stride, *(lines(v, axis) for v in (here, old, new, states, second, first)))
+        _matched(planes, stride, *(lines(v, axis) for v in (here, old, new, second, first)))
         found.append((second, first))
     return found
 
@@ -74,45 +72,35 @@ def _cut_in(
     weight: Any, a: Any, b: Any, c: Any, take: Any, left: Any,
 ) -> None:  # fmt: skip
     here = np.empty(len(new), np.int32)
-    _apart(planes, old, new, choice, here)
+    _apart(planes, old, new, here)
     for axis in range(len(a)):
         before, pairs, behind = a[axis].shape
         shape = (before, pairs + 1, behind)
-        s, t, states = old.reshape(shape), new.reshape(shape), choice.reshape(shape)
-        _matched(planes, strides[axis], here.reshape(shape), s, t, states, b[axis], c[axis])
+        s, t = old.reshape(shape), new.reshape(shape)
+        _matched(planes, strides[axis], here.reshape(shape), s, t, b[axis], c[axis])
         if len(deep_old) > 0:
             last = planes.shape[1] - 1
             deep_s, deep_t = deep_old.reshape(shape), deep_new.reshape(shape)
-            _hidden(strides[axis], last, s, t, states, deep_s, deep_t, hidden, least, b[axis], c[axis])
+            _hidden(strides[axis], last, s, t, deep_s, deep_t, hidden, least, b[axis], c[axis])
     cut_at_once(choice, a, b, c, weight, take)
     seams_left(choice, take, a, b, c, left)
 
 
 @jitted
-def _apart(planes: Any, old: Any, new: Any, choice: Any, here: Any) -> None:
-    """Set how far apart old and new colors are of pixels that may keep the old ones."""
+def _apart(planes: Any, old: Any, new: Any, here: Any) -> None:
     for i in range(len(new)):
-        if choice[i] == KEEP or choice[i] == FREE:
-            total = np.int32(0)
-            for plane in planes:
-                total += abs(np.int32(plane[old[i]]) - plane[new[i]])
-            here[i] = total
-
-
-@partial(jitted, forceinline=True)
-def _parted(p: Any, q: Any) -> Any:
-    """Whether a new seam may come to lie between two neighbors of which this may happen: else no match is asked for."""
-    return p != VOID and q != VOID and (p != q or p == FREE)
+        total = np.int32(0)
+        for plane in planes:
+            total += abs(np.int32(plane[old[i]]) - plane[new[i]])
+        here[i] = total
 
 
 @jitted
-def _matched(planes: Any, stride: Any, here: Any, old: Any, new: Any, states: Any, second: Any, first: Any) -> None:
+def _matched(planes: Any, stride: Any, here: Any, old: Any, new: Any, second: Any, first: Any) -> None:
     last = planes.shape[1] - 1
     for i in range(new.shape[0]):
         for j in range(new.shape[1] - 1):
             for k in range(new.shape[2]):
-                if not _parted(states[i, j, k], states[i, j + 1, k]):
-                    continue
                 s_new, t_new = new[i, j, k], new[i, j + 1, k]
                 ahead, back = min(max(old[i, j, k] + stride, 0), last), min(max(old[i, j + 1, k] - stride, 0), last)
                 one, other = here[i, j, k], here[i, j + 1, k]
@@ -124,16 +112,14 @@ def _matched(planes: Any, stride: Any, here: Any, old: Any, new: Any, states: An
 
 @jitted
 def _hidden(
-    stride: Any, last: Any, old: Any, new: Any, states: Any, deep_old: Any, deep_new: Any, hidden: Any, least: Any,
-    second: Any, first: Any,
+    stride: Any, last: Any, old: Any, new: Any, deep_old: Any, deep_new: Any, hidden: Any, least: Any, second: Any,
+    first: Any,
 ) -> None:  # fmt: skip
     """Seams' costs as `SeamCost` prices them where seams are hidden, in place of M; in the same arithmetic."""
     whole, rest = np.float32(hidden), np.float32(1 - hidden)
     for i in range(new.shape[0]):
         for j in range(new.shape[1] - 1):
             for k in range(new.shape[2]):
-                if not _parted(states[i, j, k], states[i, j + 1, k]):
-                    continue
                 ahead = min(max(old[i, j, k] + stride, 0), last)
                 deep = min(deep_old[i, j, k], deep_new[i, j + 1, k])
                 more = 0.0 if ahead == new[i, j + 1, k] else least
