@@ -60,7 +60,6 @@ def run_between(arguments: argparse.Namespace) -> str:
             tile=arguments.tile,
             preset=arguments.preset,
             seed=arguments.seed,
-            device=arguments.device,
             callback=report,
             **options,
         )
