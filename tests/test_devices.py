@@ -73,6 +73,13 @@ def flowing(given: Tensor, field: flow.Field, **options: object) -> Made:
     )
 
 
+def resumed(device: str) -> Tensor:
+    """A frame behind a state that was kept."""
+    exemplar, field = kwatra.Exemplar.of(clip()), flow.uniform(2.0)
+    state = next(flow.animate(exemplar, field, (32, 40), frames=1)).state
+    return last(flow.animate(exemplar.to(device), field, (32, 40), frames=2, after=state))
+
+
 def published(given: Tensor) -> Made:
     return lambda device: last(
         flow.published(kwatra.Exemplar.of(given, device=device), flow.uniform(1.0), (24, 32), 2)
@@ -95,6 +102,7 @@ CASES = {
     "voted": voted,
     "video in its place": still(exemplar=clip(), size=(5, 24, 32), stay=1.0, loop=True),
     "turning": flowing(stones(), flow.rotation(2.0), turn=True, also=stones()[:1]),
+    "flowing on": resumed,
     "flowing video": flowing(clip(), flow.uniform(2.0)),
     "published": published(stones()),
     "published video": published(clip()),

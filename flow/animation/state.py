@@ -2,13 +2,12 @@
 
 from dataclasses import dataclass
 
-import torch
 from torch import Tensor
 
 
 @dataclass(frozen=True)
 class State:
-    """All that the next frame follows from.
+    """All that the next frame follows from, on the CPU.
 
     number: of the frame, from 0. source (2, H, W) float32: where on the exemplar's canvas each pixel is read, x first;
     of a video on its frames, one under the other (`flow.animation.film`), of a picture whose elements turn on the still
@@ -24,8 +23,3 @@ class State:
     image: Tensor
     fading: Tensor | None = None
     left: Tensor | None = None
-
-    def to(self, device: torch.device) -> "State":
-        """The same state on another device."""
-        fading, left = (None if one is None else one.to(device) for one in (self.fading, self.left))
-        return State(self.number, self.source.to(device), self.inside.to(device), self.image.to(device), fading, left)

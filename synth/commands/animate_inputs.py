@@ -150,7 +150,7 @@ def frames_of(
     if inputs.maps:
         values = zip(*(along.values for along in inputs.maps), strict=True)
         also = Exemplar.of([torch.cat(each) for each in values], **variants, device=device)
-    first = None if inputs.first is None else inputs.form.normalized(inputs.first).to(device)
+    first = None if inputs.first is None else inputs.form.normalized(inputs.first)
     make, more = (flow.animate, {"enter": arguments.fill_from}) if arguments.loop is None else (flow.loop, {})
     return make(
         exemplar,
@@ -162,7 +162,7 @@ def frames_of(
         renewing=(flow.VIDEO_PRESETS if inputs.video else flow.PRESETS)[arguments.preset],
         synthesis=PRESETS[arguments.preset][0],
         seed=arguments.seed,
-        after=None if after is None else after.to(device),
+        after=after,
         also=also,
         turn=None if arguments.turn is None else arguments.turn == "on",
         **more,
