@@ -122,7 +122,7 @@ class Described(ABC):
         index.nprobe = max(lists // 128, 4)
         return index
 
-    @cached_property
+    @property
     def _searched(self) -> Tensor:
         return self.descriptors[self.numbers]
 
