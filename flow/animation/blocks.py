@@ -42,7 +42,7 @@ class Blocks:
         self._turn([0])
 
     def _scaled(self, colors: Tensor) -> np.ndarray:
-        scaled: np.ndarray = ((colors - self._middle) * self._root).double().cpu().numpy()
+        scaled: np.ndarray = ((colors - self._middle) * self._root).double().numpy()
         return scaled
 
     def _turn(self, pages: list[int]) -> None:
@@ -78,8 +78,8 @@ class Blocks:
         """
         self._turn(self._drawn(generator))
         costs = used(self._film.rows(self._pages))
-        again = box_sums(costs.double().cpu().numpy(), (self.size, self.size)) / self.size**2
-        weights = known[:, 0].double().cpu().numpy()
+        again = box_sums(costs.double().numpy(), (self.size, self.size)) / self.size**2
+        weights = known[:, 0].double().numpy()
         none = [None] * len(content)
         found = []
         for block, weight, home, beyond in zip(content, weights, homes or none, more or none, strict=True):
@@ -92,7 +92,7 @@ class Blocks:
             cost = self._fit.inside(self._scaled(block), weight) + weight.sum() * (again + away)
             found.append(np.unravel_index(np.where(valid, cost, np.inf).argmin(), cost.shape))
         corners = torch.from_numpy(np.array(found)).T
-        return self._film.uncut(corners, self._pages).T.flip(1).to(content.device)
+        return self._film.uncut(corners, self._pages).T.flip(1)
 
     def holds(self, more: int) -> bool:
         """Whether the exemplar goes on by so many px more around any block, on all sides."""
@@ -103,7 +103,7 @@ class Blocks:
         pitch, width = self._film.pitch, self._film.strip.shape[1]
         if more not in self._valid:
             page = self._film.cut(self._film.described, [0])
-            wide = page.corners((self.size + 2 * more,) * 2).cpu().numpy()
+            wide = page.corners((self.size + 2 * more,) * 2).numpy()
             valid = np.zeros((pitch, width - self.size + 1), bool)
             valid[more : more + wide.shape[0], more : more + wide.shape[1]] = wide
             self._valid[more] = valid

@@ -26,13 +26,12 @@ def carried(source: Tensor, look: Lookup, inside: Tensor | None = None) -> Tenso
     there = torch.ones_like(source[0], dtype=torch.bool) if inside is None else inside
     angle = angles(source, inside)
     after, first = torch.empty(source.shape), torch.empty(source[0].numel(), dtype=torch.long)
-    before = (values.cpu().contiguous() for values in (source, there, rigid(angle)[1]))
-    carry(len(first), *before, look.coordinates.cpu().flatten(1), JUMP, after.flatten(1), first)
-    after = after.to(source)
+    before = (values.contiguous() for values in (source, there, rigid(angle)[1]))
+    carry(len(first), *before, look.coordinates.flatten(1), JUMP, after.flatten(1), first)
     if bool(look.known.all()):
         return after
-    pixels = pixel_coordinates(source.shape[1:], source.device)
+    pixels = pixel_coordinates(source.shape[1:])
     column, row = filled(pixels, look.known).long()
-    angle = angle.flatten()[first.to(source.device).view(angle.shape)[row, column]]
+    angle = angle.flatten()[first.view(angle.shape)[row, column]]
     beyond = onward(after[:, row, column], angle, pixels[1] - row, pixels[0] - column)
     return torch.where(look.known, after, beyond)

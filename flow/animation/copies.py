@@ -48,8 +48,8 @@ def angles(source: Tensor, inside: Tensor | None = None) -> Tensor:
 
     there = torch.ones_like(source[0], dtype=torch.bool) if inside is None else inside
     turn = torch.empty(source.shape)
-    tell_turns(turn.shape[1], source.cpu().contiguous(), there.cpu().contiguous(), NEIGHBORS, turn)
-    return torch.atan2(*turn).to(source)
+    tell_turns(turn.shape[1], source.contiguous(), there.contiguous(), NEIGHBORS, turn)
+    return torch.atan2(*turn)
 
 
 def rigid(angle: Tensor) -> tuple[Tensor, Tensor]:
@@ -112,15 +112,15 @@ def tidied(source: Tensor, free: Tensor, inside: Tensor) -> Tensor:
     """
     from flow.animation.loops import tell_turns, tidy
 
-    there, may = (values.cpu().contiguous() for values in (inside, free))
+    there, may = (values.contiguous() for values in (inside, free))
     turn, joins = torch.empty(source.shape), torch.empty(len(inside), dtype=torch.long)
     for _ in range(_ROUNDS):
-        before, after = source.cpu().contiguous(), torch.empty(source.shape)
+        before, after = source.contiguous(), torch.empty(source.shape)
         tell_turns(len(joins), before, there, NEIGHBORS, turn)
         tidy(len(joins), before, there, may, turn, np.array(AROUND), JUMP, _FEW, after, joins)
         if not bool(joins.any()):
             break
-        source = after.to(source)
+        source = after
     return source
 
 
@@ -134,11 +134,11 @@ def softened(image: Tensor, source: Tensor, inside: Tensor, read: Callable[[Tens
     soft, shape = image.clone(), source.shape[1:]
     seams, goes_on = torch.empty(len(_BESIDE), *shape, dtype=torch.bool), torch.empty(len(_BESIDE), 2, *shape)
     _, right = rigid(angles(source, inside))
-    frame = (values.cpu().contiguous() for values in (source, inside, right))
+    frame = (values.contiguous() for values in (source, inside, right))
     find_seams(len(seams[0]), *frame, np.array(_BESIDE), JUMP, seams, goes_on)
     number, row, column = seams.nonzero().T
-    beside = goes_on[number, :, row, column].T.to(image.device)
-    place = (row * shape[1] + column).to(image.device)
+    beside = goes_on[number, :, row, column].T
+    place = row * shape[1] + column
     for channel, change in zip(soft.flatten(1), _BLEED * (read(beside) - image.flatten(1)[:, place]), strict=True):
         channel.index_add_(0, place, change)  # in one dimension it adds in the order of the places
     return soft

@@ -37,8 +37,8 @@ def known_of(look: Lookup, inside: Tensor) -> Lookup:
 def enters(flow: Tensor, side: str) -> Tensor:
     """Where (H, W) a flow (2, H, W) comes from beyond a side of the frame, one of SIDES."""
     height, width = flow.shape[1:]
-    x = torch.arange(width, device=flow.device) - flow[0]
-    y = torch.arange(height, device=flow.device)[:, None] - flow[1]
+    x = torch.arange(width) - flow[0]
+    y = torch.arange(height)[:, None] - flow[1]
     beyond = {"left": x < 0, "right": x > width - 1, "top": y < 0, "bottom": y > height - 1}
     return torch.stack(list(beyond.values())).any(0) if side == "all" else beyond[side]
 

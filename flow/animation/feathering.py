@@ -37,7 +37,7 @@ def feathered(image: Tensor, source: Tensor, inside: Tensor, read: Reading, reac
     copy = _numbered(source, inside)
     if (np.bincount(copy.ravel())[1:] > 0).sum() < 2:
         return image
-    rest, at, nearest, weights = (torch.from_numpy(one).to(image.device) for one in _shares(copy, reach))
+    rest, at, nearest, weights = (torch.from_numpy(one) for one in _shares(copy, reach))
     seen = weights * read(onward(source[:, *nearest], angles(source)[*nearest], *(at - nearest)))
     other = torch.zeros_like(image)
     for channel, values in zip(other.flatten(1), seen, strict=True):
@@ -80,11 +80,11 @@ def _numbered(source: Tensor, inside: Tensor) -> np.ndarray:
     number = np.arange(inside.numel()).reshape(inside.shape)
     links = []
     for axis, joined in enumerate((down & inside[1:] & inside[:-1], right & inside[:, 1:] & inside[:, :-1])):
-        both = joined.cpu().numpy()
+        both = joined.numpy()
         first, second = np.delete(number, -1, axis), np.delete(number, 0, axis)
         links.append(np.stack([first[both], second[both]]))
     one, other = np.concatenate(links, 1)
     graph = sparse.coo_matrix((np.ones(len(one), bool), (one, other)), (number.size, number.size))
     _, copies = connected_components(graph, directed=False)
-    numbered: np.ndarray = np.where(inside.cpu().numpy(), copies.reshape(inside.shape) + 1, 0)
+    numbered: np.ndarray = np.where(inside.numpy(), copies.reshape(inside.shape) + 1, 0)
     return numbered

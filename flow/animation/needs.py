@@ -30,7 +30,7 @@ def neediest(wear: Tensor, lost: Tensor, left: Tensor | None, size: int, most: i
     """
     rows, columns = (starts(side, size) for side in wear.shape)
     worn, holes, rested = (
-        0 if v is None else box_sums(v.double().cpu().numpy(), (size, size))[np.ix_(rows, columns)]
+        0 if v is None else box_sums(v.double().numpy(), (size, size))[np.ix_(rows, columns)]
         for v in (wear, lost, left)
     )
     worn, rested = worn / size**2, rested / size**2

@@ -81,12 +81,12 @@ class Carried:
     @property
     def source(self) -> Tensor:
         """The source coordinates (2, H, W), x first; they share the sheet's memory."""
-        return torch.from_numpy(self.sheet.places[:2]).to(self.image.device)
+        return torch.from_numpy(self.sheet.places[:2])
 
     @property
     def usable(self) -> Tensor:
         """Where (H, W) there is texture."""
-        return torch.from_numpy(self.sheet.filled).to(self.image.device)
+        return torch.from_numpy(self.sheet.filled)
 
 
 class Renewed(NamedTuple):
@@ -117,11 +117,11 @@ class Renewal:
         self._share = exemplar.share
         self.stock = Coordinates(exemplar, self.wear.variance, settings.seam)
         self._seams = self.stock.whole(hidden)
-        self._pixels = pixel_coordinates(shape, exemplar.canvas.device)
+        self._pixels = pixel_coordinates(shape)
         t = (torch.arange(self.blocks.size) - (self.blocks.size - 1) / 2) / (0.4 * self.blocks.size)
-        bell = torch.exp(-t.square()).to(exemplar.canvas.device)
+        bell = torch.exp(-t.square())
         self._bell = bell[:, None] * bell
-        inner = (torch.arange(self.blocks.size) / (_RIM * self.blocks.size)).clamp(max=1).to(exemplar.canvas.device)
+        inner = (torch.arange(self.blocks.size) / (_RIM * self.blocks.size)).clamp(max=1)
         inner = inner.minimum(inner.flip(0))
         self._inner = inner[:, None].minimum(inner)
 
@@ -161,8 +161,8 @@ class Renewal:
         usable = inside & self.read.usable(source)
         image = self.read(source)
         sheet = Sheet(self.stock, self.shape, (False, False), self._seams)
-        sheet.places[:] = torch.cat([source, angles(source, usable)[None]]).cpu().numpy()
-        sheet.label[usable.cpu().numpy()] = 0
+        sheet.places[:] = torch.cat([source, angles(source, usable)[None]]).numpy()
+        sheet.label[usable.numpy()] = 0
         for axis in range(2):
             p, q = along(axis, None, -1, 2), along(axis, 1, None, 2)
             ahead = self.stock.beyond(sheet.places[(slice(None), *p)], axis, 1)
@@ -236,7 +236,7 @@ class Renewal:
     def _shown(self, patch: Patch, spot: Spot) -> Tensor:
         """The source coordinates (2, h, w) that a block shows at a spot."""
         lines = [np.arange(part.start, part.stop) - by for part, by in zip(spot, patch.shift, strict=True)]
-        return torch.from_numpy(self.stock.places(patch.number, lines)[:2]).to(self._pixels)
+        return torch.from_numpy(self.stock.places(patch.number, lines)[:2])
 
     def _using(self, frame: Carried) -> Callable[[Tensor], Tensor]:
         """What using each exemplar pixel of some rows (r,) once more costs, (r, W).
@@ -262,9 +262,9 @@ class Renewal:
         worn = self._worn(frame, frame.worn.wear[spot], frame.costs[here], spot)
         fresh = self._worn(frame, torch.zeros_like(worn), costs, spot)
         change = self._flow(frame, new, spot) - self._flow(frame, old, spot)
-        taking = counted((change + (fresh - worn) * self._inner).cpu().numpy())
-        cut = frame.sheet.cut(patch, must_not=~frame.inside[spot].cpu().numpy(), taking=taking)
-        take = torch.from_numpy(self._inside(cut, patch.box)).to(new.device)
+        taking = counted((change + (fresh - worn) * self._inner).numpy())
+        cut = frame.sheet.cut(patch, must_not=~frame.inside[spot].numpy(), taking=taking)
+        take = torch.from_numpy(self._inside(cut, patch.box))
         lost = bool((take & ~frame.usable[spot]).any())
         if not lost and -cut.price <= _PROMISE * float(total(worn)) * COUNTS:
             return

@@ -39,8 +39,8 @@ class Coordinates(Stock):
 
     def __init__(self, exemplar: Exemplar, variance: float, cost: float) -> None:
         self._read, share = Reading(exemplar, "bilinear"), exemplar.share
-        self._scale = (share.cpu() / variance).sqrt().numpy().ravel()
-        self._pixels = channels_last(self._read.continued.cpu()).numpy() * self._scale
+        self._scale = (share / variance).sqrt().numpy().ravel()
+        self._pixels = channels_last(self._read.continued).numpy() * self._scale
         self._cost = cost
 
     def whole(self, hidden: Hidden | None) -> SeamCost:

@@ -73,8 +73,8 @@ class Upright:
             return source
         detail = warp(self._detail[None], source, "bilinear")[0]
         _, beside = rigid(self._turned(source, free))
-        frame = (values.cpu().contiguous().numpy() for values in (source, detail, free, beside))
-        return source + free * torch.from_numpy(self._offset(*frame)).to(source)
+        frame = (values.contiguous().numpy() for values in (source, detail, free, beside))
+        return source + free * torch.from_numpy(self._offset(*frame))
 
     def _offset(self, source: Array, detail: Array, free: Array, beside: Array) -> Array:
         """u (2, H, W) of a frame; beside (2, H, W): what its copies change by to the right where they may stay."""

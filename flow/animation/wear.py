@@ -68,13 +68,13 @@ class Wear:
         smooth = replace(exemplar, canvas=blurred(exemplar.canvas, exemplar.owner >= 0, _BLUR))
         self._pixels = channels_last(smooth.canvas)
         self.source = SourceWindows(film.cut(smooth, pages), (width, width), torch.Generator().manual_seed(0))
-        self.grid = Grid(shape, (width, width), (step, step), device=exemplar.canvas.device)
+        self.grid = Grid(shape, (width, width), (step, step))
         pairs = len(self.grid) * len(self.source.numbers)
         self._route = "exact" if pairs <= _EXACT else "approximate"
         last = [film.pitch - width, exemplar.shape[1] - width] if film.pages > 1 else [*self.source.positions]
-        self._last = torch.tensor(last, device=exemplar.canvas.device)
-        every = torch.arange(len(self.grid), device=exemplar.canvas.device)
-        self._mass = self._sum(every, torch.ones(len(self.grid), device=exemplar.canvas.device))
+        self._last = torch.tensor(last)
+        every = torch.arange(len(self.grid))
+        self._mass = self._sum(every, torch.ones(len(self.grid)))
 
     def __call__(self, image: Tensor, source: Tensor, inside: Tensor) -> Tensor:
         """Wear (H, W) of an image (C, H, W) with its source coordinates (2, H, W); 0 where not inside (H, W)."""
@@ -84,7 +84,7 @@ class Wear:
         """The wear of a frame: its image (C, H, W) and source coordinates (2, H, W)."""
         smooth = blurred(image, torch.ones_like(source[0], dtype=torch.bool), _BLUR)
         angle = angles(source)
-        every = torch.arange(len(self.grid), device=image.device)
+        every = torch.arange(len(self.grid))
         energy, bent = self._energy(smooth, source, angle, every), distortion(source, angle)
         return Worn(self._spread(every, energy) + self.area * bent, smooth, energy, bent, angle)
 
@@ -117,19 +117,19 @@ class Wear:
         from flow.animation.loops import spread
 
         made, falloff = torch.empty(self.grid.shape), self.source.metric.falloff[..., 0]
-        spread(len(made), *(v.cpu().contiguous() for v in (self.grid.corners[which], values, falloff)), made)
-        return made.to(values)
+        spread(len(made), *(v.contiguous() for v in (self.grid.corners[which], values, falloff)), made)
+        return made
 
     def _touched(self, spot: Spot) -> Tensor:
         """The windows (n,) that have a pixel in a spot."""
-        corners, width = self.grid.corners, torch.tensor(self.grid.width, device=self.grid.corners.device)
-        low = torch.tensor([part.start for part in spot], device=corners.device)
-        high = torch.tensor([part.stop for part in spot], device=corners.device)
+        corners, width = self.grid.corners, torch.tensor(self.grid.width)
+        low = torch.tensor([part.start for part in spot])
+        high = torch.tensor([part.stop for part in spot])
         return ((corners < high) & (corners + width > low)).all(1).nonzero()[:, 0]
 
     def _off_copy(self, pixels: Tensor, source: Tensor, angle: Tensor, corners: Tensor) -> Tensor:
         """Squared distance (n,) of windows at these corners (n, 2) to what the copies at their centers put there."""
-        center = (corners + torch.tensor([w // 2 for w in self.grid.width], device=source.device)).T
+        center = (corners + torch.tensor([w // 2 for w in self.grid.width])).T
         there = source.flip(0).round().long()[(slice(None), *center)].T
         page = (there[:, 0] // self._film.pitch).clamp(0, self._film.pages - 1) * self._film.pitch
         first = torch.stack([page, torch.zeros_like(page)], 1)
@@ -147,8 +147,8 @@ class Wear:
         from flow.animation.loops import compare
 
         apart, given = torch.empty(len(corners)), (pixels, corners, exemplar, there, middle, turned)
-        compare(len(corners), *(v.cpu().contiguous() for v in (*given, self.source.metric.weight)), apart)
-        return apart.to(pixels)
+        compare(len(corners), *(v.contiguous() for v in (*given, self.source.metric.weight)), apart)
+        return apart
 
     def _found(self, pixels: Tensor, corners: Tensor) -> Tensor:
         """Squared distance (n,) of windows at these corners (n, 2) to the nearest of the exemplar's."""
