@@ -104,6 +104,11 @@ def turns(source: Tensor) -> Tensor:
     return torch.stack([beside, below])
 
 
+def replaced(source: Tensor, before: Tensor) -> Tensor:
+    """Where (H, W) source coordinates (2, H, W) show other copies than those before."""
+    return (source - before).square().sum(0) >= JUMP**2
+
+
 def tidied(source: Tensor, free: Tensor, inside: Tensor) -> Tensor:
     """Source coordinates (2, H, W) without crumbs: a lone pixel that is free (H, W) joins the copy around it.
 

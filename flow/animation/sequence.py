@@ -25,7 +25,7 @@ from torch import Tensor
 from flow.animation.asked import Mask, allowed, check, film_of
 from flow.animation.carrying import carried
 from flow.animation.colorcurve import ColorCurve
-from flow.animation.copies import JUMP, tidied
+from flow.animation.copies import replaced, tidied
 from flow.animation.entering import SIDES, entered, known_of
 from flow.animation.fading import Fading, left_of, shaded
 from flow.animation.feathering import BEYOND, feathered
@@ -36,7 +36,7 @@ from flow.animation.renewal import Renewal
 from flow.animation.settings import PRESETS, VIDEO_PRESETS, Renewing
 from flow.animation.state import State
 from flow.animation.stock import NOWHERE
-from flow.animation.term import blended, flow_term
+from flow.animation.term import lasting
 from flow.animation.upright import Upright
 from flow.fields import Field
 from flow.warps import Lookup, filled, lookup, warp
@@ -213,7 +213,8 @@ class Motion:
         new, image, left, report = self.renewal(source, inside, generator, moved | lives, left)
         copies = self._picture(new, inside, image[: self.channels])
         if self.film.motion is None:
-            return self._frame(State(number, new, inside, self._blended(copies, state, look), left=left), report)
+            image = self._blended(copies, state, look, replaced(new, source))
+            return self._frame(State(number, new, inside, image, left=left), report)
         shown, fading = self._dissolved(copies, state, look, source, new)
         return self._frame(State(number, new, inside, self._colors(shown), fading.packed), report)
 
@@ -229,7 +230,7 @@ class Motion:
             return copies, Fading.nothing(new, copies)
         old = Fading.nothing(before.source, copies) if before.fading is None else Fading.unpacked(before.fading)
         old = old.onward(self.film, look, before.inside)
-        changed = known & ((new - source).square().sum(0) >= JUMP**2) & self.read.usable(source)
+        changed = known & replaced(new, source) & self.read.usable(source)
         above, below = self._picture(source, known), self._picture(old.below, known & (old.share > _SEEN))
         wanted = old.mixed(above, below, known, self.channels) + old.shade
         fading = old.replaced(source, changed, left_of(self.film, self.renewing.inertia))
@@ -263,19 +264,18 @@ class Motion:
         maps = self._read_also(source) if reach else self._read_also.picture(source, inside)
         return torch.cat([colors, feathered(maps, source, inside, also, reach, details=False)])
 
-    def _blended(self, copies: Tensor, before: State, look: Lookup) -> Tensor:
-        """A frame (C, H, W) that shows its copies and, as the flow term asks, what the one before has carried there.
+    def _blended(self, copies: Tensor, before: State, look: Lookup, changed: Tensor) -> Tensor:
+        """A frame (C, H, W) that shows its copies, new where changed (H, W), and still some of the one before.
 
-        Maps below the colors fade with them.
+        Maps below the colors go the same way.
         """
         if self.renewing.inertia == 0 or not bool(look.known.any()):
             return copies
-        shown, maps = filled(before.image, before.inside).tensor_split([self.channels])
-        term = flow_term(shown, look, self.renewing.inertia, self.renewing.interpolation)
-        if self._read_also is not None:
-            carried = filled(warp(maps, look.coordinates, self.renewing.interpolation), look.known)
-            term = replace(term, target=torch.cat([term.target, carried]))
-        return self._within(blended(copies, term))
+        carried = filled(
+            warp(filled(before.image, before.inside), look.coordinates, self.renewing.interpolation), look.known
+        )
+        share = lasting(changed, self.renewing.inertia, self.renewal.blocks.size) * look.known
+        return self._within(copies + share * (carried - copies))
 
     def _flow(self, number: int) -> Tensor:
         """The flow (2, H, W) from a frame to the next; that of a steady field is asked for once."""

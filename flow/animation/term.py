@@ -1,15 +1,20 @@
 """The flow term: a frame is wanted close to the frame before it, carried along (thesis section 6.2.1).
 
-With the texture's copies given, the frame of least energy is a weighted mean of them and of that frame, pixel by pixel.
+With the texture's copies given, the frame of least energy is a weighted mean of them and of that frame, pixel by pixel;
+of what has been replaced little more than a trace may last, or it is seen through what is there now.
 """
 
 import torch
 import torch.nn.functional as F
+from scipy.ndimage import distance_transform_edt
 from torch import Tensor
 
 from flow.warps import Lookup, filled, warp
 from kwatra import SoftPixels
 from kwatra.base import mean
+
+_RIM = 1 / 8
+"""So much of what is replaced, in a block's side, is its rim. Not tuned."""
 
 
 def flow_term(before: Tensor, look: Lookup, weight: float, interpolation: str = "bicubic") -> SoftPixels:
@@ -23,12 +28,15 @@ def flow_term(before: Tensor, look: Lookup, weight: float, interpolation: str = 
     return SoftPixels(carried, (weight * gradient_weight(carried, shares) * look.known)[None], "flow")
 
 
-def blended(copies: Tensor, term: SoftPixels) -> Tensor:
-    """The frame x (C, H, W) of least |x - copies|^2 + weight |x - target|^2, for a term with a weight per pixel.
+def lasting(changed: Tensor, weight: float, block: int) -> Tensor:
+    """Which share (H, W) of a frame still is the one before, carried along, where its copies were replaced (H, W).
 
-    Where the term has no weight, or copies (C, H, W) are what it asks for, they are returned bit for bit.
+    It is weight / (1 + weight), which makes |x - copies|^2 + weight |x - x+|^2 least: with K, edges of what is replaced
+    would be seen longest, through what replaces it. In the middle of what was replaced, by a block so many px wide, it
+    is all: that goes a frame later, so that what moves on around it tells the motion, and nothing is seen twice.
     """
-    return copies + term.weight / (1 + term.weight) * (term.target - copies)
+    depth = torch.from_numpy(distance_transform_edt(changed.numpy())).float()
+    return (depth - _RIM * block).clamp(weight / (1 + weight), 1)
 
 
 def gradient_weight(image: Tensor, share: Tensor) -> Tensor:

@@ -5,7 +5,7 @@ import torch
 from torch import Tensor
 
 import flow
-from flow.animation.term import blended
+from flow.animation.term import lasting
 from flow.animation.thesis import with_variants
 from kwatra import Exemplar, InputError, optimize
 from kwatra.terms.algebra import parts_of
@@ -52,32 +52,16 @@ def test_the_flow_terms_quadratic_has_equation_27s_gradient() -> None:
     assert term.energy(quadratic.target) == 0
 
 
-def test_a_blend_is_the_frame_of_least_energy() -> None:
-    """|x - copies|^2 + lambda (x - x+)^T K (x - x+) has no slope there, and is lower than beside it."""
-    before, copies = noise(2), 1 - noise(2).flip(2)
-    term = flow.flow_term(before, flow.lookup(flow.rotation(1.5)(0, SHAPE)), 0.8)
-
-    def energy(x: Tensor) -> float:
-        return float((x - copies).square().mean()) + term.energy(x)
-
-    x = blended(copies, term)
-    assert energy(x) < 0.9 * min(energy(copies), energy(term.target))
-    for seed in range(5):
-        beside = 0.05 * torch.randn(x.shape, generator=torch.Generator().manual_seed(seed))
-        assert energy(x) < min(energy(x + beside), energy(x - beside))
-    quadratic = term.quadratic(x)
-    assert torch.allclose(quadratic.times(x - quadratic.target), copies - x, atol=1e-5)
-
-
-def test_a_blend_leaves_alone_what_the_flow_says_nothing_of() -> None:
-    before, copies = noise(3), 1 - noise(3)
-    look = flow.lookup(flow.uniform(3.0)(0, SHAPE))
-    assert torch.equal(blended(copies, flow.flow_term(before, look, 0.0)), copies)
-    shown = blended(copies, flow.flow_term(before, look, 0.8))
-    assert torch.equal(shown[..., :3], copies[..., :3])
-    assert not torch.equal(shown[..., 3:], copies[..., 3:])
-    term = flow.flow_term(before, look, 0.8)
-    assert torch.equal(blended(term.target, term), term.target)
+def test_a_trace_lasts_of_what_is_replaced_and_all_of_its_middle_for_a_frame() -> None:
+    changed = torch.zeros(40, 48, dtype=torch.bool)
+    changed[8:32, 10:40] = True
+    changed[:, :3] = True
+    share = lasting(changed, 0.25, 32)  # its rim is 4 px wide
+    middle = torch.zeros_like(changed)
+    middle[12:28, 14:36] = True
+    assert torch.equal(share == 1, middle)
+    assert torch.allclose(share[~middle], torch.tensor(0.2))  # 0.25 / 1.25
+    assert float(lasting(torch.zeros_like(changed), 0.0, 32).max()) == 0
 
 
 def test_the_flow_term_counts_edges_more() -> None:
