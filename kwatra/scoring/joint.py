@@ -44,11 +44,11 @@ def largest_side(images: Sequence[Tensor]) -> int | None:
 
 
 def _mean(images: Sequence[Tensor], side: int) -> Tensor:
-    """The statistics of all crops of images, on average; one at a time, for memory."""
-    model = _model(side)
+    """The statistics of all crops of images, on average; of so many at a time as have the pixels of the largest."""
+    model, crops = _model(side), torch.stack([crop for image in images for crop in _crops(image.mean(0), side)])
     with torch.no_grad():
-        each = [model(crop[None, None]).flatten() for image in images for crop in _crops(image.mean(0), side)]
-    return torch.stack(each).mean(0)
+        each = [model(several[:, None]).flatten(1) for several in crops.split((SIDES[0] // side) ** 2)]
+    return torch.cat(each).mean(0)
 
 
 def _crops(brightness: Tensor, side: int) -> list[Tensor]:

@@ -171,13 +171,13 @@ class Projection:
     deviations: Tensor
 
     @classmethod
-    def learned_from(cls, rows: Tensor) -> "Projection":
+    def learned_from(cls, rows: Tensor, components: int = COMPONENTS) -> "Projection":
         """The components of rows (n, d), in double precision."""
         mean = rows.mean(0, dtype=torch.float64)
         centered = rows.double() - mean
         squares, vectors = torch.linalg.eigh(centered.T @ centered)
-        deviations = (squares[-COMPONENTS:].clamp(min=0) / len(rows)).sqrt()
-        return cls(mean.float(), vectors[:, -COMPONENTS:].float(), deviations.float())
+        deviations = (squares[-components:].clamp(min=0) / len(rows)).sqrt()
+        return cls(mean.float(), vectors[:, -components:].float(), deviations.float())
 
     def __call__(self, rows: Tensor) -> Tensor:
         """Coordinates (n, components + 1) of rows (n, d), the last the length of what is missed."""
@@ -210,18 +210,38 @@ class Projection:
         return torch.cat((leading, missed.clamp(min=0).sqrt())).flatten(1).T.contiguous()
 
 
+class Learned:
+    """What a search learns from windows: so many principal `components`, and where lists of windows have centers."""
+
+    def __init__(self, windows: Windows, components: int) -> None:
+        rows = windows.rows(windows.sample(SAMPLE))
+        self.project = Projection.learned_from(rows, components)
+        self.points = self.project(rows)
+        self._lists = min(LISTS if len(windows) <= 4 * PART else 4 * LISTS, len(rows))
+
+    @functools.cached_property
+    def centers(self) -> Any:
+        """The centers (lists, components + 1) of lists, as an index; small sets need none, so found when asked for."""
+        flat = faiss.IndexFlatL2(self.points.shape[1])
+        index = faiss.IndexIVFFlat(flat, flat.d, self._lists)
+        index.cp.niter = 6
+        index.cp.min_points_per_centroid = 1  # or faiss prints a warning
+        index.train(self.points.numpy())
+        return flat
+
+
 class Nearest:
     """Finds the nearest of `windows`; holds PART of them at a time, whatever their number.
 
     Threads that search at once wait for each other, for what is held changes while one searches.
     """
 
-    def __init__(self, windows: Windows, project: Projection | None = None) -> None:
-        """project: the components to search in, where others have learned them from windows that are much the same."""
+    def __init__(self, windows: Windows, like: "Nearest | None" = None, components: int = COMPONENTS) -> None:
+        """like: of windows much the same: what was learned from them serves here too. components: as in `Learned`."""
         self.windows = windows
-        rows = windows.rows(windows.sample(SAMPLE))
-        self.project = Projection.learned_from(rows) if project is None else project
-        self._index = self._empty_index(self.project(rows))
+        self.learned: Learned = Learned(windows, components) if like is None else like.learned
+        self.project = self.learned.project
+        self._index = self._empty_index()
         self._held, self._holding = -1, Lock()
 
     def search(self, rows: Tensor, candidates: int = 8) -> tuple[Tensor, Tensor]:
@@ -246,17 +266,12 @@ class Nearest:
     def _distance(self, rows: Tensor, numbers: Tensor) -> Tensor:
         return (self.windows.rows(numbers) - rows).square().mean(1).sqrt()
 
-    def _empty_index(self, points: Tensor) -> Any:
-        flat = faiss.IndexFlatL2(points.shape[1])
+    def _empty_index(self) -> Any:
         if len(self.windows) <= SAMPLE:
-            return flat
-        self._centers = flat  # the index does not keep it alive by itself
-        lists = LISTS if len(self.windows) <= 4 * PART else 4 * LISTS
-        index = faiss.IndexIVFFlat(flat, points.shape[1], lists)
+            return faiss.IndexFlatL2(self.learned.points.shape[1])
+        self._centers = self.learned.centers  # the index does not keep them alive by itself
+        index = faiss.IndexIVFFlat(self._centers, self._centers.d, self._centers.ntotal)
         index.nprobe = PROBED
-        index.cp.niter = 6
-        index.cp.min_points_per_centroid = 1  # or faiss prints a warning
-        index.train(points.numpy())
         return index
 
     def _hold(self, first: int, strip: Tensor) -> None:

@@ -69,7 +69,7 @@ def _distances(output: Tensor, exemplars: Sequence[Tensor], scale: int, depth: i
     our_numbers, their_numbers = (windows.sample(QUERIES) for windows in (ours, theirs))
     likest = Nearest(theirs)
     forward, found = likest.search(ours.rows(our_numbers))
-    coverage, _ = Nearest(ours, likest.project).search(theirs.rows(their_numbers))
+    coverage, _ = Nearest(ours, likest).search(theirs.rows(their_numbers))
     samples = (windows.rows(windows.sample(4 * QUERIES)) for windows in (ours, theirs))
     return {
         "forward": float(forward.mean()) / unit(exemplars),

@@ -136,6 +136,18 @@ def test_nearest_distances_agree_with_brute_force(side: int) -> None:
     assert torch.allclose(found, real, atol=1e-6)
 
 
+@pytest.mark.parametrize("side", [30, 110], ids=["of few windows", "by lists"])
+def test_what_was_learned_from_windows_much_the_same_serves_to_search(side: int) -> None:
+    image = gravel(220)
+    like, windows = Nearest(Windows.of([image[:, :side, :side]], 7), components=12), Windows.of([image[:, 100:]], 7)
+    queries = Windows.of([image[:, :30, 110:140]], 7).rows(torch.arange(24 * 24))
+    assert len(windows) > SAMPLE
+    best, _ = Nearest(windows).search(queries)
+    found, number = Nearest(windows, like).search(queries)
+    assert float(found.mean()) == pytest.approx(float(best.mean()), rel=0.02)
+    assert torch.allclose(found, (windows.rows(number) - queries).square().mean(1).sqrt(), atol=1e-6)
+
+
 def test_a_large_set_is_searched_part_by_part(monkeypatch: pytest.MonkeyPatch) -> None:
     windows = Windows.of([noise(1, 40, 40)], 7)
     queries = windows.rows(torch.tensor([0, 700, 1155]))
