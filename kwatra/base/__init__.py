@@ -1,4 +1,4 @@
-"""What everything stands on: the one error, axes, sums, linear systems, seeds, sizes, threads."""
+"""What everything stands on: the one error, axes, sums, linear systems, seeds, sizes, tensors, threads."""
 
 from kwatra.base.axes import AVERAGE, CONVOLUTION, LARGEST, coarse_shape, enlarged, factors_of, resized
 from kwatra.base.errors import InputError, check_mask
@@ -7,6 +7,7 @@ from kwatra.base.resampling import turned
 from kwatra.base.seeds import generator_of
 from kwatra.base.sizes import whole_sizes
 from kwatra.base.solver import Solution, conjugate_gradients
+from kwatra.base.tensors import tensor_of
 from kwatra.base.threads import apart, shared
 
 __all__ = [
@@ -28,6 +29,7 @@ __all__ = [
     "product",
     "resized",
     "shared",
+    "tensor_of",
     "total",
     "turned",
     "whole_sizes",

@@ -7,7 +7,7 @@ from typing import Any
 import torch
 from torch import Tensor
 
-from kwatra.base import InputError
+from kwatra.base import InputError, tensor_of
 from synth.metamorphosis.features import blobs
 from synth.metamorphosis.method import Pair, Report
 from synth.texture.form import Form
@@ -109,7 +109,7 @@ def _masks(features: Sequence[Any], a: Tensor, b: Tensor) -> tuple[Tensor, Tenso
         raise InputError(f"{len(features)} maps of features were given; give A's and B's")
     masks = []
     for name, mask, image in zip("AB", features, (a, b), strict=True):
-        values = torch.as_tensor(mask).float()
+        values = tensor_of(mask).float()
         values = values[None] if values.ndim == 2 else values
         if values.ndim != 3 or values.shape[1:] != image.shape[1:]:
             raise InputError(

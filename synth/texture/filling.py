@@ -16,6 +16,7 @@ from torch import Tensor
 
 import kwatra
 from kwatra import Exemplar, Feature, HardPixels, InputError, Level, Prepared, Progress, Result, Settings
+from kwatra.base import tensor_of
 from kwatra.scoring import WINDOW, Ranking
 from synth.texture.form import Form, Image
 from synth.texture.synthesis import Synthesis
@@ -62,7 +63,7 @@ def fill(
     if preset not in PRESETS:
         raise InputError(f"the preset is {preset!r}; allowed are {', '.join(PRESETS)}")
     others: list[Any] = _listed(exemplar)
-    missing: Tensor = _checked_hole(image, _in_time(image, torch.as_tensor(hole).cpu()), bool(others))
+    missing: Tensor = _checked_hole(image, _in_time(image, tensor_of(hole).cpu()), bool(others))
     filled: Image = image.detach().cpu().clone() if isinstance(image, Tensor) else image.copy()
     pixels = planes_of(filled)
     pixels[:, missing.numpy()] = 0 if bool(missing.all()) else pixels[:, ~missing.numpy()][:, :1]

@@ -9,6 +9,7 @@ import torch
 from torch import Tensor
 
 from kwatra import InputError
+from kwatra.base import tensor_of
 
 Image = TypeVar("Image", Tensor, np.ndarray)
 
@@ -37,7 +38,7 @@ class Form(Generic[Image]):
                     "or arrays (H, W) or (H, W, C), or for videos (C, T, H, W) or (T, H, W, C), all of one kind and "
                     "not empty"
                 )
-            values = torch.as_tensor(image).double()
+            values = tensor_of(image).double()
             if not bool(values.isfinite().all()):
                 raise InputError("an exemplar holds NaN or infinite pixels; replace them first")
             low, high = min(low, float(values.min())), max(high, float(values.max()))
@@ -45,7 +46,7 @@ class Form(Generic[Image]):
 
     def normalized(self, image: Image) -> Tensor:
         """As a float tensor (C, H, W), or (C, T, H, W), with values in [0, 1]."""
-        values = torch.as_tensor(np.ascontiguousarray(image) if isinstance(image, np.ndarray) else image).double()
+        values = tensor_of(image).double()
         if not self.tensor:
             values = values[None] if self.flat else values.movedim(-1, 0)
         return ((values - self.low) / ((self.high - self.low) or 1.0)).float().contiguous()

@@ -12,6 +12,7 @@ from torch import Tensor
 
 import kwatra
 from kwatra import Exemplar, InputError, Level, Prepared, Progress, Result, Settings, Sum, TermLike
+from kwatra.base import tensor_of
 from kwatra.terms import parts_of
 from kwatra.windows import per_axis
 from synth.texture.form import Form, Image
@@ -102,7 +103,7 @@ class Work(Generic[Image]):
         if len(shape) > 2:
             settings = in_time(settings, source)
         tries = _tries(preset, shape, steered)
-        hidden = None if mask is None else torch.as_tensor(mask).to(device)
+        hidden = None if mask is None else tensor_of(mask).to(device)
         begin = None if begin is None else begin.to(device)
         return cls(form, source, shape, settings, tries, asked, hidden, begin, channels, steered)
 
@@ -205,7 +206,7 @@ def _masks(masks: Any) -> list[Tensor] | None:
     if masks is None:
         return None
     several = [masks] if isinstance(masks, (Tensor, np.ndarray)) else masks
-    return [torch.as_tensor(mask) for mask in several]
+    return [tensor_of(mask) for mask in several]
 
 
 def _size_of(size: Sequence[int] | None, picture: Tensor, guidance: Guide | None) -> tuple[int, ...]:

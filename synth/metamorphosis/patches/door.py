@@ -9,7 +9,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from kwatra.base import InputError
+from kwatra.base import InputError, tensor_of
 from synth.metamorphosis.method import Frames, Report, silent
 from synth.metamorphosis.methods import method as method_of
 from synth.metamorphosis.patches.method import PatchMorph
@@ -70,7 +70,7 @@ def interpolate(
         raise InputError("the textures are videos, or differ in their channels; give images that have all the same")
     if features is not None and len(features) != len(images):
         raise InputError(f"{len(features)} maps of features were given for {len(images)} textures; give one for each")
-    maps = None if features is None else tuple(torch.as_tensor(each).float() for each in features)
+    maps = None if features is None else tuple(tensor_of(each).float() for each in features)
     count, shape, most = _looked_through(weights, images, size)
     between = method.between(images, maps, shape, tile, seed, most)
     report = callback or silent
@@ -114,7 +114,7 @@ def _weighting(
     if not _is_map(given):
         own = (images[0].shape[1], images[0].shape[2])
         return Weighting.even(checked_weights([float(weight) for weight in weights], len(images)), size or own)
-    values = torch.as_tensor(given).float()
+    values = tensor_of(given).float()
     if values.ndim == 2 and len(images) == 2:
         if not bool(((values >= 0) & (values <= 1)).all()):
             raise InputError("the map of how far from A to B has values that are not from 0 to 1; scale it first")

@@ -4,7 +4,7 @@ import torch
 from skimage import data
 
 from kwatra import InputError
-from synth import synthesize
+from synth import fill, synthesize
 
 QUICK = {"levels": ((2, 8), (1, 8)), "preset": "fast"}
 
@@ -26,6 +26,14 @@ def test_an_array_comes_out_as_it_went_in(dtype, channels):
     assert made.min() >= image.min()
     assert made.max() <= image.max()
     assert abs(float(made.mean()) / float(image.mean()) - 1) < 0.2
+
+
+@pytest.mark.parametrize("of", [lambda a: a.astype(">f4"), lambda a: a[::-1].copy()[::-1]], ids=["bytes", "flipped"])
+def test_an_array_may_lie_in_memory_as_it_likes(of):
+    plain, hole = brick().astype(np.float32), np.zeros((72, 72), bool)
+    hole[30:40, 30:40] = True
+    for made in (lambda a: synthesize(a, (40, 40), preset="fast"), lambda a: fill(a, hole[:, ::-1], preset="fast")):
+        assert np.array_equal(made(of(plain)).image, made(plain).image)
 
 
 def test_a_tensor_comes_out_as_it_went_in():

@@ -1,0 +1,39 @@
+"""Values that users give become tensors, whatever arrays they come in."""
+
+import warnings
+
+import numpy as np
+import pytest
+import torch
+
+from kwatra.base import tensor_of
+
+
+def of_pixels() -> np.ndarray:
+    return np.arange(12, dtype=np.float32).reshape(3, 4)
+
+
+def readonly() -> np.ndarray:
+    values = of_pixels()
+    values.setflags(write=False)
+    return values
+
+
+@pytest.mark.parametrize(
+    "values",
+    [of_pixels()[::-1, ::-1][::-1, ::-1], of_pixels()[::-1].copy()[::-1], of_pixels().astype(">f4"), readonly()],
+    ids=["flipped twice", "flipped", "of foreign bytes", "not to be written to"],
+)
+def test_arrays_that_torch_does_not_take_are_copied(values: np.ndarray) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        made = tensor_of(values)
+    assert made.dtype == torch.float32
+    assert made.tolist() == values.tolist()
+
+
+def test_others_are_not_copied() -> None:
+    values, tensor = of_pixels(), torch.arange(3)
+    assert tensor_of(values).data_ptr() == values.ctypes.data
+    assert tensor_of(tensor) is tensor
+    assert tensor_of([[1.0, 2.0]]).tolist() == [[1.0, 2.0]]
