@@ -56,7 +56,7 @@ def test_a_trace_lasts_of_what_is_replaced_and_all_of_its_middle_for_a_frame() -
     changed = torch.zeros(40, 48, dtype=torch.bool)
     changed[8:32, 10:40] = True
     changed[:, :3] = True
-    share = lasting(changed, 0.25, 32)  # its rim is 4 px wide
+    share = lasting(changed, 0.25, 16)  # its rim is 4 px wide
     middle = torch.zeros_like(changed)
     middle[12:28, 14:36] = True
     assert torch.equal(share == 1, middle)
