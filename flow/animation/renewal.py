@@ -284,7 +284,7 @@ class Renewal:
     @staticmethod
     def _inside(cut: Cut, box: Box) -> np.ndarray:
         """What a cut takes, of its box alone."""
-        first = (int(line.flat[0]) for line in cut.at)
+        first = (line.start for line in cut.at)  # nothing wraps
         part = tuple(slice(s - f, s - f + e) for s, f, e in zip(box.start, first, box.extent, strict=True))
         inside: np.ndarray = cut.take[part]
         return inside

@@ -7,7 +7,6 @@ import numpy as np
 from kwatra.pieces.boxes import quantile
 from kwatra.pieces.corners import Corners
 from kwatra.pieces.fitting import Fit
-from kwatra.pieces.sheet import each
 from kwatra.pieces.stock import Array
 
 GOOD = 0.05
@@ -36,12 +35,21 @@ class Agreement:
         place (axes, *E): where in the exemplar that comes from. What hangs over the exemplar is taken to agree as a
         fair one of the `valid` blocks does.
         """
-        squares, seen = self.corners.squares(self.fit, self.image[each(np.where(known, place, 0))], known)
+        squares, seen = self.corners.squares(self.fit, self._shown(place, known), known)
         if any(self.corners.hang):
             fair = quantile((squares / np.maximum(seen, 1))[valid], FAIR)
             squares = squares + (known.sum() - seen) * fair
         mismatch: Array = squares / (known.sum() * self.variance)
         return mismatch
+
+    def _shown(self, place: Array, known: Array) -> Array:
+        """The image's values (C, *E) at the places (axes, *E) that are known (*E), and 0 elsewhere."""
+        from kwatra.pieces.loops import take_known
+
+        content = np.empty((len(self.image), *known.shape))
+        image, there, shown = (values.reshape(len(values), -1) for values in (self.image, place, content))
+        take_known(image, np.array(self.image.shape[1:]), there, known.ravel(), shown)
+        return content
 
 
 def attainable(mismatches: Array) -> float:

@@ -195,7 +195,7 @@ class BlockStart:
         known = self.sheet.filled_at(at)
         place = self.sheet.sources.coordinates(self.sheet.places[at])[1]
         valid = self.corners.valid
-        if any(self.corners.hang):
+        if any(self.corners.hang) and needed.any():
             valid = valid & (self.corners.inside(needed) == needed.sum())
         same = self.corners.continuing(place, known)
         again = same > 0  # what would only continue a copy that is there already

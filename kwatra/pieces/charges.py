@@ -75,5 +75,5 @@ def shown_near(sheet: Sheet[Mosaic], box: Box, reach: int, shape: Sequence[int])
     at = tuple(slice(a, b) for a, b in zip(low, high, strict=True))
     cell = sheet.sources.cell
     shown = np.zeros(math.prod(cell))
-    sum_near(sheet.places[at], sheet.label[at] >= 0, low, np.array(box.start), np.array(box.stop), float(reach), shown)
+    sum_near(sheet.places[at], sheet.label[at], low, np.array(box.start), np.array(box.stop), float(reach), shown)
     return shown.reshape(cell)[tuple(slice(1, n + 1) for n in shape)]

@@ -34,7 +34,8 @@ class Fit:
         """
         shape, extent = self.image.shape[1:], content.shape[1:]
         size = _fast(shape)
-        known = np.where(weight > 0, content, 0) * weight
+        there = np.where(weight > 0, content, 0)
+        known = there * weight
         ones = _forward(known, size)
         if weight.ndim == len(extent):
             spectrum = np.conj(_forward(weight[None], size)[0]) * self._spectrum(size)[-1]
@@ -46,7 +47,7 @@ class Fit:
             one *= 2
             spectrum -= np.multiply(one, plane, out=one)
         room = tuple(n - e + 1 for n, e in zip(shape, extent, strict=True))
-        constant = (known * np.where(weight > 0, content, 0)).sum(dtype=np.float64)
+        constant = (known * there).sum(dtype=np.float64)
         return np.maximum(_inverse(spectrum, size, room) + constant, 0)
 
     def under(self, content: np.ndarray, mask: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

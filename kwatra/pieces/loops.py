@@ -61,16 +61,46 @@ def count_offsets(place: Any, known: Any, extent: Any, hang: Any, grain: Any, co
 
 
 @jitted
-def sum_near(places: Any, there: Any, corner: Any, start: Any, stop: Any, reach: Any, shown: Any) -> None:
+def take_known(image: Any, shape: Any, place: Any, known: Any, content: Any) -> None:
+    """The values (C, N) of an image (C, M) of some shape at the places (axes, N) that are known (N,), and 0 elsewhere."""
+    content[:] = 0
+    for pixel in range(len(known)):
+        if known[pixel]:
+            there = 0
+            for axis in range(len(shape)):
+                there = there * shape[axis] + place[axis, pixel]
+            for channel in range(len(image)):
+                content[channel, pixel] = image[channel, there]
+
+
+@jitted
+def locate(places: Any, cell: Any, strides: Any, number: Any, at: Any) -> None:
+    """The source's number (N,) and the coordinates in it (axes, N) of places (N,) of a mosaic.
+
+    cell: how many places a source takes; strides (axes,): from a place to the next along each axis.
+    """
+    for i in range(len(places)):
+        number[i], rest = divmod(places[i], cell)
+        for axis in range(len(strides)):
+            step, rest = divmod(rest, strides[axis])
+            at[axis, i] = step - 1
+
+
+@jitted
+def sum_near(places: Any, label: Any, corner: Any, start: Any, stop: Any, reach: Any, shown: Any) -> None:
     """Add to each place's `shown` how near to a box it is shown: 1 in it, 0 from `reach` away.
 
-    places, there (H, W): what pixels show and whether they do, the first of them at `corner`; start, stop: of the box.
+    places, label (H, W): what pixels show, and of which patch, < 0 of none; the first of them lies at `corner`. start,
+    stop: of the box. How near the pixels of a row are is the same for all rows that are so far up or down.
     """
+    share, known = np.zeros(places.shape[1]), -1
     for i in range(places.shape[0]):
         down = max(start[0] - (corner[0] + i), corner[0] + i - (stop[0] - 1), 0)
-        for j in range(places.shape[1]):
-            if there[i, j]:
+        if down != known:
+            known = down
+            for j in range(places.shape[1]):
                 right = max(start[1] - (corner[1] + j), corner[1] + j - (stop[1] - 1), 0)
-                share = 1 - np.sqrt(down * down + right * right) / reach
-                if share > 0:
-                    shown[places[i, j]] += share
+                share[j] = max(1 - np.sqrt(down * down + right * right) / reach, 0)
+        for j in range(places.shape[1]):
+            if label[i, j] >= 0:
+                shown[places[i, j]] += share[j]

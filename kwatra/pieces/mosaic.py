@@ -97,11 +97,11 @@ class Mosaic(Stock):
 
     def coordinates(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(source number, coordinates (dims, ...)) of places in the mosaic, both int32."""
-        number, rest = np.divmod(places, self.cell_size)
-        at = np.empty((self.dims, *places.shape), np.int32)
-        for axis, stride in enumerate(self.strides):
-            at[axis], rest = np.divmod(rest, stride)
-        return number.astype(np.int32), at - 1
+        from kwatra.pieces.loops import locate
+
+        number, at = np.empty(places.shape, np.int32), np.empty((self.dims, *places.shape), np.int32)
+        locate(places.ravel(), self.cell_size, np.array(self.strides), number.ravel(), at.reshape(self.dims, -1))
+        return number, at
 
     def mirrored(self, number: int) -> list[int]:
         """The variants of the same exemplar of the other handedness than source `number`."""

@@ -48,13 +48,13 @@ class Patch:
 
 
 class Cut(NamedTuple):
-    """A patch cut for the pixels `at` (open mesh): which of them `take` it, its `places` there, the `seams` after.
+    """A patch cut for the pixels `at` (`Sheet.indices`): which of them `take` it, its `places` there, `seams` after.
 
     change: by how much the total of the seams changes; price: that, and what taking costs besides.
     """
 
     patch: Patch
-    at: tuple[np.ndarray, ...]
+    at: tuple[Any, ...]
     take: np.ndarray
     places: np.ndarray
     seams: list[np.ndarray]
@@ -63,7 +63,7 @@ class Cut(NamedTuple):
 
 
 class Window(NamedTuple):
-    """What a sheet shows in a box, and around it by one pixel: `at` (open mesh) of its pixels, and arrays over them.
+    """What a sheet shows in a box, and around it by one pixel: `at` (`Sheet.indices`) of its pixels, arrays over them.
 
     kept: what happens to pixels that no patch is laid on (kwatra.cut); laid: to those that one is. fixed: pixels that
     keep their patch. places: what they show; remembered: per axis the cost of the seam between a pixel and the next,
@@ -71,7 +71,7 @@ class Window(NamedTuple):
     """
 
     box: Box
-    at: tuple[np.ndarray, ...]
+    at: tuple[Any, ...]
     kept: np.ndarray
     laid: np.ndarray
     fixed: np.ndarray
@@ -114,8 +114,8 @@ class Sheet(Generic[S]):
         """The pixels that have a patch."""
         return self.label >= 0
 
-    def filled_at(self, at: tuple[np.ndarray, ...]) -> np.ndarray:
-        """Which of some pixels (open mesh) have a patch."""
+    def filled_at(self, at: tuple[Any, ...]) -> np.ndarray:
+        """Which of some pixels (as `indices` gives them) have a patch."""
         there: np.ndarray = self.label[at] >= 0
         return there
 
@@ -123,9 +123,11 @@ class Sheet(Generic[S]):
         """The longest patch an axis admits: around a closed axis it must leave both its neighbors distinct."""
         return max(self.shape[axis] - 2, 1) if self.periodic[axis] else self.shape[axis]
 
-    def indices(self, box: Box) -> tuple[np.ndarray, ...]:
-        """An open mesh of the output pixels of a box; the box may pass the border only on axes that wrap."""
-        lines = zip(box.start, box.stop, self.shape, strict=True)
+    def indices(self, box: Box) -> tuple[Any, ...]:
+        """The index of a box's pixels: slices, or an open mesh where it passes the border, on axes that wrap."""
+        lines = list(zip(box.start, box.stop, self.shape, strict=True))
+        if all(0 <= start <= stop <= n for start, stop, n in lines):
+            return tuple(slice(start, stop) for start, stop, _ in lines)
         return np.ix_(*[np.arange(start, stop) % n for start, stop, n in lines])
 
     def lay(
@@ -158,7 +160,8 @@ class Sheet(Generic[S]):
         laid[fixed] = KEEP
         seams = (seams[at][along(k, None, -1, len(at))] for k, seams in enumerate(self.seams))
         remembered = [np.ascontiguousarray(cost) for cost in seams]
-        return Window(around, at, kept, laid, fixed, self.places[each(at)], remembered, summed(remembered))
+        places = np.ascontiguousarray(self.places[each(at)])
+        return Window(around, at, kept, laid, fixed, places, remembered, summed(remembered))
 
     def cut(
         self,
@@ -194,10 +197,9 @@ class Sheet(Generic[S]):
         self.label[at] = np.where(cut.take, len(self.patches), self.label[at])
         self.places[each(at)] = np.where(cut.take, cut.places, self.places[each(at)])
         for axis, cost in enumerate(cut.seams):
-            low = tuple(
-                line if d != axis else line.take(range(line.shape[axis] - 1), axis) for d, line in enumerate(at)
-            )
-            self.seams[axis][low] = cost
+            seams = self.seams[axis][at]
+            seams[along(axis, None, -1, len(at))] = cost
+            self.seams[axis][at] = seams
         self.patches.append(cut.patch)
         self.total += cut.change
 

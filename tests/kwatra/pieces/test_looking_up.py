@@ -1,0 +1,42 @@
+"""What is looked up place by place, against arrays indexed at once."""
+
+import numpy as np
+import pytest
+
+from kwatra.pieces.boxes import Box
+from kwatra.pieces.loops import take_known
+from kwatra.pieces.mosaic import Mosaic
+from kwatra.pieces.seams import SeamCost
+from kwatra.pieces.sheet import Sheet
+
+
+@pytest.mark.parametrize("shape", [(7, 9), (4, 5, 6)])
+def test_values_are_taken_where_they_are_known(shape):
+    rng = np.random.default_rng(0)
+    image, known = rng.random((3, *shape)), rng.random(40) < 0.6
+    place = np.stack([rng.integers(0, n, 40, np.int32) for n in shape])
+    place[:, ~known] = -1
+    content = np.full((3, 40), np.nan)
+    take_known(image.reshape(3, -1), np.array(shape), place, known, content)
+    np.testing.assert_array_equal(content, np.where(known, image[:, *place], 0))
+
+
+@pytest.mark.parametrize("shapes", [[(7, 9)], [(4, 5, 6), (3, 6, 4)]])
+def test_coordinates_are_those_that_places_are_made_of(shapes):
+    rng = np.random.default_rng(0)
+    mosaic = Mosaic([rng.random((2, *shape), np.float32) for shape in shapes])
+    for number, shape in enumerate(shapes):
+        lines = [np.arange(-1, n + 1) for n in shape]
+        home, at = mosaic.coordinates(mosaic.places(number, lines))
+        assert (home == number).all()
+        np.testing.assert_array_equal(at, np.meshgrid(*lines, indexing="ij"))
+        assert home.dtype == at.dtype == np.int32
+
+
+@pytest.mark.parametrize("start", [(1, 2), (0, 0), (3, 2), (-2, 2), (2, 4), (-1, 5)])
+def test_a_box_may_pass_the_border_where_the_sheet_wraps(start):
+    mosaic = Mosaic([np.zeros((1, 4, 4), np.float32)])
+    sheet = Sheet(mosaic, (6, 7), (True, True), SeamCost(mosaic))
+    sheet.label = np.arange(42).reshape(6, 7)
+    rows, columns = (np.arange(s, s + e) % n for s, e, n in zip(start, (3, 4), (6, 7), strict=True))
+    np.testing.assert_array_equal(sheet.label[sheet.indices(Box(start, (3, 4)))], sheet.label[np.ix_(rows, columns)])
