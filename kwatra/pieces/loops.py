@@ -62,7 +62,10 @@ def count_offsets(place: Any, known: Any, extent: Any, hang: Any, grain: Any, co
 
 @jitted
 def take_known(image: Any, shape: Any, place: Any, known: Any, content: Any) -> None:
-    """The values (C, N) of an image (C, M) of some shape at the places (axes, N) that are known (N,), and 0 elsewhere."""
+    """The values (C, N) of an image (C, M) at places (axes, N) where they are known (N,), and 0 elsewhere.
+
+    shape (axes,): of the image.
+    """
     content[:] = 0
     for pixel in range(len(known)):
         if known[pixel]:
