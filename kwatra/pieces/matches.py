@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kwatra.base.compiled import jitted
+from kwatra.cut.choices import FREE, TAKE, VOID
 from kwatra.cut.network import cut_at_once, lines, seams_left
 from kwatra.pieces.stock import Array, Matches
 
@@ -21,12 +22,12 @@ def matched(planes: Array, strides: Sequence[int], old: Array, new: Array) -> Ma
 
     planes (C, N): colors by place. strides: from a place to the next one along each axis.
     """
-    here, found = np.empty(new.shape, np.int32), []
-    _apart(planes, old.ravel(), new.ravel(), here.ravel())
+    here, found, choice = np.empty(new.shape, np.int32), [], np.full(new.shape, FREE, np.int8)
+    _apart(planes, choice.ravel(), old.ravel(), new.ravel(), here.ravel())
     for axis, stride in enumerate(strides):
         shape = tuple(n - (d == axis) for d, n in enumerate(new.shape))
         second, first = np.empty(shape, np.int32), np.empty(shape, np.int32)
-        _matched(planes, stride, *(lines(v, axis) for v in (here, old, new, second, first)))
+        _matched(planes, stride, *(lines(v, axis) for v in (choice, here, old, new, second, first)))
         found.append((second, first))
     return found
 
@@ -72,23 +73,27 @@ def _cut_in(
     weight: Any, a: Any, b: Any, c: Any, take: Any, left: Any,
 ) -> None:  # fmt: skip
     here = np.empty(len(new), np.int32)
-    _apart(planes, old, new, here)
+    _apart(planes, choice, old, new, here)
     for axis in range(len(a)):
         before, pairs, behind = a[axis].shape
         shape = (before, pairs + 1, behind)
-        s, t = old.reshape(shape), new.reshape(shape)
-        _matched(planes, strides[axis], here.reshape(shape), s, t, b[axis], c[axis])
+        free, s, t = choice.reshape(shape), old.reshape(shape), new.reshape(shape)
+        _matched(planes, strides[axis], free, here.reshape(shape), s, t, b[axis], c[axis])
         if len(deep_old) > 0:
             last = planes.shape[1] - 1
             deep_s, deep_t = deep_old.reshape(shape), deep_new.reshape(shape)
-            _hidden(strides[axis], last, s, t, deep_s, deep_t, hidden, least, b[axis], c[axis])
+            _hidden(strides[axis], last, free, s, t, deep_s, deep_t, hidden, least, b[axis], c[axis])
     cut_at_once(choice, a, b, c, weight, take)
     seams_left(choice, take, a, b, c, left)
 
 
 @jitted
-def _apart(planes: Any, old: Any, new: Any, here: Any) -> None:
+def _apart(planes: Any, choice: Any, old: Any, new: Any, here: Any) -> None:
+    """How unlike the patches are at a pixel; not asked for where the new one is taken for sure, or none is."""
     for i in range(len(new)):
+        if choice[i] == TAKE or choice[i] == VOID:
+            here[i] = 0
+            continue
         total = np.int32(0)
         for plane in planes:
             total += abs(np.int32(plane[old[i]]) - plane[new[i]])
@@ -96,11 +101,13 @@ def _apart(planes: Any, old: Any, new: Any, here: Any) -> None:
 
 
 @jitted
-def _matched(planes: Any, stride: Any, here: Any, old: Any, new: Any, second: Any, first: Any) -> None:
+def _matched(planes: Any, stride: Any, choice: Any, here: Any, old: Any, new: Any, second: Any, first: Any) -> None:
     last = planes.shape[1] - 1
     for i in range(new.shape[0]):
         for j in range(new.shape[1] - 1):
             for k in range(new.shape[2]):
+                if choice[i, j, k] == choice[i, j + 1, k] != FREE:  # no seam comes to lie there
+                    continue
                 s_new, t_new = new[i, j, k], new[i, j + 1, k]
                 ahead, back = min(max(old[i, j, k] + stride, 0), last), min(max(old[i, j + 1, k] - stride, 0), last)
                 one, other = here[i, j, k], here[i, j + 1, k]
@@ -112,14 +119,16 @@ def _matched(planes: Any, stride: Any, here: Any, old: Any, new: Any, second: An
 
 @jitted
 def _hidden(
-    stride: Any, last: Any, old: Any, new: Any, deep_old: Any, deep_new: Any, hidden: Any, least: Any, second: Any,
-    first: Any,
+    stride: Any, last: Any, choice: Any, old: Any, new: Any, deep_old: Any, deep_new: Any, hidden: Any, least: Any,
+    second: Any, first: Any,
 ) -> None:  # fmt: skip
     """Seams' costs as `SeamCost` prices them where seams are hidden, in place of M; in the same arithmetic."""
     whole, rest = np.float32(hidden), np.float32(1 - hidden)
     for i in range(new.shape[0]):
         for j in range(new.shape[1] - 1):
             for k in range(new.shape[2]):
+                if choice[i, j, k] == choice[i, j + 1, k] != FREE:
+                    continue
                 ahead = min(max(old[i, j, k] + stride, 0), last)
                 deep = min(deep_old[i, j, k], deep_new[i, j + 1, k])
                 more = 0.0 if ahead == new[i, j + 1, k] else least
