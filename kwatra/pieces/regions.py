@@ -78,13 +78,12 @@ class Regions:
             spans.append((low, min(high, low + n)) if wraps else (max(low, 0), min(high, n - e + 1)))
         if self._scores is None or any(high <= low for low, high in spans):
             return
-        at = np.ix_(*[np.arange(*span) % n for span, (n, _, _) in zip(spans, self._axes, strict=True)])
-        under = np.ix_(
-            *[np.arange(low, high + e - 1) % n for (low, high), (n, e, _) in zip(spans, self._axes, strict=True)]
-        )
+        first, counts = tuple(low for low, _ in spans), [high - low for low, high in spans]
+        at = self.sheet.indices(Box(first, tuple(counts)))
+        under = self.sheet.indices(Box(first, tuple(n + e - 1 for n, e in zip(counts, self.extent, strict=True))))
         sums = box_sums(sum(seams[under].astype(np.int64) for seams in self.sheet.seams), self.extent)
         self._scores[at] = sums * self.tried[at]
-        rows = at[0].ravel()
+        rows = np.arange(*spans[0]) % self.sheet.shape[0]
         self._highest[rows] = self._scores[rows].reshape(len(rows), -1).max(1)
 
     def anywhere(self) -> Box:
