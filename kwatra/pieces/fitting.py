@@ -43,9 +43,7 @@ class Fit:
             squares = zip(_forward(weight, size), self._channel_squares(), strict=True)
             spectrum = sum(np.conj(w) * square for w, square in squares)
         for plane, one in zip(self._spectrum(size)[:-1], ones, strict=True):
-            np.conj(one, out=one)
-            one *= 2
-            spectrum -= np.multiply(one, plane, out=one)
+            spectrum -= np.multiply(np.conj(one, out=one), plane, out=one)
         room = tuple(n - e + 1 for n, e in zip(shape, extent, strict=True))
         constant = (known * there).sum(dtype=np.float64)
         return np.maximum(_inverse(spectrum, size, room) + constant, 0)
@@ -60,15 +58,15 @@ class Fit:
         source = self._spectrum(size)
         spectrum = np.conj(source[-1]) * _forward(mask[None], size)[0]
         for plane, color in zip(source[:-1], _forward(content, size), strict=True):
-            spectrum -= 2 * np.conj(plane) * color
+            spectrum -= np.conj(plane) * color
         room = tuple(n - s + 1 for n, s in zip(mask.shape, shape, strict=True))
         cost = _inverse(spectrum, size, room) + box_sums((content**2).sum(0), shape)
         return np.maximum(cost, 0), box_sums(mask > 0, shape)
 
     def _spectrum(self, size: tuple[int, ...]) -> np.ndarray:
-        """Transforms of the channels and, last, of the squared colors."""
+        """Transforms of twice the channels and, last, of the squared colors."""
         if size not in self._spectra:
-            self._spectra[size] = _forward(np.stack([*self.image, (self.image**2).sum(0)]), size)
+            self._spectra[size] = _forward(np.stack([*(2 * self.image), (self.image**2).sum(0)]), size)
         return self._spectra[size]
 
     def _channel_squares(self) -> np.ndarray:

@@ -19,11 +19,21 @@ def sum_spans(values: Any, starts: Any, stops: Any, sums: Any) -> None:
             _sum_line(values[i, :, 0], starts, stops, table[:, 0], sums[i, :, 0])
             continue
         for j in range(values.shape[1]):
-            for k in range(values.shape[2]):
-                table[j + 1, k] = table[j, k] + values[i, j, k]
+            _add(table[j], values[i, j], table[j + 1])
         for span in range(len(starts)):
-            for k in range(values.shape[2]):
-                sums[i, span, k] = table[stops[span], k] - table[starts[span], k]
+            _subtract(table[stops[span]], table[starts[span]], sums[i, span])
+
+
+@jitted
+def _add(one: Any, other: Any, total: Any) -> None:
+    for k in range(len(total)):
+        total[k] = one[k] + other[k]
+
+
+@jitted
+def _subtract(one: Any, other: Any, rest: Any) -> None:
+    for k in range(len(rest)):
+        rest[k] = one[k] - other[k]
 
 
 @jitted
