@@ -55,11 +55,14 @@ class Renewing:
 
 
 PRESETS = {
-    "fast": Renewing(blocks=6, window=24, step=24, interpolation="bicubic"),
+    "fast": Renewing(blocks=3, window=24, step=24, interpolation="bicubic"),
     "default": Renewing(),
     "best": Renewing(blocks=60, step=4),
 }
-"""How much work to spend on a frame of a texture from pictures."""
+"""How much work to spend on a frame of a texture from pictures.
+
+Fast was tuned on bricks, nuts, radishes and made stones under a rotation and a pair of vortices: with 6 blocks they
+score .164 and flicker by .082, with 4 .169 and .074, with 3 .168 and .066, at .84 of the cost with 6."""
 
 
 def _for_videos(preset: Renewing, blocks: int) -> Renewing:
