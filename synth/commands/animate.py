@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import synth
 from synth.commands.checks import refuse_unused, set_up
 from synth.commands.framewise import Framewise
-from synth.commands.parsing import Subparsers, add_common, add_scale, file, numbers, rate, size, whole
+from synth.commands.parsing import Subparsers, add_common, add_scale, file, film, numbers, rate, size, whole
 from synth.commands.progress import work_line
 from synth.commands.telling import Contributions
 from synth.words import counted
@@ -51,7 +51,7 @@ def add(commands: Subparsers) -> None:
         "video's own, or 256x256)")  # fmt: skip
     add("--resample", action="store_true", help="stretch a file's flow over frames of another size")
     length = parser.add_mutually_exclusive_group()
-    length.add_argument("--frames", type=whole(1), metavar="N", help=f"how many (default: {_FRAMES}, or a flow file's)")
+    length.add_argument("--frames", type=film(1), metavar="N", help=f"how many (default: {_FRAMES}, or a flow file's)")
     length.add_argument("--loop", type=whole(2), metavar="N", help="N frames of which the last leads into the first")
     add("--obstacle", type=_obstacle, metavar="WHAT", help="what is flowed around: an image, white where the obstacle "
         "is; or disc, in the middle; or disc:X,Y,RADIUS in pixels")  # fmt: skip

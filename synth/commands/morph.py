@@ -19,7 +19,7 @@ from synth.commands.morph_between import (
 )
 from synth.commands.morph_folder import Folder
 from synth.commands.morph_options import add_method_options, in_order, method_options
-from synth.commands.parsing import Subparsers, add_common, file, numbers, rate, size, whole
+from synth.commands.parsing import Subparsers, add_common, file, film, numbers, rate, size, whole
 from synth.words import counted
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def add(commands: Subparsers) -> None:
         "image for all frames in one (default: A_B.png in this folder)")  # fmt: skip
     add("--method", metavar="NAME", help="patches (the default), control, registration, blend, patterns or textons")
     length = parser.add_mutually_exclusive_group()
-    length.add_argument("--frames", type=whole(1), metavar="N", help=f"how many, A and B included (default: {_FRAMES})")
+    length.add_argument("--frames", type=film(1), metavar="N", help=f"how many, A and B included (default: {_FRAMES})")
     length.add_argument("--at", type=_moment, metavar="T", help="one frame only, at this time from 0 (A) to 1 (B); or "
         "W,W,...: the weight of each texture")  # fmt: skip
     add("--map", type=file, metavar="FILE", help="an image, black where A belongs and white where B does; or a video "

@@ -176,6 +176,15 @@ def whole(least: int, most: int | None = None) -> Callable[[str], int]:
     return parse
 
 
+MOST_FRAMES = 10**12
+"""More than any disk holds, and few enough that sentences can say what they would need."""
+
+
+def film(least: int) -> Callable[[str], int]:
+    """What reads how many frames to make, from `least` to MOST_FRAMES."""
+    return whole(least, MOST_FRAMES)
+
+
 rate = number(0.1, 1000, "number of frames a second")
 """Frames a second, as many as videos can have."""
 

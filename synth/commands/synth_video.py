@@ -14,6 +14,7 @@ import synth
 from synth import io, texture
 from synth.commands.checks import check_distinct, check_size, finish, refuse_unused
 from synth.commands.framewise import Framewise, Track, digest, versions
+from synth.commands.parsing import MOST_FRAMES
 from synth.commands.progress import place_of, work_line
 from synth.commands.report import ENERGY_SUFFIXES, energy_writer
 from synth.commands.video_asked import Asked
@@ -104,7 +105,10 @@ def _size(arguments: argparse.Namespace, clips: _Clips, asked: Asked) -> tuple[i
     length, *own = clips.frames[0].shape[1:]
     frames = arguments.frames
     if arguments.seconds is not None:
-        frames = round(arguments.seconds * (arguments.fps or clips.rate))
+        there = arguments.seconds * (arguments.fps or clips.rate)
+        if there > MOST_FRAMES:
+            raise synth.InputError(f"{arguments.seconds:g} seconds are more than {MOST_FRAMES} frames; ask for fewer")
+        frames = round(there)
         if frames < 1:
             raise synth.InputError(f"{arguments.seconds:g} seconds are less than a frame; ask for more")
     frames, *size = asked.agreed((frames, *(arguments.size or (None, None))))

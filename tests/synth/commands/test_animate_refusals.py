@@ -112,7 +112,7 @@ def test_full_disk_keeps_the_frames_that_are_whole(
         ("--obstacle disc:1,1,99", "the disc covers the whole frame"),
         ("--obstacle disc:900,1,9", "the disc leaves the whole frame free"),
         ("--obstacle disc:1,1", "'disc:1,1' is no disc; write disc, or disc:X,Y,RADIUS"),
-        ("--frames 0", "'0' is no whole number from 1 on"),
+        ("--frames 0", "'0' is no whole number from 1 to 1000000000000"),
         ("--loop 1", "'1' is no whole number from 2 on"),
         ("--loop 5 --frames 5", "argument --frames: not allowed with argument --loop"),
         ("--loop 5 --fill-from left", "--loop leads back to the first frame, but with --fill-from that is empty"),

@@ -98,6 +98,7 @@ def test_maps_sources_and_energies_of_the_whole_run(clip, monkeypatch):
         (["drops", "--stay", "1", "--tile"], "leave out stay, or tile"),
         (["drops", "--tile", "nearest"], "--tile nearest is for images"),
         (["drops", "--seconds", "0.001"], "less than a frame"),
+        (["drops", "--seconds", "1e308"], "1e+308 seconds are more than 1000000000000 frames"),
         (["drops", "-o", "out.avi"], "no video can have"),
         (["drops", "--frames", "10000000000", "-o", "huge"], "are free; ask for fewer"),
         (["drops", "still.png"], "still.png is an image"),
@@ -217,7 +218,10 @@ def test_an_existing_folder_is_replaced_only_when_asked(clip, capsys):
     assert not torch.equal(frames("drops_synth"), first)
 
 
-@pytest.mark.parametrize("arguments", [["--frames", "0"], ["--frames", "9", "--seconds", "1"], ["--stay", "-1"]])
+@pytest.mark.parametrize(
+    "arguments",
+    [["--frames", "0"], ["--frames", "1" + 400 * "0"], ["--frames", "9", "--seconds", "1"], ["--stay", "-1"]],
+)
 def test_options_that_are_none_are_refused(clip, arguments):
     with pytest.raises(SystemExit) as error:
         main(["synth", "drops", *arguments])
