@@ -52,7 +52,7 @@ def add(commands: Subparsers) -> None:
     add("--resample", action="store_true", help="stretch a file's flow over frames of another size")
     length = parser.add_mutually_exclusive_group()
     length.add_argument("--frames", type=film(1), metavar="N", help=f"how many (default: {_FRAMES}, or a flow file's)")
-    length.add_argument("--loop", type=whole(2), metavar="N", help="N frames of which the last leads into the first")
+    length.add_argument("--loop", type=film(2), metavar="N", help="N frames of which the last leads into the first")
     add("--obstacle", type=_obstacle, metavar="WHAT", help="what is flowed around: an image, white where the obstacle "
         "is; or disc, in the middle; or disc:X,Y,RADIUS in pixels")  # fmt: skip
     add("--background", type=file, metavar="IMAGE", help="what is seen around the texture (default: black, or gray)")
