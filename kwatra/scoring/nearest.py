@@ -269,8 +269,8 @@ class Nearest:
     def _empty_index(self) -> Any:
         if len(self.windows) <= SAMPLE:
             return faiss.IndexFlatL2(self.learned.points.shape[1])
-        self._centers = self.learned.centers  # the index does not keep them alive by itself
-        index = faiss.IndexIVFFlat(self._centers, self._centers.d, self._centers.ntotal)
+        centers = self.learned.centers  # kept there, for the index does not keep them alive by itself
+        index = faiss.IndexIVFFlat(centers, centers.d, centers.ntotal)
         index.nprobe = PROBED
         return index
 
