@@ -31,7 +31,8 @@ def carried(source: Tensor, look: Lookup, inside: Tensor | None = None) -> Tenso
     if bool(look.known.all()):
         return after
     pixels = pixel_coordinates(source.shape[1:])
-    column, row = filled(pixels, look.known).long()
+    beyond = ~look.known
+    (column, row), (x, y) = filled(pixels, look.known)[:, beyond].long(), pixels[:, beyond]
     angle = angle.flatten()[first.view(angle.shape)[row, column]]
-    beyond = onward(after[:, row, column], angle, pixels[1] - row, pixels[0] - column)
-    return torch.where(look.known, after, beyond)
+    after[:, beyond] = onward(after[:, row, column], angle, y - row, x - column)
+    return after

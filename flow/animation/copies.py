@@ -44,7 +44,7 @@ def angles(source: Tensor, inside: Tensor | None = None) -> Tensor:
     places less than NEIGHBORS px away; 0 where there are none. inside (H, W): where there is texture; what is elsewhere
     has no influence.
     """
-    from flow.animation.loops import tell_turns
+    from flow.animation.edges import tell_turns
 
     there = torch.ones_like(source[0], dtype=torch.bool) if inside is None else inside
     turn = torch.empty(source.shape)
@@ -76,7 +76,11 @@ def changes(source: Tensor, angle: Tensor | None = None) -> tuple[tuple[Tensor, 
 
     Each, (2, H - 1, W) and (2, H, W - 1), comes with where the two pixels belong to one copy.
     """
-    below, beside = rigid(angles(source) if angle is None else angle)
+    return _changes(source, *rigid(angles(source) if angle is None else angle))
+
+
+def _changes(source: Tensor, below: Tensor, beside: Tensor) -> tuple[tuple[Tensor, Tensor], tuple[Tensor, Tensor]]:
+    """As `changes`, where copies change by (2, H, W) from pixel to pixel."""
     down, right = source.diff(dim=1) - below[:, :-1], source.diff(dim=2) - beside[:, :, :-1]
     return (down, _near(down, 0)), (right, _near(right, 0))
 
@@ -87,8 +91,8 @@ def distortion(source: Tensor, angle: Tensor) -> Tensor:
     It is the square of the determinant of the source's derivative less 1, at most 1; 0 between copies. Turning and
     shearing keep areas. angle (H, W): that of the copies.
     """
-    (down, one), (right, other) = changes(source, angle)
     below, beside = rigid(angle)
+    (down, one), (right, other) = _changes(source, below, beside)
     down, one = F.pad(down, (0, 0, 0, 1)) + below, F.pad(one, (0, 0, 0, 1))
     right, other = F.pad(right, (0, 1)) + beside, F.pad(other, (0, 1))
     area = right[0] * down[1] - right[1] * down[0]
@@ -115,17 +119,17 @@ def tidied(source: Tensor, free: Tensor, inside: Tensor) -> Tensor:
     inside (H, W): where there is texture; what is elsewhere has no influence. What is tidy already is returned bit for
     bit.
     """
-    from flow.animation.loops import tell_turns, tidy
+    from flow.animation.edges import tell_turns, tidy
 
     there, may = (values.contiguous() for values in (inside, free))
-    turn, joins = torch.empty(source.shape), torch.empty(len(inside), dtype=torch.long)
+    turn, recent = torch.empty(source.shape), torch.ones_like(there)
     for _ in range(_ROUNDS):
-        before, after = source.contiguous(), torch.empty(source.shape)
-        tell_turns(len(joins), before, there, NEIGHBORS, turn)
-        tidy(len(joins), before, there, may, turn, np.array(AROUND), JUMP, _FEW, after, joins)
-        if not bool(joins.any()):
+        before, after, joined = source.contiguous(), torch.empty(source.shape), torch.empty_like(there)
+        tell_turns(len(there), before, there, NEIGHBORS, turn)
+        tidy(len(there), before, there, may, turn, np.array(AROUND), JUMP, _FEW, recent, after, joined)
+        if not bool(joined.any()):
             break
-        source = after
+        source, recent = after, joined
     return source
 
 
@@ -134,7 +138,7 @@ def softened(image: Tensor, source: Tensor, inside: Tensor, read: Callable[[Tens
 
     read: what the exemplar has at coordinates (2, N), (C, N). inside (H, W): where there is texture.
     """
-    from flow.animation.loops import find_seams
+    from flow.animation.edges import find_seams
 
     soft, shape = image.clone(), source.shape[1:]
     seams, goes_on = torch.empty(len(_BESIDE), *shape, dtype=torch.bool), torch.empty(len(_BESIDE), 2, *shape)

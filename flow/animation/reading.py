@@ -1,5 +1,7 @@
 """What an exemplar shows at source coordinates."""
 
+from collections.abc import Sequence
+
 import torch
 from torch import Tensor
 from torch.utils.weak import WeakTensorKeyDictionary
@@ -7,6 +9,7 @@ from torch.utils.weak import WeakTensorKeyDictionary
 from flow.animation.copies import AROUND, softened
 from flow.warps import filled, pixel_coordinates, warp
 from kwatra import Exemplar
+from kwatra.source import look_up
 
 _NEAR = 2.0
 """Up to so many px beyond an exemplar's border its last pixels pass for its continuation: a convention."""
@@ -30,6 +33,12 @@ def continued(values: Tensor, owner: Tensor) -> Tensor:
         return values
     rows, columns = nearest(owner)
     return values[:, rows, columns]
+
+
+def nearest_pixels(source: Tensor, shape: Sequence[int]) -> Tensor:
+    """The pixels of a canvas (h, w), row first, nearest to source coordinates (2, *S), x first: (2, *S) long."""
+    x, y = source.round().long()
+    return torch.stack([y.clamp(0, shape[0] - 1), x.clamp(0, shape[1] - 1)])
 
 
 class Reading:
@@ -61,16 +70,15 @@ class Reading:
 
     def pixels(self, source: Tensor) -> Tensor:
         """The pixels of the exemplar, row first, nearest to source coordinates (2, H, W), x first: (2, H, W) long."""
-        height, width = self._owner.shape
-        x, y = source.round().long()
-        return self._pixels[:, y.clamp(0, height - 1), x.clamp(0, width - 1)]
+        return look_up(self._pixels, nearest_pixels(source, self._owner.shape))
 
     def usable(self, source: Tensor) -> Tensor:
         """Where (*S) source coordinates (2, *S) lie in an exemplar, not beyond its border or in a hole."""
-        size = torch.tensor(self._owner.shape[::-1], device=source.device).view(2, *(1 for _ in source.shape[1:]))
-        within = ((source >= 0) & (source <= size - 1)).all(0)
+        (x, y), (height, width) = source, self._owner.shape
+        within = (x >= 0) & (x <= width - 1) & (y >= 0) & (y <= height - 1)
         if self._whole:
             return within
+        size = torch.tensor([width, height], device=source.device).view(2, *(1 for _ in source.shape[1:]))
         corners = [end.long().clamp(min=0).minimum(size - 1) for end in (source.floor(), source.ceil())]
         owners = [self._owner[y[1], x[0]] for y in corners for x in corners]
         same = torch.stack([owner == owners[0] for owner in owners[1:]]).all(0)

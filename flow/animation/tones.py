@@ -12,9 +12,10 @@ import torch
 from torch import Tensor
 
 from flow.animation.blur import blurred
-from flow.animation.reading import continued
+from flow.animation.reading import continued, nearest_pixels
 from kwatra import Exemplar
 from kwatra.base import principal_axes
+from kwatra.source import look_up
 
 _CLASSES = 16
 """Tones that are told apart, each shown equally often by the exemplar. Tried: .202 with 8, .203 with 32."""
@@ -55,9 +56,7 @@ class Tones:
 
     def of(self, source: Tensor) -> Tensor:
         """The class (*S) of the tone at source coordinates (2, *S), x first."""
-        height, width = self._tone.shape
-        x, y = source.round().long()
-        return self._tone[y.clamp(0, height - 1), x.clamp(0, width - 1)]
+        return look_up(self._tone[None], nearest_pixels(source, self._tone.shape))[0]
 
     def prices(self, source: Tensor, inside: Tensor) -> Tensor:
         """What a pixel of each class costs, below 0 for those shown too seldom, where inside (H, W) shows source."""

@@ -74,7 +74,8 @@ class Wear:
         last = [film.pitch - width, exemplar.shape[1] - width] if film.pages > 1 else [*self.source.positions]
         self._last = torch.tensor(last)
         every = torch.arange(len(self.grid))
-        self._mass = self._sum(every, torch.ones(len(self.grid)))
+        self._whole = slice(0, shape[0]), slice(0, shape[1])
+        self._mass = self._sum(every, torch.ones(len(self.grid)), self._whole)
 
     def __call__(self, image: Tensor, source: Tensor, inside: Tensor) -> Tensor:
         """Wear (H, W) of an image (C, H, W) with its source coordinates (2, H, W); 0 where not inside (H, W)."""
@@ -86,7 +87,7 @@ class Wear:
         angle = angles(source)
         every = torch.arange(len(self.grid))
         energy, bent = self._energy(smooth, source, angle, every), distortion(source, angle)
-        return Worn(self._spread(every, energy) + self.area * bent, smooth, energy, bent, angle)
+        return Worn(self._spread(every, energy, self._whole) + self.area * bent, smooth, energy, bent, angle)
 
     def after(self, worn: Worn, image: Tensor, source: Tensor, spot: Spot) -> Worn:
         """The wear of a frame that has changed within a spot since it was `worn`; as `of`, at less cost."""
@@ -100,24 +101,27 @@ class Wear:
         angle[around], bent[around] = turned[there], distortion(part, turned)[there]
         energy, touched = worn.energy.clone(), self._touched(around)
         energy[touched] = self._energy(smooth, source, angle, touched)
-        change = self._spread(touched, energy[touched] - worn.energy[touched])
-        wear = worn.wear + change + self.area * (bent - worn.bent)
+        there = self.reach(spot)
+        change = self._spread(touched, energy[touched] - worn.energy[touched], there)
+        wear = worn.wear.clone()
+        wear[there] = wear[there] + change + self.area * (bent[there] - worn.bent[there])
         return Worn(wear, smooth, energy, bent, angle)
 
     def reach(self, spot: Spot) -> Spot:
         """Where the wear may differ of a frame that has changed within a spot."""
         return _around(spot, _REACH + max(self.grid.width), self._mass.shape)[0]
 
-    def _spread(self, which: Tensor, energy: Tensor) -> Tensor:
-        """What some windows (n,) differ by, spread over their pixels (H, W), in variances."""
-        return self._sum(which, energy / self.variance) / self._mass
+    def _spread(self, which: Tensor, energy: Tensor, spot: Spot) -> Tensor:
+        """What some windows (n,) differ by, spread over their pixels, in variances: at a spot that holds them all."""
+        return self._sum(which, energy / self.variance, spot) / self._mass[spot]
 
-    def _sum(self, which: Tensor, values: Tensor) -> Tensor:
-        """The sum (H, W) of some windows (n,) that each have a value (n,) times the metric's falloff."""
+    def _sum(self, which: Tensor, values: Tensor, spot: Spot) -> Tensor:
+        """The sum at a spot that holds some windows (n,) of these, each a value (n,) times the metric's falloff."""
         from flow.animation.loops import spread
 
-        made, falloff = torch.empty(self.grid.shape), self.source.metric.falloff[..., 0]
-        spread(len(made), *(v.contiguous() for v in (self.grid.corners[which], values, falloff)), made)
+        made = torch.empty([part.stop - part.start for part in spot])
+        corners = self.grid.corners[which] - torch.tensor([part.start for part in spot])
+        spread(len(made), *(v.contiguous() for v in (corners, values, self.source.metric.falloff[..., 0])), made)
         return made
 
     def _touched(self, spot: Spot) -> Tensor:
@@ -130,7 +134,8 @@ class Wear:
     def _off_copy(self, pixels: Tensor, source: Tensor, angle: Tensor, corners: Tensor) -> Tensor:
         """Squared distance (n,) of windows at these corners (n, 2) to what the copies at their centers put there."""
         center = (corners + torch.tensor([w // 2 for w in self.grid.width])).T
-        there = source.flip(0).round().long()[(slice(None), *center)].T
+        middle = source[(slice(None), *center)]
+        there = middle.flip(0).round().long().T
         page = (there[:, 0] // self._film.pitch).clamp(0, self._film.pages - 1) * self._film.pitch
         first = torch.stack([page, torch.zeros_like(page)], 1)
         half = corners[:1] - center.T[:1]
@@ -138,7 +143,7 @@ class Wear:
         there = first + self.source.corners(self.source.snapped((there - first + half).clamp(max=self._last)))
         turned = angle[tuple(center)] * bool(self._film.turning)
         turned = torch.where(turned.abs() > _TURNED, turned, 0.0)
-        return self._apart(pixels, corners, self._pixels, there, source[(slice(None), *center)], turned)
+        return self._apart(pixels, corners, self._pixels, there, middle, turned)
 
     def _apart(
         self, pixels: Tensor, corners: Tensor, exemplar: Tensor, there: Tensor, middle: Tensor, turned: Tensor

@@ -6,6 +6,7 @@ from torch import Tensor
 from torch.utils.weak import WeakTensorKeyDictionary
 
 from kwatra.base import check_mask
+from kwatra.source import look_up
 
 _FOUND = WeakTensorKeyDictionary()
 """What `_nearest` found: along a steady flow the same pixels are not known in every frame."""
@@ -19,8 +20,7 @@ def filled(values: Tensor, known: Tensor) -> Tensor:
     check_mask(known, values.shape[1:])
     if bool(known.all()):
         return values
-    rows, columns = _nearest(known)
-    return values[:, rows, columns]
+    return look_up(values, _nearest(known))
 
 
 def _nearest(known: Tensor) -> Tensor:

@@ -57,4 +57,7 @@ def carried(where: Tensor, old: Sequence[int], new: Sequence[int], shape: Sequen
 
 def look_up(pixels: Tensor, where: Tensor) -> Tensor:
     """The values (C, *S) that an image (C, *canvas) has at the map's coordinates."""
-    return pixels[(slice(None), *where)]
+    place = where[0]
+    for axis, side in enumerate(pixels.shape[2:], 1):
+        place = place * side + where[axis]
+    return pixels.flatten(1).index_select(1, place.flatten()).view(-1, *place.shape)

@@ -141,3 +141,12 @@ def test_a_seam_shows_an_eighth_of_each_other_copy_beside_it() -> None:
     inside = WHOLE.clone()
     inside[:, 15:] = False
     assert torch.equal(softened(image, source, inside, read), image)
+
+
+def test_crumbs_are_looked_for_again_around_those_that_have_joined() -> None:
+    chance = torch.Generator().manual_seed(0)
+    one, other = copy_of(10.0, 20.0), copy_of(60.0, 50.0)
+    frayed = torch.where(torch.rand(SHAPE, generator=chance) < 0.3, one, other)
+    tidy = tidied(frayed, WHOLE, WHOLE)
+    assert not torch.equal(tidy, frayed)
+    assert torch.equal(tidied(tidy, WHOLE, WHOLE), tidy)
