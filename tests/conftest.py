@@ -1,7 +1,8 @@
 """What holds for all tests."""
 
+import fcntl
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,30 @@ if WORKERS > 1:  # read by torch and faiss when they are loaded, which is later
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """The longest first: a worker that comes to one of them last keeps all others waiting."""
     items.sort(key=lambda item: not item.path.name.startswith(("test_gallery", "test_bench", "test_readme")))
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _compiled_by_one(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """A function that several workers need at once one of them compiles: the others wait, and find it on the disk."""
+    if WORKERS == 1:
+        yield
+        return
+    from numba.core.compiler_lock import global_compiler_lock
+    from numba.core.dispatcher import Dispatcher
+
+    compiled, folder = Dispatcher.compile, tmp_path_factory.getbasetemp().parent
+
+    def by_one(self: Any, signature: Any) -> Any:
+        if self.stats.cache_path is None:
+            return compiled(self, signature)
+        name = f"{self.py_func.__module__}.{self.py_func.__qualname__}.lock"
+        with global_compiler_lock, (folder / name).open("w") as lock:  # of threads, then of processes
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            return compiled(self, signature)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Dispatcher, "compile", by_one)
+        yield
 
 
 @pytest.fixture
