@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from kwatra.base.compiled import jitted
+from kwatra.cut.choices import MOST
 
 FAR = 1 << 30
 """More steps than any path has: the distance from which the sink is not reached."""
@@ -33,20 +34,27 @@ def sink_side(weight: np.ndarray, capacity: np.ndarray, neighbor: np.ndarray) ->
     """
     excess, drain = np.maximum(weight, 0).astype(np.int64), np.maximum(-weight, 0).astype(np.int64)
     residual = np.array(capacity, np.int64, order="C")
-    return distances_after(excess, drain, residual, np.ascontiguousarray(neighbor, np.int32)) < FAR
+    distance, _ = distances_after(excess, drain, residual, np.ascontiguousarray(neighbor, np.int32), MOST)
+    sides: np.ndarray = distance < FAR
+    return sides
 
 
 @jitted
-def distances_after(excess: Any, drain: Any, residual: Any, near: Any) -> Any:
-    """How far (N,) from the sink nodes lie when no more can be pushed to it.
+def distances_after(excess: Any, drain: Any, residual: Any, near: Any, most: Any) -> Any:
+    """How far (N,) from the sink nodes lie when no more can be pushed to it, and how much has been.
 
     excess: what has arrived at each node and is not pushed on yet; drain: what more it lets through to the sink;
-    residual: what more its arcs let through. All become what is left.
+    residual: what more its arcs let through. All become what is left. Once more than `most` has been pushed to the sink
+    nothing is pushed on, and distances say nothing: the cut costs no less.
     """
     count = len(excess)
     distance, order = np.empty(count, np.int32), np.empty(count, np.int32)
     queue, queued = np.empty(count + 1, np.int32), np.zeros(count, np.bool_)
+    room = drain.sum()
     while True:
+        arrived = room - drain.sum()
+        if arrived > most:
+            return distance, arrived
         reached = _measure(distance, order, drain, residual, near)
         tail = 0
         for i in order[:reached][::-1]:  # the farthest first: what they push on is pushed on with what is there
@@ -54,7 +62,7 @@ def distances_after(excess: Any, drain: Any, residual: Any, near: Any) -> Any:
                 queue[tail], queued[i] = i, True
                 tail += 1
         if tail == 0:
-            return distance
+            return distance, arrived
         head, work = 0, 0
         while head != tail and work < count:
             i = np.uint32(queue[head])

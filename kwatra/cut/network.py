@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from kwatra.base.compiled import jitted
-from kwatra.cut.choices import FREE, KEEP, TAKE, VOID
+from kwatra.cut.choices import FREE, KEEP, MOST, TAKE, VOID
 from kwatra.cut.flow import FAR, distances_after
 
 Array = np.ndarray[Any, Any]
@@ -24,7 +24,7 @@ def at_once(choice: Array, pairs: Sequence[tuple[Array, Array, Array]], taking: 
     """Which pixels take the new patch, as `best_cut` says, of a network of all free pixels."""
     weight = np.zeros(choice.size, np.int64) if taking is None else taking.astype(np.int64).ravel()
     take, (a, b, c) = np.empty(choice.shape, np.bool_), _sides(pairs)
-    cut_at_once(choice.astype(np.int8).ravel(), a, b, c, weight, take.ravel())
+    cut_at_once(choice.astype(np.int8).ravel(), a, b, c, weight, MOST, take.ravel())
     return take
 
 
@@ -78,9 +78,12 @@ def _sides(pairs: Sequence[tuple[Array, Array, Array]]) -> list[tuple[Array, ...
 
 
 @jitted
-def cut_at_once(choice: Any, a: Any, b: Any, c: Any, weight: Any, take: Any) -> None:
-    """Solve a cut; choice, weight (what taking costs) and take (N,) are of all pixels, a, b and c of axes."""
-    node, count = np.empty(len(choice), np.int32), 0
+def cut_at_once(choice: Any, a: Any, b: Any, c: Any, weight: Any, most: Any, take: Any) -> Any:
+    """Solve a cut; choice, weight (what taking costs) and take (N,) are of all pixels, a, b and c of axes.
+
+    Returns whether it was solved: it is given up once it is known to change what seams cost by more than `most`.
+    """
+    node, count, change = np.empty(len(choice), np.int32), 0, 0
     for i in range(len(choice)):
         node[i] = count if choice[i] == FREE else -1
         count += choice[i] == FREE
@@ -89,27 +92,40 @@ def cut_at_once(choice: Any, a: Any, b: Any, c: Any, weight: Any, take: Any) -> 
         before, pairs, behind = a[axis].shape
         shape = (before, pairs + 1, behind)
         ahead, back = np.empty(a[axis].shape, np.int64), np.empty(a[axis].shape, np.int64)
-        _priced(choice.reshape(shape), a[axis], b[axis], c[axis], weight.reshape(shape), ahead, back)
+        change += _priced(choice.reshape(shape), a[axis], b[axis], c[axis], weight.reshape(shape), ahead, back)
         _joined(node.reshape(shape), ahead, back, residual, near, axis, 2 * len(a) - 1 - axis)
     excess, drain = np.empty(count, np.int64), np.empty(count, np.int64)
     for i in range(len(choice)):
         if node[i] >= 0:
             excess[node[i]], drain[node[i]] = max(weight[i], 0), max(-weight[i], 0)
-    distance = distances_after(excess, drain, residual, near)
+    left = most - change + drain.sum()
+    distance, arrived = distances_after(excess, drain, residual, near, left)
+    if arrived > left:
+        return False
     for i in range(len(choice)):
         take[i] = distance[node[i]] < FAR if node[i] >= 0 else choice[i] == TAKE
+    return True
 
 
 @jitted
-def _priced(choice: Any, a: Any, b: Any, c: Any, weight: Any, ahead: Any, back: Any) -> None:
+def _priced(choice: Any, a: Any, b: Any, c: Any, weight: Any, ahead: Any, back: Any) -> Any:
+    """By how much seams change if all free pixels keep their patch; weights and arcs are what taking it makes of it."""
+    change = np.int64(0)
     for i in range(a.shape[0]):
         for j in range(a.shape[1]):
             for k in range(a.shape[2]):
                 p, q = choice[i, j, k], choice[i, j + 1, k]
                 keep, one, other = np.int64(a[i, j, k]), np.int64(b[i, j, k]), np.int64(c[i, j, k])
                 ahead[i, j, k] = back[i, j, k] = 0
+                if p == VOID or q == VOID or p == q == TAKE:
+                    change -= keep
+                elif p == TAKE:
+                    change += other - keep
+                elif q == TAKE:
+                    change += one - keep
                 if p == FREE and q == FREE:
                     old = min(keep, one + other)
+                    change += old - keep
                     # any split of -old between the two terminals is exact; the even one leaves the smallest flow
                     up = min(max(-(old // 2), -one), other - old)
                     weight[i, j, k] += up
@@ -123,6 +139,7 @@ def _priced(choice: Any, a: Any, b: Any, c: Any, weight: Any, ahead: Any, back: 
                     weight[i, j + 1, k] += one - keep
                 elif q == FREE and p == TAKE:
                     weight[i, j + 1, k] -= other
+    return change
 
 
 @jitted

@@ -21,7 +21,7 @@ import torch
 from torch import Tensor
 
 from kwatra.base import mean, shared
-from kwatra.cut import KEEP
+from kwatra.cut import KEEP, MOST
 from kwatra.elements import Lattice
 from kwatra.exemplar import Exemplar
 from kwatra.pieces.again import Budget, lay_again
@@ -141,8 +141,9 @@ class BlockStart:
         block = self.corners.block
         for corner in product(*self.starts):
             box = Box(corner, block).clipped(self.shape, self.sheet.periodic)
-            chosen = self._choose(box, self._needed(box))
-            self._commit(min(self._cuts(box, chosen), key=lambda cut: cut[1])[0])
+            cut = self._cheapest(box, self._choose(box, self._needed(box)))
+            assert cut is not None
+            self._commit(cut)
             self.laid += 1
         if self.aligned:
             regions = Regions(self.sheet, tuple(max(b // 2, 1) for b in block), self.generator)
@@ -170,9 +171,8 @@ class BlockStart:
             first = round((start - (block - extent) / 2) / g) * g
             corner.append(first if wraps else min(max(first, 0), max(size - block, 0) // g * g))
         box = Box(tuple(corner), self.corners.block).clipped(self.shape, self.sheet.periodic)
-        chosen = self._choose(box, np.zeros(box.extent, bool))
-        cut = min((cut for cut, _ in self._cuts(box, chosen)), key=lambda cut: cut.price)
-        if cut.price >= 0 or not cut.take.any():
+        cut = self._cheapest(box, self._choose(box, np.zeros(box.extent, bool)), again=True)
+        if cut is None or not cut.take.any():
             return False
         self._commit(cut)
         return True
@@ -251,24 +251,35 @@ class BlockStart:
                 mismatch = mismatch + missed / (count * self.variance)
         return np.round(mismatch, 9)  # what agrees equally well stays a tie, whatever the transform rounds
 
-    def _cuts(self, box: Box, chosen: Sequence[Chosen]) -> list[tuple[Cut, float]]:
-        """Blocks cut in along the cheapest seams, and their costs with what of seams is seen: 1 for one in plain sight.
+    def _cheapest(self, box: Box, chosen: Sequence[Chosen], again: bool = False) -> Cut | None:
+        """Of blocks cut in along the cheapest seams the one that costs least with what is seen of its seams.
 
-        In plain sight is a seam between unrelated pixels all along the block. Threads share the blocks.
+        That is 1 for a seam in plain sight: between unrelated pixels all along the block. Where blocks are laid again
+        it is the one that lowers seams most, None if none does. Threads share the blocks; one that turns out to be no
+        better than another is not cut in to the end.
         """
-        window = self.sheet.window(box)
-        return shared(lambda one: self._cut(box, window, *one), chosen)
+        window, found = self.sheet.window(box), list[tuple[float, int, Cut]]()
 
-    def _cut(self, box: Box, window: Window, place: tuple[int, ...], cost: float) -> tuple[Cut, float]:
-        shift = tuple(s - p for s, p in zip(box.start, place, strict=True))
-        box = box.within(Box(shift, self.exemplar.shape))
-        patch = Patch(0, shift, box)
-        if not self.aligned:
-            return self.sheet.cut(patch, must=np.ones(box.extent, bool), window=window), cost
-        cut = self.sheet.cut(patch, taking=self._taking(patch), window=window)
-        known = np.count_nonzero(window.kept[window.part(box)] == KEEP)
-        length = max(known / min(self.overlap), 1.0)
-        return cut, cost + cut.price / (self.contrast * length)
+        def tried(number: int) -> None:
+            place, cost = chosen[number]
+            shift = tuple(s - p for s, p in zip(box.start, place, strict=True))
+            patch = Patch(0, shift, box.within(Box(shift, self.exemplar.shape)))
+            cost, rate = (0.0, 1.0) if again else (cost, 1 / (self.contrast * self._length(window, patch)))
+            least = min((worth for worth, *_ in found), default=0.0 if again else math.inf)
+            most = MOST if least == math.inf else math.ceil((least - cost) / rate)
+            must = None if self.aligned else np.ones(patch.box.extent, bool)
+            cut = self.sheet.cut_below(most, patch, must=must, taking=self._taking(patch), window=window)
+            if cut is not None:
+                found.append((cost + rate * cut.price, number, cut))
+
+        shared(tried, range(len(chosen)))
+        best = min(found, key=lambda one: one[:2], default=None)
+        return None if best is None or (again and best[0] >= 0) else best[2]
+
+    def _length(self, window: Window, patch: Patch) -> float:
+        """How long the seam of a patch is, about."""
+        known = np.count_nonzero(window.kept[window.part(patch.box)] == KEEP)
+        return max(known / min(self.overlap), 1.0)
 
     def _taking(self, patch: Patch) -> Array | None:
         """What each pixel of a patch misses more of the wish than what it replaces, as what seams cost."""

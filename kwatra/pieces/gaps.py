@@ -10,7 +10,7 @@ from torch import Tensor
 from kwatra.elements import find_ground
 from kwatra.exemplar import Exemplar
 from kwatra.pieces.keeping import cheaper
-from kwatra.pieces.mosaic import Mosaic
+from kwatra.pieces.mosaic import Mosaic, by_place
 from kwatra.pieces.seams import Depth, SeamCost
 from kwatra.pieces.stock import Array
 
@@ -106,7 +106,7 @@ def gaps(exemplar: Exemplar, mosaic: Mosaic, deviation: float) -> Gaps | None:
     hidden = hidden_seams(exemplar)
     if hidden is None:
         return None
-    cost = SeamCost(mosaic, depth=Depth(mosaic.spread(hidden.depth).__getitem__, CUTTING * hidden.hides * deviation))
+    cost = SeamCost(mosaic, depth=Depth(by_place(hidden.depth).__getitem__, CUTTING * hidden.hides * deviation))
     away = hidden.depth - hidden.depth.mean()
     depth = away / max(float(away.std()), 1e-9)
     return Gaps(mosaic, cost, round(AROUND * hidden.hides * hidden.size), depth, hidden.hides)

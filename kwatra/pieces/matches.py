@@ -50,28 +50,29 @@ def cut_in(
     choice: Array,
     taking: Array | None,
     depths: Depths | None,
-) -> tuple[Array, list[Array]]:
+    most: int,
+) -> tuple[Array, list[Array]] | None:
     """Which pixels of a window take a patch, and the seams then: what `matched`, `best_cut` and `seams_after` make.
 
-    Arrays as there; depths: if seams are hidden on the ground.
+    Arrays as there; depths: if seams are hidden on the ground. None, sooner, if they cost over `most` more than now.
     """
     take, seams = np.empty(choice.shape, np.bool_), [np.empty(cost.shape, np.int32) for cost in remembered]
     weight = np.zeros(choice.size, np.int64) if taking is None else taking.astype(np.int64).ravel()
     a, left = (tuple(lines(cost, axis) for axis, cost in enumerate(costs)) for costs in (remembered, seams))
     b, c = (tuple(np.empty(cost.shape, np.int32) for cost in a) for _ in range(2))
     known = Depths(np.empty(0, np.float32), np.empty(0, np.float32), 1.0, 0.0) if depths is None else depths
-    _cut_in(
+    solved = _cut_in(
         planes, np.array(strides), old.ravel(), new.ravel(), known.old.ravel(), known.new.ravel(), known.hidden,
-        known.least, choice.ravel(), weight, a, b, c, take.ravel(), left,
+        known.least, choice.ravel(), weight, a, b, c, most, take.ravel(), left,
     )  # fmt: skip
-    return take, seams
+    return (take, seams) if solved else None
 
 
 @jitted
 def _cut_in(
     planes: Any, strides: Any, old: Any, new: Any, deep_old: Any, deep_new: Any, hidden: Any, least: Any, choice: Any,
-    weight: Any, a: Any, b: Any, c: Any, take: Any, left: Any,
-) -> None:  # fmt: skip
+    weight: Any, a: Any, b: Any, c: Any, most: Any, take: Any, left: Any,
+) -> Any:  # fmt: skip
     here = np.empty(len(new), np.int32)
     _apart(planes, choice, old, new, here)
     for axis in range(len(a)):
@@ -83,8 +84,10 @@ def _cut_in(
             last = planes.shape[1] - 1
             deep_s, deep_t = deep_old.reshape(shape), deep_new.reshape(shape)
             _hidden(strides[axis], last, free, s, t, deep_s, deep_t, hidden, least, b[axis], c[axis])
-    cut_at_once(choice, a, b, c, weight, take)
-    seams_left(choice, take, a, b, c, left)
+    solved = cut_at_once(choice, a, b, c, weight, most, take)
+    if solved:
+        seams_left(choice, take, a, b, c, left)
+    return solved
 
 
 @jitted

@@ -56,10 +56,6 @@ class Mosaic(Stock):
         spread = [np.std(plane, dtype=np.float64) for plane in self.images[0]]
         self.variance = float(np.mean(np.square(spread))) / (self.step * LEVELS) ** 2
 
-    def spread(self, values: np.ndarray) -> np.ndarray:
-        """Values (*shape) of a single source by the number of its places, rim included."""
-        return np.pad(values, 1, mode="edge").ravel()
-
     def _quantized(self) -> np.ndarray:
         channels = self.images[0].shape[0]
         planes = np.zeros((channels, len(self.images), *self.cell), np.int16)
@@ -173,6 +169,11 @@ class Mosaic(Stock):
                 inside = [np.clip(a[here], 0, n - 1) for a, n in zip(at, self.shapes[k], strict=True)]
                 out[:, row][:, here] = self.images[k][(slice(None), *inside)]
         return out
+
+
+def by_place(values: np.ndarray) -> np.ndarray:
+    """Values (*shape) of a mosaic's only source by the number of its places, rim included."""
+    return np.pad(values, 1, mode="edge").ravel()
 
 
 def _slope(values: np.ndarray, axis: int) -> np.ndarray:

@@ -83,18 +83,19 @@ class SeamCost:
         return pairs
 
     def cut(
-        self, old: Array, new: Array, remembered: Sequence[Array], choice: Array, taking: Array | None
-    ) -> tuple[Array, list[Array]]:
+        self, old: Array, new: Array, remembered: Sequence[Array], choice: Array, taking: Array | None, most: int
+    ) -> tuple[Array, list[Array]] | None:
         """Which pixels of a window take a patch in the cheapest cut, and per axis the seams then.
 
-        old, new, remembered: as in `pairs`; choice, taking: as in `best_cut`.
+        old, new, remembered: as in `pairs`; choice, taking: as in `best_cut`. None if it is known, before it is solved,
+        that all comes to over `most` more than now.
         """
         if isinstance(self.sources, Mosaic) and self.steepness is None and solved_at_once(choice):
             from kwatra.pieces.matches import Depths, cut_in
 
             deep = self.depth
             depths = None if deep is None else Depths(deep.at(old), deep.at(new), deep.hidden, deep.least)
-            return cut_in(self.sources.planes, self.sources.strides, old, new, remembered, choice, taking, depths)
+            return cut_in(self.sources.planes, self.sources.strides, old, new, remembered, choice, taking, depths, most)
         pairs = self.pairs(old, new, remembered)
         take = best_cut(choice, pairs, taking)
         return take, seams_after(choice, take, pairs)

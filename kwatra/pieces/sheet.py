@@ -14,7 +14,7 @@ from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 
-from kwatra.cut import FREE, KEEP, TAKE, VOID, along
+from kwatra.cut import FREE, KEEP, MOST, TAKE, VOID, along
 from kwatra.pieces.boxes import Box
 from kwatra.pieces.seams import SeamCost, summed
 from kwatra.pieces.stock import Stock
@@ -143,8 +143,8 @@ class Sheet(Generic[S]):
 
         With `cheaper` the patch is only accepted if its price is below 0: if the seams, and what taking costs, fall.
         """
-        cut = self.cut(patch, must=must, must_not=must_not, taking=taking)
-        if not cut.take.any() or (cheaper and cut.price >= 0):
+        cut = self.cut_below(-1 if cheaper else MOST, patch, must=must, must_not=must_not, taking=taking)
+        if cut is None or not cut.take.any():
             return False
         self.commit(cut)
         return True
@@ -170,15 +170,33 @@ class Sheet(Generic[S]):
         must: np.ndarray | None = None,
         must_not: np.ndarray | None = None,
         taking: np.ndarray | None = None,
-        window: Window | None = None,
     ) -> Cut:
         """The cheapest way to cut a patch in.
 
         Arrays over the patch's box: `must`, `must_not`: booleans, pixels that have to take it or may not. `taking`:
-        what a filled pixel costs more when it takes the patch, in the units of the seams, whole numbers. window: of a
-        box in which the patch's lies, as it is now, where several patches are tried on it.
+        what a filled pixel costs more when it takes the patch, in the units of the seams, whole numbers.
+        """
+        cut = self.cut_below(MOST, patch, must=must, must_not=must_not, taking=taking)
+        assert cut is not None
+        return cut
+
+    def cut_below(
+        self,
+        most: int,
+        patch: Patch,
+        *,
+        must: np.ndarray | None = None,
+        must_not: np.ndarray | None = None,
+        taking: np.ndarray | None = None,
+        window: Window | None = None,
+    ) -> Cut | None:
+        """As `cut`, or None if its price is above `most`: many a cut need not be solved for that to be known.
+
+        window: of a box in which the patch's lies, as it is now, where several patches are tried on it.
         """
         window = self.window(patch.box) if window is None else window
+        if taking is None and -window.total > most:  # were no seam left
+            return None
         inner = window.part(patch.box)
         choice = _choice(window, inner, must, must_not)
         new = self._patch_places(patch, window.box)
@@ -186,10 +204,13 @@ class Sheet(Generic[S]):
         if taking is not None:
             extra = np.zeros(choice.shape, np.int64)
             extra[inner] = taking
-        take, seams = self.cost.cut(window.places, new, window.remembered, choice, extra)
+        cut = self.cost.cut(window.places, new, window.remembered, choice, extra, most)
+        if cut is None:
+            return None
+        take, seams = cut
         change = summed(seams) - window.total
-        more = 0 if extra is None else int(extra[take & (choice == FREE)].sum())
-        return Cut(patch, window.at, take, new, seams, change, change + more)
+        price = change + (0 if extra is None else int(extra[take & (choice == FREE)].sum()))
+        return Cut(patch, window.at, take, new, seams, change, price) if price <= most else None
 
     def commit(self, cut: Cut) -> None:
         """Lay a patch as it was cut; nothing may have been laid in between."""

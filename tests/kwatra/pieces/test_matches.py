@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from kwatra.cut import FREE, KEEP, TAKE, VOID, best_cut, seams_after
+from kwatra.cut import FREE, KEEP, MOST, TAKE, VOID, best_cut, seams_after
 from kwatra.pieces import Depth, SeamCost
-from kwatra.pieces.mosaic import Mosaic
+from kwatra.pieces.mosaic import Mosaic, by_place
+from kwatra.pieces.seams import summed
 from kwatra.pieces.stock import Stock
 
 
@@ -38,16 +39,20 @@ def test_a_match_is_the_sum_of_what_differs_at_both_pixels() -> None:
 def test_a_patch_is_cut_in_by_one_call_as_it_is_step_by_step(axes, hidden, priced):
     rng = np.random.default_rng(axes)
     mosaic, shape = Mosaic([rng.random((2, *(9,) * axes), dtype=np.float32)]), (7, 8, 6)[:axes]
-    depth = mosaic.spread(rng.random(mosaic.shapes[0], dtype=np.float32))
+    depth = by_place(rng.random(mosaic.shapes[0], dtype=np.float32))
     cost = SeamCost(mosaic, depth=Depth(depth.__getitem__, 3000.0) if hidden else None)
     for _ in range(5):
         old, new = (mosaic.places_of(list(rng.integers(0, 9, (axes, *shape)))) for _ in range(2))
         remembered = [c * rng.integers(0, 2, c.shape, dtype=np.int32) for c in cost.within(old)]
         choice = rng.choice(np.array([FREE, FREE, FREE, KEEP, TAKE, VOID], np.int8), shape)
         taking = rng.integers(-4000, 4000, shape) if priced else None
-        take, seams = cost.cut(old, new, remembered, choice, taking)
+        take, seams = cost.cut(old, new, remembered, choice, taking, MOST)
         pairs = cost.pairs(old, new, remembered)
         assert (take == best_cut(choice, pairs, taking)).all()
         assert take.any()
+        price = summed(seams) - summed(remembered) + (int(taking[take & (choice == FREE)].sum()) if priced else 0)
+        found, none = (cost.cut(old, new, remembered, choice, taking, most) for most in (price, price - 1))
+        assert none is None
+        assert (found[0] == take).all()
         for made, wanted in zip(seams, seams_after(choice, take, pairs), strict=True):
             np.testing.assert_array_equal(made, wanted)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from kwatra.pieces.boxes import Box
-from kwatra.pieces.mosaic import LEVELS, Mosaic
+from kwatra.pieces.mosaic import LEVELS, Mosaic, by_place
 from kwatra.pieces.seams import HIDDEN, Depth, SeamCost
 from kwatra.pieces.sheet import Patch, Sheet
 
@@ -108,7 +108,10 @@ def test_taking_has_its_price() -> None:
         sheet.lay(Patch(0, (0, 0), Box((0, 0), (6, 6))))
         taking = np.zeros((4, 4), np.int64)
         taking[1, 1] = price
-        cut = sheet.cut(Patch(1, (0, 0), Box((1, 1), (4, 4))), taking=taking)
+        patch = Patch(1, (0, 0), Box((1, 1), (4, 4)))
+        cut = sheet.cut(patch, taking=taking)
+        assert sheet.cut_below(cut.price - 1, patch, taking=taking) is None
+        np.testing.assert_array_equal(sheet.cut_below(cut.price, patch, taking=taking).take, cut.take)
         assert bool(cut.take.any()) is takes
         if takes:  # one pixel with four seams of 2 each
             assert int(cut.take.sum()) == 1
@@ -149,7 +152,7 @@ def test_seams_are_hidden_where_one_side_shows_ground():
     image = np.array([[[0, 0.2, 0.4, 0.6, 0.8, 1.0]]], np.float32)
     sources = Mosaic([image])
     depth = np.array([[0, 0, 0, 1, 1, 1]], np.float32)
-    cost = SeamCost(sources, depth=Depth(sources.spread(depth).__getitem__, 100.0))
+    cost = SeamCost(sources, depth=Depth(by_place(depth).__getitem__, 100.0))
     places = sources.places(0, [np.arange(1), np.arange(6)])[0]
     plain = SeamCost(sources)
 
@@ -165,7 +168,7 @@ def test_seams_are_hidden_where_one_side_shows_ground():
 def test_hidden_seams_are_remembered_as_they_cost(recomputed_seams):
     rng = np.random.default_rng(0)
     sources = Mosaic([rng.random((2, 9, 9), np.float32)])
-    depth = Depth(sources.spread(rng.random((9, 9), np.float32)).__getitem__, 200.0)
+    depth = Depth(by_place(rng.random((9, 9), np.float32)).__getitem__, 200.0)
     sheet = Sheet(sources, (16, 16), (False, True), SeamCost(sources, depth=depth))
     for _ in range(20):
         start = (int(rng.integers(0, 8)), int(rng.integers(0, 16)))
