@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 
-from kwatra.pieces.boxes import quantile
 from kwatra.pieces.corners import Corners
 from kwatra.pieces.fitting import Fit
+from kwatra.pieces.mosaic import by_place
 from kwatra.pieces.stock import Array
 
 GOOD = 0.05
@@ -26,33 +26,32 @@ class Agreement:
     """Of an image (C, *S) of the exemplar, with blocks at `corners`, relative to a variance."""
 
     def __init__(self, image: Array, corners: Corners, variance: float) -> None:
-        self.image, self.corners, self.variance = image, corners, variance
+        self.corners, self.variance = corners, variance
         self.fit = Fit(corners.around(image))
+        self._at_places = np.stack([by_place(plane) for plane in image])
 
-    def mismatch(self, place: Array, known: Array, valid: Array) -> Array:
+    def mismatch(self, places: Array, known: Array, valid: Array) -> Array:
         """The mean squared difference of each block to what is known (*E) of a box, shaped as `corners.valid`.
 
-        place (axes, *E): where in the exemplar that comes from. What hangs over the exemplar is taken to agree as a
-        fair one of the `valid` blocks does.
+        places (*E): where in the exemplar that comes from, in a mosaic of it alone. What hangs over the exemplar is
+        taken to agree as a fair one of the `valid` blocks does.
         """
-        squares, seen = self.corners.squares(self.fit, self._shown(place, known), known)
+        from kwatra.pieces.loops import take_fairly, take_known
+
+        count, content = int(known.sum()), np.empty((len(self._at_places), *known.shape))
+        take_known(self._at_places, places.ravel(), known.ravel(), content.reshape(len(content), -1))
+        squares, seen = self.corners.squares(self.fit, content, known)
         if any(self.corners.hang):
-            fair = quantile((squares / np.maximum(seen, 1))[valid], FAIR)
-            squares = squares + (known.sum() - seen) * fair
-        mismatch: Array = squares / (known.sum() * self.variance)
+            summed = np.empty(squares.shape)
+            take_fairly(squares.ravel(), seen.ravel(), valid.ravel(), count, FAIR, summed.ravel())
+            squares = summed
+        mismatch: Array = squares / (count * self.variance)
         return mismatch
-
-    def _shown(self, place: Array, known: Array) -> Array:
-        """The image's values (C, *E) at the places (axes, *E) that are known (*E), and 0 elsewhere."""
-        from kwatra.pieces.loops import take_known
-
-        content = np.empty((len(self.image), *known.shape))
-        image, there, shown = (values.reshape(len(values), -1) for values in (self.image, place, content))
-        take_known(image, np.array(self.image.shape[1:]), there, known.ravel(), shown)
-        return content
 
 
 def attainable(mismatches: Array) -> float:
     """The disagreement that a texture affords, given that of all blocks in question: what others are measured by."""
+    from kwatra.pieces.loops import quantile
+
     least, good = mismatches.min(), quantile(mismatches, GOOD)
     return math.sqrt(max(least, MISMATCH_FLOOR) * max(good, MISMATCH_FLOOR))

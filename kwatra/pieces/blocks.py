@@ -192,21 +192,20 @@ class BlockStart:
         Where there is no seam to compare, or a wish decides, a block of about the least cost is drawn.
         """
         at = self.sheet.indices(box)
-        known = self.sheet.filled_at(at)
-        place = self.sheet.sources.coordinates(self.sheet.places[at])[1]
+        known, places = self.sheet.filled_at(at), self.sheet.places[at]
         valid = self.corners.valid
-        if any(self.corners.hang) and needed.any():
-            valid = valid & (self.corners.inside(needed) == needed.sum())
-        same = self.corners.continuing(place, known)
+        if any(self.corners.hang):
+            valid = valid & self.corners.covering(needed)
+        same = self.corners.continuing(places, known)
         again = same > 0  # what would only continue a copy that is there already
-        mismatch = self._mismatch(known, place, at, valid)
+        mismatch = self._mismatch(known, places, at, valid)
         others = valid & ~again
         others = others if others.any() else valid
         away = charged(self.places, box.start, valid.shape, self.grain, self.exemplar.canvas.device)
         # in units of what agreement this texture affords: rows that can line up are not torn for the sake of even use
         cost = (mismatch + away / self.variance) / attainable(mismatch[others])
         if self.gaps is not None and self.depths is not None and known.any():
-            apart = self.depths.mismatch(place, known, valid)
+            apart = self.depths.mismatch(places, known, valid)
             cost = self.gaps.weighed(cost, apart / attainable(apart[others]))
         cost = cost + self._repetition(box, known, at, same, valid)
         flat = np.where(valid, cost, math.inf).ravel()
@@ -225,11 +224,14 @@ class BlockStart:
 
         same: how many pixels a block shows where they are shown already: it then continues a copy.
         """
-        used = self.corners.sums(self.used) / self.corners.pixels
-        shown: Array = self.usage * (used - self.used.mean()) + self.continuation * (same > 0)
-        if self.aligned and len(self.shape) == 2:
-            near = shown_near(self.sheet, box, max(self.corners.block), self.used.shape)
-            shown = shown + NEAR / self.corners.pixels * (self.corners.sums(near) - same)
+        from kwatra.pieces.loops import charge_shown
+
+        still = self.aligned and len(self.shape) == 2
+        near = shown_near(self.sheet, box, max(self.corners.block), self.used.shape) if still else self.used
+        sums, shown = self.corners.sums(np.stack([self.used, near])), np.empty(valid.shape)
+        used, near, again, pixels, cost = (v.ravel() for v in (*sums, same, self.corners.pixels, shown))
+        prices = self.usage, self.continuation, NEAR if still else 0.0
+        charge_shown(used, near, again, pixels, self.used.mean(), *prices, cost)
         if self.lattice is None or not known.any():
             return shown
         # in step with the copy which most of what is known is
@@ -237,13 +239,13 @@ class BlockStart:
         first = [float(b - s + h) for b, s, h in zip(box.start, most.shift, self.corners.hang, strict=True)]
         return kept_in_step(self.lattice, step_cost(self.lattice, first, valid.shape, self.grain), shown, valid)
 
-    def _mismatch(self, known: Array, place: Array, at: tuple[Array, ...], valid: Array) -> Array:
+    def _mismatch(self, known: Array, places: Array, at: tuple[Array, ...], valid: Array) -> Array:
         """How little the blocks at all places agree with what is known, and with the wish, relative to the variance.
 
         Each is a mean square of its own, so that neither is diluted by the other; weights below 1 scale the wish's.
         """
         some = self.aligned and known.any()
-        mismatch = self.colors.mismatch(place, known, valid) if some else np.zeros(valid.shape)
+        mismatch = self.colors.mismatch(places, known, valid) if some else np.zeros(valid.shape)
         if self.wish is not None:
             weight, value, count = self.wish.at(at)
             if count > 0:

@@ -1,8 +1,7 @@
-"""Boxes and box sums on n-D grids that may wrap around, and a quantile: small tools the other rooms share."""
+"""Boxes and box sums on n-D grids that may wrap around: small tools the other rooms share."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -73,13 +72,3 @@ def everywhere(lines: list[np.ndarray]) -> np.ndarray:
     for axis, line in enumerate(lines):
         grid = grid & line.reshape([-1 if d == axis else 1 for d in range(len(lines))])
     return grid
-
-
-def quantile(values: np.ndarray, share: float) -> float:
-    """What a share, 0 to 1, of some numbers (N,) is no larger than: `np.quantile`, which takes seven times as long."""
-    at = share * (len(values) - 1)
-    first = math.floor(at)
-    ends = [first, min(first + 1, len(values) - 1)]
-    low, high = np.partition(values, ends)[ends]
-    past, step = at - first, high - low
-    return float(high - step * (1 - past) if past >= 0.5 else low + step * past)

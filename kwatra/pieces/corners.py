@@ -14,7 +14,7 @@ import numpy as np
 
 from kwatra.base import InputError
 from kwatra.exemplar import Exemplar
-from kwatra.pieces.boxes import span_sums
+from kwatra.pieces.boxes import everywhere, span_sums
 from kwatra.pieces.fitting import Fit
 from kwatra.pieces.stock import Array
 
@@ -54,17 +54,25 @@ class Corners:
         corners = np.stack(np.unravel_index(numbers, self.valid.shape), 1) * np.array(self.grain) - np.array(self.hang)
         return [tuple(corner) for corner in corners.tolist()]
 
-    def continuing(self, place: Array, known: Array) -> Array:
+    def continuing(self, places: Array, known: Array) -> Array:
         """How many pixels of a box (*E) come from where each block would have them, of those that are `known`.
 
-        place (axes, *E): where they come from.
+        places (*E): where they come from, in a mosaic of the exemplar alone.
         """
         from kwatra.pieces.loops import count_offsets
 
-        counts = np.zeros(self.valid.shape)
+        counts, cell = np.zeros(self.valid.shape), np.array(self.shape) + 2
         extent, hang, grain = np.array(known.shape), np.array(self.hang), np.array(self.grain)
-        count_offsets(place.reshape(len(place), -1), known.ravel(), extent, hang, grain, counts)
+        count_offsets(places.ravel(), known.ravel(), extent, cell, hang, grain, counts)
         return counts
+
+    def covering(self, needed: Array) -> Array:
+        """Of which blocks all pixels of a box (*E) that are `needed` lie inside of the exemplar."""
+        lines = []
+        for axis, (starts, size) in enumerate(zip(self._corners, self.shape, strict=True)):
+            along = np.flatnonzero(needed.any(tuple(d for d in range(needed.ndim) if d != axis)))
+            lines.append((starts + along[0] >= 0) & (starts + along[-1] < size) if len(along) else starts == starts)
+        return everywhere(lines)
 
     def around(self, image: Array) -> Array:
         """An image (..., *shape) with as much of nothing around it as blocks may hang over."""
@@ -82,14 +90,24 @@ class Corners:
 
     def inside(self, values: Array) -> Array:
         """The sum of a block's values (..., *E) over what lies inside of the exemplar, of each block (..., *n)."""
-        lines = zip(self._corners, values.shape[-len(self.shape) :], self.shape, strict=True)
-        return span_sums(values, [(_within(-c, extent), _within(size - c, extent)) for c, extent, size in lines])
+        return span_sums(values, self._seen(values.shape[-len(self.shape) :]))
 
     @cached_property
     def _under(self) -> list[tuple[Array, Array]]:
         """Axis by axis the pixels of the exemplar under each block, from the first to before the last."""
         lines = zip(self._corners, self.block, self.shape, strict=True)
         return [(_within(c, size), _within(c + extent, size)) for c, extent, size in lines]
+
+    def _seen(self, extent: tuple[int, ...]) -> list[tuple[Array, Array]]:
+        """Axis by axis the pixels of a box of some extent that lie inside, from the first to before the last."""
+        if extent not in self._seen_of:
+            lines = zip(self._corners, extent, self.shape, strict=True)
+            self._seen_of[extent] = [(_within(-c, most), _within(size - c, most)) for c, most, size in lines]
+        return self._seen_of[extent]
+
+    @cached_property
+    def _seen_of(self) -> dict[tuple[int, ...], list[tuple[Array, Array]]]:
+        return {}
 
     @cached_property
     def _corners(self) -> list[Array]:

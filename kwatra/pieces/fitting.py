@@ -25,7 +25,7 @@ class Fit:
     def __init__(self, image: np.ndarray) -> None:
         self.image = image
         self._spectra: dict[tuple[int, ...], np.ndarray] = {}
-        self._squared: np.ndarray | None = None
+        self._of_channels: np.ndarray | None = None
 
     def inside(self, content: np.ndarray, weight: np.ndarray) -> np.ndarray:
         """The weighted squared difference of a region's content (C, *E) to each place of the image, (S - E + 1).
@@ -35,15 +35,9 @@ class Fit:
         shape, extent = self.image.shape[1:], content.shape[1:]
         size = _fast(shape)
         there = np.where(weight > 0, content, 0)
-        known = there * weight
-        ones = _forward(known, size)
-        if weight.ndim == len(extent):
-            spectrum = np.conj(_forward(weight[None], size)[0]) * self._spectrum(size)[-1]
-        else:
-            squares = zip(_forward(weight, size), self._channel_squares(), strict=True)
-            spectrum = sum(np.conj(w) * square for w, square in squares)
-        for plane, one in zip(self._spectrum(size)[:-1], ones, strict=True):
-            spectrum -= np.multiply(np.conj(one, out=one), plane, out=one)
+        known, each = there * weight, weight.ndim > len(extent)
+        ones = _forward(np.concatenate([known, weight if each else weight[None]]), size)
+        spectrum = _correlated(ones, self._channel_spectrum() if each else self._spectrum(size))
         room = tuple(n - e + 1 for n, e in zip(shape, extent, strict=True))
         constant = (known * there).sum(dtype=np.float64)
         return np.maximum(_inverse(spectrum, size, room) + constant, 0)
@@ -55,26 +49,23 @@ class Fit:
         """
         shape = self.image.shape[1:]
         size = _fast(mask.shape)
-        source = self._spectrum(size)
-        spectrum = np.conj(source[-1]) * _forward(mask[None], size)[0]
-        for plane, color in zip(source[:-1], _forward(content, size), strict=True):
-            spectrum -= np.conj(plane) * color
+        spectrum = _correlated(self._spectrum(size), _forward(np.concatenate([content, mask[None]]), size))
         room = tuple(n - s + 1 for n, s in zip(mask.shape, shape, strict=True))
         cost = _inverse(spectrum, size, room) + box_sums((content**2).sum(0), shape)
         return np.maximum(cost, 0), box_sums(mask > 0, shape)
 
     def _spectrum(self, size: tuple[int, ...]) -> np.ndarray:
-        """Transforms of twice the channels and, last, of the squared colors."""
+        """Transforms of minus twice the channels and, last, of the squared colors."""
         if size not in self._spectra:
-            self._spectra[size] = _forward(np.stack([*(2 * self.image), (self.image**2).sum(0)]), size)
+            self._spectra[size] = _forward(np.stack([*(-2 * self.image), (self.image**2).sum(0)]), size)
         return self._spectra[size]
 
-    def _channel_squares(self) -> np.ndarray:
-        """Transforms of the squares of each channel, at the image's own size."""
-        if self._squared is None:
+    def _channel_spectrum(self) -> np.ndarray:
+        """Transforms of minus twice the channels, and of the squares of each, at the image's own size."""
+        if self._of_channels is None:
             size = _fast(self.image.shape[1:])
-            self._squared = _forward(self.image**2, size)
-        return self._squared
+            self._of_channels = _forward(np.concatenate([-2 * self.image, self.image**2]), size)
+        return self._of_channels
 
 
 def totals(values: np.ndarray, mask: np.ndarray) -> np.ndarray:
@@ -94,6 +85,15 @@ def _forward(values: np.ndarray, size: tuple[int, ...]) -> np.ndarray:
     lines = fft.rfft(values, size[-1])
     spectrum: np.ndarray = fft.fftn(lines, size[:-1], range(1, len(size)), overwrite_x=True)
     return spectrum
+
+
+def _correlated(ones: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """The transform of the summed correlations of several with as many others, all transforms (k, *size)."""
+    from kwatra.pieces.loops import correlate
+
+    total = np.empty(ones.shape[1:], np.complex128)
+    correlate(ones.reshape(len(ones), -1), others.reshape(len(others), -1), total.ravel())
+    return total
 
 
 def _inverse(spectrum: np.ndarray, size: tuple[int, ...], room: tuple[int, ...]) -> np.ndarray:

@@ -45,45 +45,90 @@ def _sum_line(values: Any, starts: Any, stops: Any, table: Any, sums: Any) -> No
 
 
 @jitted
-def count_offsets(place: Any, known: Any, extent: Any, hang: Any, grain: Any, counts: Any) -> None:
+def correlate(ones: Any, others: Any, total: Any) -> None:
+    """Sum the products (N,) of the conjugates of ones (k, N) with others (k, N)."""
+    total[:] = 0
+    for one, other in zip(ones, others):  # noqa: B905 - not in compiled loops
+        for i in range(len(total)):
+            total[i] += one[i].conjugate() * other[i]
+
+
+@jitted
+def quantile(values: Any, share: Any) -> Any:
+    """What a share, 0 to 1, of some numbers (N,) is no larger than, as `np.quantile` has it."""
+    at = share * (len(values) - 1)
+    first = int(at)
+    some = np.partition(values, first)
+    low = some[first]
+    high = some[first + 1 :].min() if first + 1 < len(some) else low
+    past, step = at - first, high - low
+    return high - step * (1 - past) if past >= 0.5 else low + step * past
+
+
+@jitted
+def take_fairly(squares: Any, seen: Any, valid: Any, count: Any, share: Any, summed: Any) -> None:
+    """Sum blocks' squared differences (N,) over `count` pixels, those not `seen` (N,) taken to be as a fair block's.
+
+    That is the mean square which the share of `valid` (N,) blocks does not exceed.
+    """
+    means, blocks = np.empty(len(squares)), 0
+    for i in range(len(squares)):
+        if valid[i]:
+            means[blocks] = squares[i] / max(seen[i], 1)
+            blocks += 1
+    fair = quantile(means[:blocks], share)
+    for i in range(len(squares)):
+        summed[i] = squares[i] + (count - seen[i]) * fair
+
+
+@jitted
+def charge_shown(
+    used: Any, near: Any, same: Any, pixels: Any, mean: Any, usage: Any, again: Any, beside: Any, cost: Any
+) -> None:
+    """Set what blocks cost (N,) for what was shown before, given the sums of how often and how near their pixels were.
+
+    same: how many pixels only continue a copy; pixels: how many there are. usage, again, beside: what a block costs
+    that was used once more than in the mean, that continues a copy, that is shown right beside.
+    """
+    for i in range(len(used)):
+        cost[i] = usage * (used[i] / pixels[i] - mean) + beside / pixels[i] * (near[i] - same[i])
+        if same[i] > 0:
+            cost[i] += again
+
+
+@jitted
+def count_offsets(places: Any, known: Any, extent: Any, cell: Any, hang: Any, grain: Any, counts: Any) -> None:
     """Count from which corners (*n) of an exemplar the known pixels of a box come, those from elsewhere left out.
 
-    place (axes, N): in the exemplar; known (N,): whether there is one; extent (axes,): of the box; a corner's number is
-    its place and what may `hang` over, in steps of grain. It is found once for what goes on along the last axis.
+    places (N,): of a mosaic of the exemplar alone, cells of `cell` (axes,); known (N,): whether there is one; extent
+    (axes,): of the box. A corner's number is its place and what may `hang` over, in steps of grain; it is found once
+    for what goes on along the last axis.
     """
     flat, axes = counts.ravel(), len(extent)
     number, found = 0, False
-    for pixel in range(len(known)):
-        goes_on = pixel % extent[-1] > 0
-        for axis in range(axes):
-            goes_on = goes_on and place[axis, pixel] == place[axis, pixel - 1] + (axis == axes - 1)
-        if not goes_on:
-            rest, number, stride, found = pixel, 0, 1, True
+    for pixel in range(len(places)):
+        if not known[pixel]:
+            continue
+        if pixel % extent[-1] == 0 or not known[pixel - 1] or places[pixel] != places[pixel - 1] + 1:
+            there, here, number, stride, found = places[pixel], pixel, 0, 1, True
             for axis in range(axes - 1, -1, -1):
-                first = place[axis, pixel] - rest % extent[axis] + hang[axis]
+                first = there % cell[axis] - 1 - here % extent[axis] + hang[axis]
                 step = first // grain[axis]
                 found = found and first >= 0 and step < counts.shape[axis]
                 number += step * stride
                 stride *= counts.shape[axis]
-                rest //= extent[axis]
-        if found and known[pixel]:
+                there //= cell[axis]
+                here //= extent[axis]
+        if found:
             flat[number] += 1
 
 
 @jitted
-def take_known(image: Any, shape: Any, place: Any, known: Any, content: Any) -> None:
-    """The values (C, N) of an image (C, M) at places (axes, N) where they are known (N,), and 0 elsewhere.
-
-    shape (axes,): of the image.
-    """
-    content[:] = 0
-    for pixel in range(len(known)):
-        if known[pixel]:
-            there = 0
-            for axis in range(len(shape)):
-                there = there * shape[axis] + place[axis, pixel]
-            for channel in range(len(image)):
-                content[channel, pixel] = image[channel, there]
+def take_known(image: Any, places: Any, known: Any, content: Any) -> None:
+    """The values (C, N) of an image (C, M) at its places (N,) where they are known (N,), and 0 elsewhere."""
+    for channel in range(len(image)):
+        for pixel in range(len(known)):
+            content[channel, pixel] = image[channel, places[pixel]] if known[pixel] else 0
 
 
 @jitted

@@ -10,31 +10,32 @@ from kwatra import Exemplar
 from kwatra.pieces.agreement import FAIR, MISMATCH_FLOOR, Agreement, attainable
 from kwatra.pieces.blocks import BlockStart
 from kwatra.pieces.corners import Corners
+from kwatra.pieces.mosaic import Mosaic
 
 BLOCK = (6, 5)
+IMAGE = np.random.default_rng(0).normal(size=(2, 16, 18))
 
 
 def agreement(hang=(0, 0)):
-    image = np.random.default_rng(0).normal(size=(2, 16, 18))
-    exemplar = Exemplar.of(torch.from_numpy(image).float())
-    return Agreement(image, Corners.fitting(exemplar, BLOCK, (1, 1)).hanging(hang), 4.0)
+    exemplar = Exemplar.of(torch.from_numpy(IMAGE).float())
+    return Agreement(IMAGE, Corners.fitting(exemplar, BLOCK, (1, 1)).hanging(hang), 4.0)
 
 
 def some_known():
-    """Where a box's pixels come from, (2, *BLOCK), and which are known."""
+    """Where a box's pixels come from, row and column, (2, *BLOCK), and which are known."""
     rng = np.random.default_rng(1)
     place = np.stack([rng.integers(0, 16, BLOCK), rng.integers(0, 18, BLOCK)])
     return place, rng.random(BLOCK) < 0.6
 
 
-def by_hand(agreement, place, known, corner):
+def by_hand(place, known, corner):
     """The summed squares of one block that may hang over, and on how many pixels it was compared."""
     squares, seen = 0.0, 0
     for row, column in np.argwhere(known):
         y, x = corner[0] + row, corner[1] + column
         if 0 <= y < 16 and 0 <= x < 18:
             there = place[:, row, column]
-            squares += ((agreement.image[:, y, x] - agreement.image[:, there[0], there[1]]) ** 2).sum()
+            squares += ((IMAGE[:, y, x] - IMAGE[:, there[0], there[1]]) ** 2).sum()
             seen += 1
     return squares, seen
 
@@ -44,9 +45,9 @@ def test_mismatch_is_the_mean_square_over_what_is_known(hang):
     it = agreement(hang)
     place, known = some_known()
     valid = it.corners.valid
-    found = it.mismatch(place, known, valid)
+    found = it.mismatch(Mosaic([IMAGE]).places_of(list(place)), known, valid)
     corners = it.corners.at(np.arange(valid.size))
-    squares, seen = np.array([by_hand(it, place, known, corner) for corner in corners]).T
+    squares, seen = np.array([by_hand(place, known, corner) for corner in corners]).T
     fair = np.quantile(squares / np.maximum(seen, 1), FAIR) if any(hang) else 0.0
     expected = (squares + (known.sum() - seen) * fair) / (known.sum() * 4.0)
     np.testing.assert_allclose(found.ravel(), expected, atol=1e-9)

@@ -1,6 +1,6 @@
 import numpy as np
 
-from kwatra.pieces.boxes import Box, box_sums, quantile, span_sums
+from kwatra.pieces.boxes import Box, box_sums, span_sums
 
 
 def test_span_sums_are_those_of_every_combination_of_spans():
@@ -22,10 +22,3 @@ def test_box_sums_are_those_of_every_box_that_fits():
 def test_boxes_have_in_common_what_lies_in_both():
     assert Box((-2, 3), (6, 4)).within(Box((0, 0), (10, 5))) == Box((0, 3), (4, 2))
     assert Box((0, 0), (2, 2)).within(Box((5, 0), (2, 2))).extent == (0, 2)
-
-
-def test_a_quantile_is_numpys_bit_for_bit():
-    values = np.random.default_rng(0).random(301)
-    for count in (1, 2, 3, 40, 301):
-        for share in (0.0, 0.05, 0.25, 0.6, 1.0):
-            assert quantile(values[:count], share) == np.quantile(values[:count], share)

@@ -34,6 +34,7 @@ def test_what_continues_a_copy_is_counted_where_a_block_would_have_it(seed):
     corner = np.array(found.at(np.arange(found.valid.size))[seed * 7])
     place = np.indices(BLOCK) + corner[:, None, None]
     place[:, rng.random(BLOCK) < 0.4] += rng.integers(-9, 10, (2, 1))  # some are of elsewhere, or of no block
+    place %= np.array(SHAPE)[:, None, None]
     known = rng.random(BLOCK) < 0.7
     expected = np.zeros(found.valid.shape)
     for pixel in np.argwhere(known):
@@ -41,7 +42,16 @@ def test_what_continues_a_copy_is_counted_where_a_block_would_have_it(seed):
         if all(0 <= n < count for n, count in zip(first, found.valid.shape, strict=True)):
             expected[tuple(first)] += 1
     assert expected.max() > 3
-    np.testing.assert_array_equal(found.continuing(place, known), expected)
+    np.testing.assert_array_equal(found.continuing((place[0] + 1) * (SHAPE[1] + 2) + place[1] + 1, known), expected)
+
+
+def test_blocks_cover_what_is_needed_where_all_of_it_lies_inside():
+    found, needed = corners(), np.zeros(BLOCK, bool)
+    assert found.covering(needed).all()
+    needed[2, 1] = needed[4, 2] = needed[3, 1] = True
+    expected = [bool(inside(at)[needed].all()) for at in found.at(np.arange(found.valid.size))]
+    np.testing.assert_array_equal(found.covering(needed).ravel(), expected)
+    assert 0 < sum(expected) < len(expected)
 
 
 def test_sums_and_differences_are_those_of_what_lies_inside():

@@ -4,21 +4,18 @@ import numpy as np
 import pytest
 
 from kwatra.pieces.boxes import Box
-from kwatra.pieces.loops import take_known
+from kwatra.pieces.loops import charge_shown, quantile, take_known
 from kwatra.pieces.mosaic import Mosaic
 from kwatra.pieces.seams import SeamCost
 from kwatra.pieces.sheet import Sheet
 
 
-@pytest.mark.parametrize("shape", [(7, 9), (4, 5, 6)])
-def test_values_are_taken_where_they_are_known(shape):
+def test_values_are_taken_where_they_are_known():
     rng = np.random.default_rng(0)
-    image, known = rng.random((3, *shape)), rng.random(40) < 0.6
-    place = np.stack([rng.integers(0, n, 40, np.int32) for n in shape])
-    place[:, ~known] = -1
+    image, places, known = rng.random((3, 50)), rng.integers(0, 50, 40, np.int32), rng.random(40) < 0.6
     content = np.full((3, 40), np.nan)
-    take_known(image.reshape(3, -1), np.array(shape), place, known, content)
-    np.testing.assert_array_equal(content, np.where(known, image[:, *place], 0))
+    take_known(image, places, known, content)
+    np.testing.assert_array_equal(content, np.where(known, image[:, places], 0))
 
 
 @pytest.mark.parametrize("shapes", [[(7, 9)], [(4, 5, 6), (3, 6, 4)]])
@@ -40,3 +37,19 @@ def test_a_box_may_pass_the_border_where_the_sheet_wraps(start):
     sheet.label = np.arange(42).reshape(6, 7)
     rows, columns = (np.arange(s, s + e) % n for s, e, n in zip(start, (3, 4), (6, 7), strict=True))
     np.testing.assert_array_equal(sheet.label[sheet.indices(Box(start, (3, 4)))], sheet.label[np.ix_(rows, columns)])
+
+
+def test_a_quantile_is_numpys_bit_for_bit():
+    values = np.random.default_rng(0).random(301)
+    for count in (1, 2, 3, 40, 301):
+        for share in (0.0, 0.05, 0.25, 0.6, 1.0):
+            assert quantile(values[:count], share) == np.quantile(values[:count], share)
+
+
+def test_what_was_shown_costs_by_how_often_and_how_near_and_whether_it_is_continued():
+    rng = np.random.default_rng(0)
+    used, near, same = rng.integers(0, 9, (3, 20)).astype(float)
+    pixels, cost = rng.integers(9, 12, 20).astype(float), np.empty(20)
+    charge_shown(used, near, same, pixels, 0.4, 0.5, 0.3, 0.2, cost)
+    by_hand = 0.5 * (used / pixels - 0.4) + 0.3 * (same > 0) + 0.2 * (near - same) / pixels
+    np.testing.assert_allclose(cost, by_hand, atol=1e-12)
