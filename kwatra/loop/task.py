@@ -90,7 +90,8 @@ def task_of(
     task = Task(texture, shape, settings, levels, parts, mask, name, image, generator_of(seed))
     per_axis(settings.wrap, len(shape))
     task.check_start()
-    check_controls(task.controls((1,) * len(shape)), torch.zeros(task.channels, *shape, device=texture.device))
+    if parts:
+        check_controls(task.controls((1,) * len(shape)), torch.zeros(task.channels, *shape, device=texture.device))
     return task
 
 

@@ -48,15 +48,18 @@ class SourceWindows(Described):
 
     def number(self, corners: Tensor) -> Tensor:
         """Window numbers of corners (..., n) that are positions."""
-        return (corners * self._place).sum(-1)
+        number = torch.zeros_like(corners[..., 0])
+        for corner, step in zip(corners.unbind(-1), self._place.tolist(), strict=True):
+            number.add_(corner, alpha=step)
+        return number
 
     def corners(self, numbers: Tensor) -> Tensor:
         """See `Placed.corners`."""
-        return (numbers[..., None] // self._place) % self._shape
+        return (numbers[..., None] // self._place).remainder_(self._shape)
 
     def snapped(self, corners: Tensor) -> Tensor:
         """See `Placed.snapped`."""
-        return self._snap[self.number(corners.clamp(min=0).minimum(self._shape - 1))]
+        return self._snap[self.number(corners.clamp(torch.zeros_like(self._shape), self._shape - 1))]
 
     def windows(self, numbers: Tensor) -> Tensor:
         """See `Source.windows`."""

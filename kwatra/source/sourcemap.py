@@ -17,8 +17,8 @@ from kwatra.windows import Layout
 def winners(layout: Layout, source: Placed, matches: Tensor, weights: Tensor) -> Tensor:
     """For each pixel the source coordinates from the window that weighs most there (weights (N,) times falloff)."""
     heaviest = heaviest_covering(layout, source.metric, weights)
-    corners = source.corners(matches[heaviest.window.flatten()]).T.view(-1, *layout.shape)
-    return corners + torch.stack(heaviest.inside)
+    corners = source.corners(matches)[heaviest.window.flatten()].T.view(-1, *layout.shape)
+    return torch.stack(heaviest.inside).add_(corners)
 
 
 def at_windows(layout: Layout, source: Placed, where: Tensor) -> Tensor:
@@ -57,7 +57,7 @@ def carried(where: Tensor, old: Sequence[int], new: Sequence[int], shape: Sequen
 
 def look_up(pixels: Tensor, where: Tensor) -> Tensor:
     """The values (C, *S) that an image (C, *canvas) has at the map's coordinates."""
-    place = where[0]
+    place = where[0].clone()
     for axis, side in enumerate(pixels.shape[2:], 1):
-        place = place * side + where[axis]
+        place.mul_(side).add_(where[axis])
     return pixels.flatten(1).index_select(1, place.flatten()).view(-1, *place.shape)

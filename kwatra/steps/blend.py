@@ -45,10 +45,10 @@ def blend(
         mass = torch.where(bare, _TRACE, mass)
     unit = mean(mass) if given is None else sum_of(mass * given.free) / given.free.sum().clamp(min=1)
     equations = _Equations(ballot, Pull(total / unit, mass / unit), unit, quadratics, given)
-    closed = equations.total / equations.mass
     if equations.diagonal_only:
+        closed = equations.total.div_(equations.mass)
         return Solution(closed if given is None else given.held(closed))
-    return equations.solved(closed if start is None else start, tolerance, steps)
+    return equations.solved(equations.total / equations.mass if start is None else start, tolerance, steps)
 
 
 class _Equations:

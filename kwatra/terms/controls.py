@@ -84,8 +84,10 @@ class Controls:
         self.shape, self.factors, self._full = coarse_shape(shape, factors), factors, mask
         self.mask = None if mask is None else _coarse_mask(mask, factors, self.shape)
         self.terms = [(term if mask is None else within(term, mask)).at(factors, self.shape) for term in terms]
-        blank = torch.zeros(channels, *self.shape, device=device)
-        self.given = _given(self.quadratics(blank), self.mask, blank)
+        self.given: Given | None = None
+        if self.terms or self.mask is not None:
+            blank = torch.zeros(channels, *self.shape, device=device)
+            self.given = _given(self.quadratics(blank), self.mask, blank)
 
     def quadratics(self, x: Tensor) -> list[Quadratic]:
         """F and c of every term about the image x, without what lies behind the mask."""

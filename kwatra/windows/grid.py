@@ -176,7 +176,8 @@ class Grid:
                 edge = 0 if sign == 1 else self.counts[axis] - 1
                 there.select(axis, edge).copy_(index.select(axis, edge))
             shift = corners - self.corners[there]
-            shift = torch.where(wraps, (shift + period // 2) % period - period // 2, shift)
+            if any(self.wraps):
+                shift = torch.where(wraps, (shift + period // 2) % period - period // 2, shift)
             yield there.flatten(), shift.reshape(len(self), -1)
 
     def coverings(self) -> Iterator[Covering]:

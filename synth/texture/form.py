@@ -53,8 +53,9 @@ class Form(Generic[Image]):
 
     def restored(self, image: Tensor) -> Image:
         """The inverse of `normalized`, in the user's kind and dtype."""
-        values: Any = (image.double() * (self.high - self.low) + self.low).clamp(self.low, self.high)
+        values: Any = image.to(torch.float64, copy=True)  # and then in place: large images are as many pages each time
+        values.mul_(self.high - self.low).add_(self.low).clamp_(self.low, self.high)
         if isinstance(self.dtype, torch.dtype):
-            return (values if self.dtype.is_floating_point else values.round()).to(self.dtype)
-        values = (values[0] if self.flat else values.movedim(0, -1)).contiguous().numpy()
-        return (values if np.issubdtype(self.dtype, np.floating) else values.round()).astype(self.dtype)
+            return (values if self.dtype.is_floating_point else values.round_()).to(self.dtype)
+        values = values if np.issubdtype(self.dtype, np.floating) else values.round_()
+        return (values[0] if self.flat else values.movedim(0, -1)).numpy().astype(self.dtype, order="C")
