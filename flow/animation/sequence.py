@@ -271,10 +271,10 @@ class Motion:
         """
         if self.renewing.inertia == 0 or not bool(look.known.any()):
             return copies
-        carried = filled(
-            warp(filled(before.image, before.inside), look.coordinates, self.renewing.interpolation), look.known
-        )
-        share = lasting(changed, self.renewing.inertia, self.renewal.blocks.size) * look.known
+        image = filled(before.image, before.inside)
+        carried = filled(warp(image, look.coordinates, self.renewing.interpolation), look.known)
+        off = ((carried - copies)[: self.channels].square() * self.film.strip.share).sum(0) / self.renewal.wear.variance
+        share = lasting(off, changed & look.known, self.renewing.inertia, self.renewal.blocks.size) * look.known
         return self._within(copies + share * (carried - copies))
 
     def _flow(self, number: int) -> Tensor:

@@ -15,6 +15,7 @@ import flow
 from flow.animation.film import Film
 from flow.animation.sequence import Motion
 from flow.animation.settings import Renewing
+from flow.animation.term import lasting
 from kwatra import Exemplar, InputError, Settings
 from kwatra.scoring.quality import forward_energy, sharpness
 
@@ -139,12 +140,13 @@ def test_a_frame_shows_its_copies_and_some_of_the_frame_before() -> None:
     field, inertia = flow.rotation(2.0), 0.8
     quick = replace(QUICK, inertia=inertia)
     before, after = animated(field, 4, renewing=quick)[-2:]
-    copies = Motion(Film.of(Exemplar.of(brick())), field, SHAPE, None, None, quick, 0).renewal.read.picture(
-        after.state.source, after.state.inside
-    )
+    renewal = Motion(Film.of(Exemplar.of(brick())), field, SHAPE, None, None, quick, 0).renewal
+    copies = renewal.read.picture(after.state.source, after.state.inside)
     look = flow.lookup(field(0, SHAPE))
     carried = flow.warp(before.image, look.coordinates, quick.interpolation)
-    off = [(after.image - copies - share * (carried - copies))[0].abs() for share in (inertia / (1 + inertia), 1.0)]
+    unlike = (carried - copies)[0].square() / renewal.wear.variance
+    trace = lasting(unlike, torch.zeros(SHAPE, dtype=torch.bool), inertia, quick.block)
+    off = [(after.image - copies - share * (carried - copies))[0].abs() for share in (trace, 1.0)]
     assert float((off[0][look.known] < 0.02).float().mean()) > 0.9  # colors stay in the exemplar's range
     assert float(off[0].minimum(off[1])[look.known].max()) < 0.02
     assert torch.equal(after.image[:, ~look.known], copies[:, ~look.known])
