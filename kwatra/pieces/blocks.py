@@ -27,7 +27,7 @@ from kwatra.exemplar import Exemplar
 from kwatra.pieces.again import Budget, lay_again
 from kwatra.pieces.agreement import Agreement, attainable
 from kwatra.pieces.boxes import Box
-from kwatra.pieces.charges import NEAR, charged, kept_in_step, shown_near, step_cost
+from kwatra.pieces.charges import NEAR, charged, kept_in_step, shown_more, shown_near, step_cost
 from kwatra.pieces.corners import Corners, overhang, spread
 from kwatra.pieces.fitting import continued
 from kwatra.pieces.gaps import LARGEST, Gaps, gaps
@@ -92,9 +92,8 @@ class BlockStart:
         places: Sequence[PlaceCharge] = (),
         wish: Wish | None = None,
     ) -> None:
-        self.exemplar, self.shape = exemplar, tuple(shape)
-        self.grain, self.generator = tuple(grain), generator
-        self.usage, self.seams, self.aligned = usage, seams, aligned
+        self.exemplar, self.shape, self.grain = exemplar, tuple(shape), tuple(grain)
+        self.generator, self.usage, self.seams, self.aligned = generator, usage, seams, aligned
         self.lattice, self.places = lattice, places
         self.continuation = CONTINUATION if len(self.shape) == 2 else CONTINUATION_IN_TIME
         share, colors = exemplar.share.cpu(), continued(exemplar)
@@ -111,6 +110,7 @@ class BlockStart:
         self.wish = Wished.of(wish, middle, weights)
         self.variance = variance(exemplar, self.wish)
         self.contrast = 2 * self.variance**0.5 / mosaic.step
+        self.scene = len(self.shape) > 2 and bool(places)
         heeded = aligned and self.wish is None and len(self.shape) == 2
         self.gaps = gaps(exemplar, mosaic, self.contrast / 2) if heeded else None
         if self.gaps is not None:
@@ -284,12 +284,15 @@ class BlockStart:
         return max(known / min(self.overlap), 1.0)
 
     def _taking(self, patch: Patch) -> Array | None:
-        """What each pixel of a patch misses more of the wish than what it replaces, as what seams cost."""
-        if self.wish is None:
+        """What each pixel of a patch costs more than what it replaces, as seams cost: by wish, and place in a scene."""
+        if self.wish is None and not self.scene:
             return None
         at = self.sheet.indices(patch.box)
         lines = zip(patch.box.start, patch.box.stop, patch.shift, strict=True)
-        new = self.image[each(np.ix_(*(np.arange(a, b) - s for a, b, s in lines)))]
-        old = self.image[each(self.sheet.sources.coordinates(self.sheet.places[at])[1].clip(0))]
-        more = self.wish.missed(at, new, self.variance) - self.wish.missed(at, old, self.variance)
+        new = each(np.ix_(*(np.arange(a, b) - s for a, b, s in lines)))
+        old = each(self.sheet.sources.coordinates(self.sheet.places[at])[1].clip(0))
+        more = shown_more(self.used, new, old) if self.scene else 0.0
+        if self.wish is not None:
+            missed = (self.wish.missed(at, self.image[place], self.variance) for place in (new, old))
+            more = more + next(missed) - next(missed)
         return np.rint(more * self.contrast / 2).astype(np.int64)

@@ -4,7 +4,7 @@ import torch
 
 from kwatra.elements import Lattice
 from kwatra.pieces import Box, Mosaic, Patch, SeamCost, Sheet
-from kwatra.pieces.charges import STEP, charged, kept_in_step, shown_near, step_cost
+from kwatra.pieces.charges import AROUND, EVEN, STEP, charged, kept_in_step, shown_more, shown_near, step_cost
 
 GRID = Lattice(torch.tensor([[0.0, 8.0], [6.0, 0.0]], dtype=torch.float64), 0.5)
 
@@ -55,3 +55,13 @@ def test_what_is_shown_nearby_counts_by_its_distance_from_the_box():
         wanted[tuple(there)] += max(1 - away / reach, 0)
     np.testing.assert_allclose(shown_near(sheet, box, reach, (6, 7)), wanted, atol=1e-12)
     assert (wanted > 1).any()
+
+
+def test_places_of_a_frame_cost_the_more_the_more_often_they_are_shown_whenever():
+    used = np.random.default_rng(0).integers(0, 4, (3, 9, 11)).astype(float)
+    half, around = AROUND // 2, np.pad(used.sum(0), AROUND // 2, mode="edge")
+    often = np.array([[around[y : y + 2 * half + 1, x : x + 2 * half + 1].mean() for x in range(11)] for y in range(9)])
+    new, old = (..., np.array([0, 2]), np.array([3, 4]), np.array([10, 0])), (..., [1, 1], [8, 0], [5, 5])
+    wanted = EVEN * (often[[3, 4], [10, 0]] - often[[8, 0], [5, 5]]) / often.mean()
+    np.testing.assert_allclose(shown_more(used, new, old), wanted)
+    assert not shown_more(0 * used, new, old).any()

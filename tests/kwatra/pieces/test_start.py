@@ -7,10 +7,10 @@ import torch
 from skimage import data
 from torch import Tensor
 
-from kwatra import Exemplar, InputError, Settings, SoftPixels, optimize
+from kwatra import Exemplar, InputError, Settings, SoftPixels, Stay, optimize
 from kwatra.base import generator_of
 from kwatra.loop.task import task_of
-from kwatra.pieces import BlockStart, block_start, blocks
+from kwatra.pieces import BlockStart, block_start, blocks, charges
 from kwatra.pieces.start import USAGE, USAGE_IN_TIME, block_size
 from kwatra.terms.controls import Wish
 
@@ -143,6 +143,21 @@ def test_blocks_go_where_they_agree_with_a_wish():
     assert float(x[:, 52:].mean()) < 0.15
     blind = run(Exemplar.of(image), (96, 60), (12, 12)).x
     assert abs(float(blind[:, :44].mean() - blind[:, 52:].mean())) < 0.5
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_cuts_show_the_places_of_a_scene_more_evenly(seed, monkeypatch):
+    clip = torch.rand(1, 6, 40, 40, generator=torch.Generator().manual_seed(seed)) * torch.linspace(1, 0.05, 40)
+    exemplar, shape, block = Exemplar.of(clip), (6, 60, 60), (6, 18, 18)
+    places = [Stay(3.0).place_charge(exemplar, shape, block)]
+
+    def unevenness():
+        shown = run(exemplar, shape, block, (1, 1, 1), seed=seed, seams=3, usage=1.0, places=places).start.used.sum(0)
+        return float(shown.std() / shown.mean())
+
+    heeded = unevenness()
+    monkeypatch.setattr(charges, "EVEN", 0.0)
+    assert heeded < 0.97 * unevenness()
 
 
 def checkers(height, width, cell):
