@@ -100,7 +100,7 @@ def under(*rows: Tensor, gap: int = 8) -> Tensor:
 
 
 def figure_29(side: int) -> Tensor:
-    """Five fields, and the last key-frame of two textures that follow them from the same first frame."""
+    """Five fields, and the last key-frame of two textures that follow them from one first frame: docs/flowing.jpg."""
     size = 3 * side // 2
     rows = [[key_frames(make(side), f, size)[-1] for f in FIELDS.values()] for make in (pebbles, brick)]
     return under(beside(*[drawn(field, size) for field in FIELDS.values()]), *map(shown, rows))
