@@ -29,16 +29,16 @@ def python(*arguments: str, **options: object) -> "subprocess.Popen[str]":
 def test_interrupt_in_the_middle(folder: Path) -> None:
     before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
     program = """
-import signal, sys
+import signal, sys, time
 from synth import cli
 from synth.commands import synth as commands
 signal.signal(signal.SIGINT, signal.default_int_handler)
 from contextlib import contextmanager
 @contextmanager
 def announce(title):
-    yield lambda progress: print("working", flush=True)
+    yield lambda progress: (print("working", flush=True), time.sleep(60))
 commands.progress_line = announce
-sys.exit(cli.main(["synth", "brick.png", "--preset", "best", "--progress-images", "levels"]))
+sys.exit(cli.main(["synth", "brick.png", "--preset", "fast", "--size", "24", "--progress-images", "levels"]))
 """
     with python("-c", program) as process:
         assert process.stdout is not None

@@ -121,14 +121,12 @@ def test_ctrl_c_when_the_files_are_in_place_comes_too_late(folder: Path, monkeyp
 
 
 def test_names_that_an_ascii_stream_cannot_show(folder: Path, monkeypatch) -> None:
-    done = python("-m", "synth", *QUICK, "-o", "wände\udcff.png", PYTHONIOENCODING="ascii:strict")
-    assert done.stdout.startswith("wrote w\\xe4nde\\udcff.png: 24x24, seed 0, in ")
-    assert (done.returncode, done.stderr) == (0, "")
-    error = io.TextIOWrapper(io.BytesIO(), "ascii", "strict")
-    monkeypatch.setattr(sys, "stderr", error)
-    assert main([*QUICK, "-o", "wände\udcff.png"]) == 2
-    error.seek(0)
-    assert error.read().startswith("kwatra: error: w\\xe4nde\\udcff.png exists")
+    for name, code, said in (("stdout", 0, "wrote {}: 24x24, seed 0, in "), ("stderr", 2, "kwatra: error: {} exists")):
+        stream = io.TextIOWrapper(io.BytesIO(), "ascii", "strict")
+        monkeypatch.setattr(sys, name, stream)
+        assert main([*QUICK, "-o", "wände\udcff.png"]) == code
+        stream.seek(0)
+        assert stream.read().startswith(said.format("w\\xe4nde\\udcff.png"))
 
 
 def test_a_closed_stdout_is_no_error(folder: Path) -> None:

@@ -45,20 +45,20 @@ def test_size_and_length_in_seconds_as_a_video(clip):
 
 def test_what_was_interrupted_is_resumed_to_the_same_bits(clip, monkeypatch, capsys):
     monkeypatch.setattr(plan, "VOXELS", 1)
-    run = ["synth", "drops", "--preset", "fast", "--frames", "70"]
+    run = ["synth", "drops", "--preset", "fast", "--frames", "36"]
     assert main([*run, "-o", "whole"]) == 0
     from synth.io.frames import FramesFolder
 
     add = FramesFolder.add
 
     def interrupted(self, pixels, state):
-        if state.number == 41:
+        if state.number == 25:
             raise KeyboardInterrupt
         add(self, pixels, state)
 
     monkeypatch.setattr(FramesFolder, "add", interrupted)
     assert main([*run, "-o", "parts"]) == 130
-    assert "41 of 70 frames whole in parts" in capsys.readouterr().err
+    assert "25 of 36 frames whole in parts" in capsys.readouterr().err
     monkeypatch.setattr(FramesFolder, "add", add)
     assert main([*run, "-o", "parts", "--seed", "1", "--resume"]) == 2
     assert main([*run, "-o", "parts", "--resume"]) == 0
@@ -69,10 +69,10 @@ def test_maps_sources_and_energies_of_the_whole_run(clip, monkeypatch):
     monkeypatch.setattr(plan, "VOXELS", 1)
     heights = (torch.arange(8 * 20 * 24).view(1, 8, 20, 24) % 251 / 255.0).expand(3, -1, -1, -1)
     write_video("heights", heights, 25.0)
-    run = ["synth", "drops", "--preset", "fast", "--frames", "60", "--map", "where.npy", "--energy", "energy.csv"]
+    run = ["synth", "drops", "--preset", "fast", "--frames", "36", "--map", "where.npy", "--energy", "energy.csv"]
     assert main([*run, "--also", "height=heights"]) == 0
     where = np.load("where.npy")
-    assert where.shape == (4, 60, 20, 24)
+    assert where.shape == (4, 36, 20, 24)
     carried = frames("drops_synth_height")
     assert torch.equal(carried, heights[:, where[1], where[2], where[3]])
     rows = list(csv.DictReader(Path("energy.csv").read_text().splitlines()))

@@ -92,7 +92,7 @@ def test_features_decide_what_moves_where():
     plain = torch.full((1, 48, 48), 0.5)
     marks = disc(48, 18, 24, 6)[0], disc(48, 28, 24, 6)[0]
     a, b = plain + 0.02 * disc(48, 18, 18, 3), plain + 0.02 * disc(48, 18, 18, 3)
-    options = {"method": "control", "sigma": 0.3}
+    options = {"method": "control", "sigma": 0.3, "iterations": 12}
     marked = synth.morph(a, b, 3, features=marks, **options).film.velocity.sum(0)[:, 24, 18]
     unmarked = synth.morph(a, b, 3, **options).film.velocity.sum(0)
     assert float(marked[0]) > 5

@@ -96,20 +96,20 @@ def test_clips_of_a_few_frames_will_do(clip, frames):
 
 def test_one_stretch_after_the_other_is_the_whole_video(clip, monkeypatch):
     monkeypatch.setattr(plan, "VOXELS", 1)  # stretches as short as they may be
-    whole = synth.synthesize(clip, (60, 24, 24), preset="fast", seed=3)
-    parts = list(stretches(clip, (60, 24, 24), preset="fast", seed=3))
+    whole = synth.synthesize(clip, (36, 24, 24), preset="fast", seed=3)
+    parts = list(stretches(clip, (36, 24, 24), preset="fast", seed=3))
     assert len(parts) > 1
     assert np.array_equal(np.concatenate([part.image for part in parts]), whole.image)
-    assert whole.source.shape == (4, 60, 24, 24)
+    assert whole.source.shape == (4, 36, 24, 24)
     assert whole.source[0].min() == 0
     first = len(parts[0].image)
-    rest = stretches(clip, (60, 24, 24), preset="fast", seed=3, done=first + 2, shown=lambda a, b: whole.image[a:b])
+    rest = stretches(clip, (36, 24, 24), preset="fast", seed=3, done=first + 2, shown=lambda a, b: whole.image[a:b])
     assert np.array_equal(np.concatenate([part.image for part in rest]), whole.image[first + 2 :])
 
 
 def test_stretches_join_without_a_jerk(clip, monkeypatch):
     monkeypatch.setattr(plan, "VOXELS", 1)
-    frames = 72  # the blobs are back after 24: only so can they loop without a jerk
+    frames = 48  # the blobs are back after 24: only so can they loop without a jerk
     for loop in (False, True):
         made = synth.synthesize(clip, (frames, 24, 24), loop=loop, stay=0.0).image.astype(float)
         cuts = {part.first for part in planned_stretches((frames, 24, 24), loop)} - {0}
