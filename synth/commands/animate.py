@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import synth
 from synth.commands.checks import refuse_unused, set_up
 from synth.commands.framewise import Framewise
-from synth.commands.parsing import Subparsers, add_common, add_scale, file, film, numbers, rate, size, whole
+from synth.commands.parsing import Subparsers, add_common, add_scale, file, frame_count, numbers, rate, size, whole
 from synth.commands.progress import work_line
 from synth.commands.telling import Contributions
 from synth.words import counted
@@ -50,9 +50,9 @@ def add(commands: Subparsers) -> None:
     add("--size", type=size, metavar="WIDTHxHEIGHT", help="size in pixels (default: that of the files given, a "
         "video's own, or 256x256)")  # fmt: skip
     add("--resample", action="store_true", help="stretch a file's flow over frames of another size")
-    length = parser.add_mutually_exclusive_group()
-    length.add_argument("--frames", type=film(1), metavar="N", help=f"how many (default: {_FRAMES}, or a flow file's)")
-    length.add_argument("--loop", type=film(2), metavar="N", help="N frames of which the last leads into the first")
+    length = parser.add_mutually_exclusive_group().add_argument
+    length("--frames", type=frame_count(1), metavar="N", help=f"how many (default: {_FRAMES}, or a flow file's)")
+    length("--loop", type=frame_count(2), metavar="N", help="N frames of which the last leads into the first")
     add("--obstacle", type=_obstacle, metavar="WHAT", help="what is flowed around: an image, white where the obstacle "
         "is; or disc, in the middle; or disc:X,Y,RADIUS in pixels")  # fmt: skip
     add("--background", type=file, metavar="IMAGE", help="what is seen around the texture (default: black, or gray)")

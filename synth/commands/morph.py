@@ -19,7 +19,7 @@ from synth.commands.morph_between import (
 )
 from synth.commands.morph_folder import Folder
 from synth.commands.morph_options import add_method_options, in_order, method_options
-from synth.commands.parsing import Subparsers, add_common, file, film, numbers, rate, size, whole
+from synth.commands.parsing import Subparsers, add_common, file, frame_count, numbers, rate, size, whole
 from synth.words import counted
 
 if TYPE_CHECKING:
@@ -59,9 +59,9 @@ def add(commands: Subparsers) -> None:
     add("-o", "--output", type=file, metavar="OUT", help="an .mp4 or .gif; a folder for the frames as they are; or an "
         "image for all frames in one (default: A_B.png in this folder)")  # fmt: skip
     add("--method", metavar="NAME", help="patches (the default), control, registration, blend, patterns or textons")
-    length = parser.add_mutually_exclusive_group()
-    length.add_argument("--frames", type=film(1), metavar="N", help=f"how many, A and B included (default: {_FRAMES})")
-    length.add_argument("--at", type=_moment, metavar="T", help="one frame only, at this time from 0 (A) to 1 (B); or "
+    length = parser.add_mutually_exclusive_group().add_argument
+    length("--frames", type=frame_count(1), metavar="N", help=f"how many, A and B included (default: {_FRAMES})")
+    length("--at", type=_moment, metavar="T", help="one frame only, at this time from 0 (A) to 1 (B); or "
         "W,W,...: the weight of each texture")  # fmt: skip
     add("--map", type=file, metavar="FILE", help="an image, black where A belongs and white where B does; or a video "
         "or folder of such, which makes a film")  # fmt: skip

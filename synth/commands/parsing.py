@@ -180,7 +180,7 @@ MOST_FRAMES = 10**12
 """More than any disk holds, and few enough that sentences can say what they would need."""
 
 
-def film(least: int) -> Callable[[str], int]:
+def frame_count(least: int) -> Callable[[str], int]:
     """What reads how many frames to make, from `least` to MOST_FRAMES."""
     return whole(least, MOST_FRAMES)
 

@@ -17,7 +17,7 @@ from synth.commands.parsing import (
     add_scale,
     add_tile,
     file,
-    film,
+    frame_count,
     number,
     numbers,
     positive,
@@ -97,7 +97,7 @@ def _add_video(parser: Parser) -> None:
     add = parser.add_argument
     add("--mode", choices=("transition", "time", "spacetime"), help="videos: join the clip to itself, displace it in "
         "time, or in space and time (default: transition; spacetime where --size differs)")  # fmt: skip
-    add("--frames", type=film(2), metavar="N", help="videos: length (default: one loop, or twice the clip)")
+    add("--frames", type=frame_count(2), metavar="N", help="videos: length (default: one loop, or twice the clip)")
     add("--loop", action="store_true", help="videos: make the end meet the beginning")
     add("--hold", type=whole(1), metavar="K", help="videos: frames that a loop holds at its ends (default: 10, or half "
         "a short clip)")  # fmt: skip

@@ -15,7 +15,7 @@ from synth.commands.parsing import (
     add_scale,
     add_tile,
     file,
-    film,
+    frame_count,
     levels,
     number,
     numbers,
@@ -101,7 +101,7 @@ def add_video(parser: argparse.ArgumentParser) -> None:
     """Add what only videos have."""
     add = parser.add_argument
     length = parser.add_mutually_exclusive_group()
-    length.add_argument("--frames", type=film(1), metavar="N", help="videos: length (default: twice the clip's)")
+    length.add_argument("--frames", type=frame_count(1), metavar="N", help="videos: length (default: twice the clip's)")
     length.add_argument("--seconds", type=positive, metavar="S", help="videos: length in seconds")
     add("--loop", action="store_true", help="videos: the last frame leads into the first")
     add("--fps", type=rate, metavar="F", help="videos: frames a second (default: as the file says; a folder: 25)")
