@@ -2,20 +2,15 @@
 
 import pytest
 import torch
-from skimage import data
-from torch import Tensor
+from textures import gravel
 
 from kwatra.scoring import Ranking, glance
 from kwatra.scoring.joint import JointStatistics, largest_side
 from kwatra.scoring.rough import JOINT
 
 
-def gravel(top: int, side: int) -> Tensor:
-    return torch.from_numpy(data.gravel()).float()[None, top : top + side, :side] / 255
-
-
 def test_a_texture_is_at_0_and_nearer_to_itself_than_to_others() -> None:
-    image, other = gravel(0, 128), gravel(200, 128)
+    image, other = gravel(128), gravel(128, 200)
     figure = JointStatistics([image], 128)
     assert figure.distance([image]) == 0
     blurred = torch.nn.functional.avg_pool2d(image[None], 5, 1, 2)[0]
@@ -25,7 +20,7 @@ def test_a_texture_is_at_0_and_nearer_to_itself_than_to_others() -> None:
 
 
 def test_all_of_an_image_is_looked_at() -> None:
-    image = gravel(0, 150)
+    image = gravel(150)
     figure = JointStatistics([image], 64)
     for rows, columns in ((slice(64), slice(64)), (slice(70, 80), slice(70, 80)), (slice(140, 150), slice(140, 150))):
         changed = image.clone()
@@ -36,7 +31,7 @@ def test_all_of_an_image_is_looked_at() -> None:
 def test_what_is_defined_for_one_only_is_left_out() -> None:
     flat = torch.full((1, 64, 64), 0.5)
     assert JointStatistics([flat], 64).distance([flat]) == pytest.approx(0, abs=1e-6)
-    assert torch.tensor(JointStatistics([gravel(0, 64)], 64).distance([flat])).isfinite()
+    assert torch.tensor(JointStatistics([gravel(64)], 64).distance([flat])).isfinite()
 
 
 @pytest.mark.parametrize(("sides", "largest"), [((300, 256), 256), ((300, 255), 128), ((64,), 64), ((256, 63), None)])
@@ -45,7 +40,7 @@ def test_crops_are_as_large_as_all_images_allow(sides: tuple[int, ...], largest:
 
 
 def test_a_thorough_ranking_counts_them_where_they_fit() -> None:
-    image, other = gravel(0, 64), gravel(200, 64)
+    image, other = gravel(64), gravel(64, 200)
     figure = JointStatistics([image], 64).distance([other])
     expected = (1 - JOINT) * glance(other, image) + JOINT * figure
     assert Ranking(image, thorough=True)(other) == pytest.approx(expected)

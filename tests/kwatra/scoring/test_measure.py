@@ -5,7 +5,7 @@ import math
 import pytest
 import torch
 import torch.nn.functional as F
-from skimage import data
+from textures import gravel, noise
 from torch import Tensor
 
 from kwatra.base.errors import InputError
@@ -22,20 +22,11 @@ from kwatra.scoring.quality import (
 DISTANCES = ("forward", "coverage", "wasserstein")
 
 
-def noise(*shape: int, seed: int = 0) -> Tensor:
-    return torch.rand(shape, generator=torch.Generator().manual_seed(seed))
-
-
-def gravel(side: int) -> Tensor:
-    image = torch.from_numpy(data.gravel()).float()[None] / 255
-    return F.avg_pool2d(image, 2)[:, :side, :side]
-
-
 def blurred(image: Tensor) -> Tensor:
     return F.avg_pool2d(F.pad(image, (1, 1, 1, 1), mode="replicate"), 3, stride=1)
 
 
-@pytest.mark.parametrize("image", [noise(3, 40, 52), gravel(64)], ids=["noise", "gravel"])
+@pytest.mark.parametrize("image", [noise(3, 40, 52), gravel(64, shrunk=2)], ids=["noise", "gravel"])
 def test_an_image_is_perfect_beside_itself(image: Tensor) -> None:
     figures = measure(image, image)
     assert [figures[name] for name in DISTANCES] == pytest.approx([0, 0, 0], abs=1e-6)
@@ -55,14 +46,14 @@ def test_half_an_exemplar_is_plausible_but_covers_half() -> None:
 
 
 def test_blur_lowers_sharpness_and_nothing_else_raises_it() -> None:
-    image = gravel(64)
+    image = gravel(64, shrunk=2)
     assert 0.2 < sharpness(blurred(image), image) < 0.8
     assert sharpness(2 * image, image) == pytest.approx(2)
     assert sharpness(1 - image, image) == pytest.approx(1)
 
 
 def test_noise_raises_the_forward_distance_by_its_own_size() -> None:
-    image = gravel(64)
+    image = gravel(64, shrunk=2)
     louder = [image + level * noise(*image.shape).sub(0.5) for level in (0.0, 0.1, 0.3)]
     distances = [forward_energy(output, image) for output in louder]
     assert distances == sorted(distances)
@@ -80,7 +71,7 @@ def test_the_roles_of_forward_and_coverage_are_exchanged_with_the_images() -> No
 @pytest.mark.parametrize("scale", [1, 2, 4])
 @pytest.mark.parametrize("shift", [(0, 1), (1, 2), (3, 3)])
 def test_a_shifted_crop_is_plausible_at_every_scale(scale: int, shift: tuple[int, int]) -> None:
-    exemplar = gravel(72)
+    exemplar = gravel(72, shrunk=2)
     crop = exemplar[:, shift[0] : shift[0] + 64, shift[1] : shift[1] + 64]
     assert forward_energy(crop, exemplar, scale=scale) < 1e-5
 

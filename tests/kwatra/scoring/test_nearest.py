@@ -5,19 +5,9 @@ import sys
 import pytest
 import torch
 import torch.nn.functional as F
-from skimage import data
-from torch import Tensor
+from textures import gravel, noise
 
 from kwatra.scoring.nearest import SAMPLE, Nearest, Projection, Windows
-
-
-def gravel(side: int) -> Tensor:
-    image = torch.from_numpy(data.gravel()).float()[None] / 255
-    return F.avg_pool2d(image, 2)[:, :side, :side]
-
-
-def noise(*shape: int, seed: int = 0) -> Tensor:
-    return torch.rand(shape, generator=torch.Generator().manual_seed(seed))
 
 
 @pytest.mark.parametrize("scale", [1, 2, 4])
@@ -56,7 +46,7 @@ def test_a_sample_is_of_the_size_asked_for_and_without_repetition() -> None:
 
 @pytest.mark.parametrize("side", [40, 110], ids=["exhaustive", "by lists"])
 def test_nearest_distances_agree_with_brute_force(side: int) -> None:
-    exemplar, output = gravel(side), gravel(220)[:, 160:190, 160:190]
+    exemplar, output = gravel(side, shrunk=2), gravel(220, shrunk=2)[:, 160:190, 160:190]
     windows = Windows.of([exemplar], 7)
     assert (len(windows) > SAMPLE) == (side == 110)
     queries = F.unfold(output[None], 7)[0].T
@@ -71,7 +61,7 @@ def test_nearest_distances_agree_with_brute_force(side: int) -> None:
 
 @pytest.mark.parametrize("side", [30, 110], ids=["of few windows", "by lists"])
 def test_what_was_learned_from_windows_much_the_same_serves_to_search(side: int) -> None:
-    image = gravel(220)
+    image = gravel(220, shrunk=2)
     like, windows = Nearest(Windows.of([image[:, :side, :side]], 7), components=12), Windows.of([image[:, 100:]], 7)
     queries = Windows.of([image[:, :30, 110:140]], 7).rows(torch.arange(24 * 24))
     assert len(windows) > SAMPLE

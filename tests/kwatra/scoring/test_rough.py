@@ -5,17 +5,12 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 import torch
-import torch.nn.functional as F
-from skimage import data
+from textures import gravel
 from torch import Tensor
 
 from kwatra.scoring import Ranking, glance, measure
 from kwatra.scoring.nearest import Nearest, Windows
 from kwatra.scoring.rough import GLANCES, MOST
-
-
-def gravel(side: int) -> Tensor:
-    return F.avg_pool2d(torch.from_numpy(data.gravel()).float()[None] / 255, 2)[:, :side, :side]
 
 
 def controls(image: Tensor) -> list[Tensor]:
@@ -25,7 +20,7 @@ def controls(image: Tensor) -> list[Tensor]:
 
 
 def test_a_glance_ranks_as_the_measure_does_and_is_near_it() -> None:
-    image = gravel(96)
+    image = gravel(96, shrunk=2)
     rough = [glance(other, image) for other in controls(image)]
     whole = [measure(other, image)["overall"] for other in controls(image)]
     assert rough == sorted(rough)
@@ -35,7 +30,7 @@ def test_a_glance_ranks_as_the_measure_does_and_is_near_it() -> None:
 
 def test_of_a_large_image_a_glance_sees_the_middle(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("kwatra.scoring.rough.MOST", 48)
-    image = gravel(96)
+    image = gravel(96, shrunk=2)
     other = torch.zeros_like(image)
     other[:, 24:72, 24:72] = image[:, 24:72, 24:72]
     assert glance(other, image) == pytest.approx(0, abs=1e-6)
@@ -44,14 +39,14 @@ def test_of_a_large_image_a_glance_sees_the_middle(monkeypatch: pytest.MonkeyPat
 
 @pytest.mark.parametrize("side", [1, 3, 6, 40])
 def test_pictures_of_any_size_are_ranked(side: int) -> None:
-    image = gravel(64)[:, :side, :side]
+    image = gravel(64, shrunk=2)[:, :side, :side]
     same, other = Ranking(image)(image), Ranking([image, image])(1 - image)
     assert same == pytest.approx(0, abs=1e-6)
     assert other > 0.05
 
 
 def test_of_many_channels_the_first_are_ranked_and_images_at_a_glance() -> None:
-    image = gravel(24)
+    image = gravel(24, shrunk=2)
     many = torch.cat([image.expand(16, -1, -1), torch.rand(48, 24, 24, generator=torch.Generator().manual_seed(1))])
     assert Ranking(image.expand(64, -1, -1))(many) == pytest.approx(0, abs=1e-6)
     figure = Ranking(image)

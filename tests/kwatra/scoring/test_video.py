@@ -6,6 +6,7 @@ import sys
 
 import pytest
 import torch
+from textures import noise
 from torch import Tensor
 
 from kwatra.base.errors import InputError
@@ -16,10 +17,6 @@ from kwatra.scoring.replay import replay
 from kwatra.scoring.video import FIGURES
 
 PERFECT = dict.fromkeys(FIGURES, 0.0) | {"sharpness": 1, "change": 1, "flicker": 1}
-
-
-def noise(*shape: int, seed: int = 0) -> Tensor:
-    return torch.rand(shape, generator=torch.Generator().manual_seed(seed))
 
 
 def drifting(frames: int = 12, side: int = 24, seed: int = 0, speed: int = 1) -> Tensor:

@@ -11,6 +11,7 @@ import pytest
 import tifffile
 import torch
 from PIL import Image
+from textures import noise
 
 from synth import Kind, write_flow, write_image
 from synth.cli import main
@@ -19,10 +20,6 @@ from synth.io.videos import read_video, write_video
 
 GRAY, RGB, RGBA = (Kind("uint8", tuple(names)) for names in ("Y", "RGB", "RGBA"))
 LONG = "x" * 300
-
-
-def noise(*shape: int) -> torch.Tensor:
-    return torch.rand(*shape, generator=torch.Generator().manual_seed(0))
 
 
 @pytest.fixture

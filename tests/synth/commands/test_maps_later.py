@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import tifffile
 import torch
+from textures import noise
 
 from synth import Kind, write_image
 from synth.cli import main
@@ -16,16 +17,12 @@ GRAY, RGB = Kind("uint8", ("Y",)), Kind("uint8", ("R", "G", "B"))
 FAST = ["--preset", "fast"]
 
 
-def noise(seed: int, height: int, width: int) -> torch.Tensor:
-    return torch.rand(3, height, width, generator=torch.Generator().manual_seed(seed))
-
-
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Two exemplars, for each a map of numbers that no other pixel has, and a hole."""
     monkeypatch.chdir(tmp_path)
-    write_image("a.png", noise(0, 24, 32), RGB)
-    write_image("b.png", noise(1, 30, 20), RGB)
+    write_image("a.png", noise(3, 24, 32, seed=0), RGB)
+    write_image("b.png", noise(3, 30, 20, seed=1), RGB)
     tifffile.imwrite("a.tif", np.arange(24 * 32, dtype=np.uint32).reshape(24, 32))
     tifffile.imwrite("b.tif", 1000 + np.arange(30 * 20, dtype=np.uint32).reshape(30, 20))
     hole = torch.zeros(1, 24, 32)
@@ -123,6 +120,6 @@ def test_what_cannot_be_applied_is_refused(folder: Path, refused: Callable[..., 
 def test_videos_take_no_maps_and_come_alone(folder: Path, refused: Callable[..., str]) -> None:
     Path("clip").mkdir()
     for number in range(3):
-        write_image(f"clip/{number}.png", noise(number, 12, 12), RGB)
+        write_image(f"clip/{number}.png", noise(3, 12, 12, seed=number), RGB)
     assert "--also is for images but clip is a video" in refused("quilt", "clip", "-o", "out", "--also", "n=a.tif")
     assert "clip is a video, of which only one is quilted" in refused("quilt", "a.png", "clip", "-o", "out")

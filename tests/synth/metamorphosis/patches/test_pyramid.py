@@ -3,15 +3,11 @@
 import numpy as np
 import pytest
 import torch
-from torch import Tensor
+from textures import noise
 
 from synth.metamorphosis.patches.pyramid import Pyramid
 
 SIZES = pytest.mark.parametrize(("shape", "octaves"), [((1, 16, 16), 1), ((3, 64, 48), 3), ((2, 37, 51), 2)])
-
-
-def noise(shape: tuple[int, ...]) -> Tensor:
-    return torch.rand(shape, generator=torch.Generator().manual_seed(0))
 
 
 @SIZES
@@ -21,7 +17,7 @@ def test_bands_and_what_is_made_of_changed_ones_are_plenoptic_s(
 ) -> None:
     from plenoptic.process import SteerablePyramidFreq
 
-    image = noise(shape)
+    image = noise(*shape)
     own = Pyramid.of(image, wrap, octaves, None)
     frame = (own.finest.shape[1], own.finest.shape[2])
     judge = SteerablePyramidFreq(frame, height=octaves, order=3, is_complex=True, tight_frame=True)
@@ -39,5 +35,5 @@ def test_bands_and_what_is_made_of_changed_ones_are_plenoptic_s(
 
 @SIZES
 def test_an_image_comes_back(shape: tuple[int, ...], octaves: int) -> None:
-    image = noise(shape)
+    image = noise(*shape)
     torch.testing.assert_close(Pyramid.of(image, False, octaves, None).image(), image, atol=1e-6, rtol=0)
