@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from kwatra.base import InputError
 from synth.io.kinds import GRAY, ORIENTATION, USUAL, Array, Kind, check_extent, upright
 from synth.io.quiet import quiet
 
@@ -20,6 +21,8 @@ def read_png(path: Path) -> tuple[Array, Kind]:
     if data[24:26] == b"\1\0" and pixels.shape[2] == 1:
         pixels = pixels > 0
     with PngImageFile(path) as head:
+        if getattr(head, "n_frames", 1) > 1:
+            raise InputError(f"{path} holds several frames; save one as a file of its own")
         orientation, profile = int(head.getexif().get(ORIENTATION, 1)), head.info.get("icc_profile") or b""
     return upright(pixels, orientation), Kind(pixels.dtype.name, USUAL[pixels.shape[2]], profile=profile)
 

@@ -129,11 +129,12 @@ def test_the_limit_holds_for_what_must_be_whole_to_have_a_head(
         read_image(tmp_path / f"large{suffix}")
 
 
-def test_an_animated_webp_and_damaged_files_are_refused(tmp_path: Path) -> None:
+def test_animated_and_damaged_files_are_refused(tmp_path: Path) -> None:
     frames = [Image.fromarray(some_array("uint8", 3, seed)) for seed in range(2)]
-    frames[0].save(tmp_path / "two.webp", save_all=True, append_images=frames[1:])
-    with pytest.raises(InputError, match=r"two\.webp holds several frames"):
-        read_image(tmp_path / "two.webp")
+    for suffix in (".webp", ".png"):
+        frames[0].save(tmp_path / f"two{suffix}", save_all=True, append_images=frames[1:])
+        with pytest.raises(InputError, match=rf"two\{suffix} holds several frames"):
+            read_image(tmp_path / f"two{suffix}")
     for suffix in (".webp", ".bmp", ".tga"):
         frames[0].save(tmp_path / f"whole{suffix}")
         data = (tmp_path / f"whole{suffix}").read_bytes()
