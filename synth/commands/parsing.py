@@ -23,7 +23,12 @@ class Parser(argparse.ArgumentParser):
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """As argparse; a switch that may be followed by the one word "nearest" takes no other word for its own."""
         tile = self._option_string_actions.get("--tile")
-        return super().parse_known_args(_with_values(args) if tile is not None and tile.choices else args, namespace)
+        read, rest = super().parse_known_args(
+            _with_values(args) if tile is not None and tile.choices else args, namespace
+        )
+        if rest:  # argparse itself would refuse it for all commands at once, and so name the help of none
+            self.error(f"unrecognized arguments: {' '.join(rest)}")
+        return read, rest
 
     def error(self, message: str) -> NoReturn:
         """End with the one line and exit code 2."""

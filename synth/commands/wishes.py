@@ -59,6 +59,8 @@ class Wishes:
         if arguments.soft is None:
             refuse_unused(arguments, ["soft_weight"], "says what --soft pixels count but there are none")
         belongs = None if arguments.mask is None else read_white(arguments.mask, video)
+        if belongs is not None and not bool(belongs.any()):
+            raise synth.InputError(f"{arguments.mask} is black everywhere; it is white where texture belongs")
         keep = None if arguments.keep is None else _pixels(arguments.keep, "--keep", kind, video)
         soft = None if arguments.soft is None else _pixels(arguments.soft, "--soft", kind, video)
         if keep is not None:

@@ -190,7 +190,7 @@ def test_cuda_where_there_is_none(refused: Callable[..., str]) -> None:
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
-        ("synth brick.png --bogus", "unrecognized arguments: --bogus (see kwatra --help)"),
+        ("synth brick.png --bogus", "unrecognized arguments: --bogus (see kwatra synth --help)"),
         ("synth", "required: EXEMPLAR"),
         ("score brick.png", "required: OUTPUT"),
         ("", "required: COMMAND"),

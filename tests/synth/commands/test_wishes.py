@@ -94,6 +94,7 @@ def test_a_drawing_says_how_light_and_dark_it_is_to_be(folder: Path) -> None:
         ("--keep dark.png=left.png", "left.png is 40x32 but dark.png 48x48"),
         ("--keep left.png=left.png", "left.png holds uint8 Y but the exemplar uint8 RGB"),
         ("--keep dark.png=empty.png", "keeps no pixel"),
+        ("--mask empty.png", "empty.png is black everywhere; it is white where texture belongs"),
         ("--soft-weight 2", "--soft-weight says what --soft pixels count but there are none"),
         ("--mask disc.png --size 30x30", "--mask is 48x48 but the output 30x30; give both one size"),
         ("--mask disc.png --keep a.png=left.png", "--keep is 40x32 but the output 48x48"),
