@@ -46,25 +46,26 @@ def decode(path: Path) -> tuple[Array, Kind]:
 
     Any failure but OSError is an InputError.
     """
+    name: object = path
     if path == STREAM:
-        path = standard_input()
+        path, name = standard_input(), "standard input"
     with path.open("rb") as file:
         head = file.read(12)
     if not head:
-        raise InputError(f"{path} is empty; give a {_ALL} file")
+        raise InputError(f"{name} is empty; give a {_ALL} file")
     reader = next((_READERS[start] for start in _READERS if head.startswith(start)), None)
     if head.startswith(b"RIFF") and head.endswith(b"WEBP"):
         reader = read_webp
     if reader is None and path.suffix.lower() == ".tga":
         reader = read_tga
     if reader is None:
-        raise InputError(f"{path} is not a {_ALL} image; convert it to one of these")
+        raise InputError(f"{name} is not a {_ALL} image; convert it to one of these")
     try:
         return reader(path)
     except (InputError, MemoryError, ImportError):
         raise
     except Exception as error:  # each library has its own errors for broken files
-        raise InputError(f"{path} is damaged or cut short ({_first_line(error)}); get it anew") from error
+        raise InputError(f"{name} is damaged or cut short ({_first_line(error)}); get it anew") from error
 
 
 def encode(path: Path, pixels: Array, kind: Kind, suffix: str) -> None:

@@ -81,7 +81,7 @@ def test_what_cannot_be_piped_is_refused(
         ours.setattr(sys, "stdin", Stream(terminal=True))
         assert "- stands for an image on standard input, but there is none" in refused("synth", "-", "-o", "x.png")
         ours.setattr(sys, "stdin", Stream(b"no image at all"))
-        assert "is not a PNG" in refused("synth", "-", "-o", "x.png")
+        assert "standard input is not a PNG" in refused("synth", "-", "-o", "x.png")
     monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
     assert "standard output, which is a terminal" in refused("synth", "a.png", "-o", "-")
 
