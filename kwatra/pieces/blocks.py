@@ -27,7 +27,7 @@ from kwatra.exemplar import Exemplar
 from kwatra.pieces.again import Budget, lay_again
 from kwatra.pieces.agreement import Agreement, attainable
 from kwatra.pieces.boxes import Box
-from kwatra.pieces.charges import NEAR, charged, kept_in_step, shown_more, shown_near, step_cost
+from kwatra.pieces.charges import NEAR, charged, kept_in_step, often_shown, shown_more, shown_near, step_cost
 from kwatra.pieces.corners import Corners, overhang, spread
 from kwatra.pieces.fitting import continued
 from kwatra.pieces.gaps import LARGEST, Gaps, gaps
@@ -227,11 +227,11 @@ class BlockStart:
         from kwatra.pieces.loops import charge_shown
 
         still = self.aligned and len(self.shape) == 2
-        near = shown_near(self.sheet, box, max(self.corners.block), self.used.shape) if still else self.used
-        sums, shown = self.corners.sums(np.stack([self.used, near])), np.empty(valid.shape)
-        used, near, again, pixels, cost = (v.ravel() for v in (*sums, same, self.corners.pixels, shown))
+        near = [shown_near(self.sheet, box, max(self.corners.block), self.used.shape)] if still else []
+        sums, shown = self.corners.sums(np.stack([self.used, *near])), np.empty(valid.shape)
+        used, beside, again, pixels, cost = (v.ravel() for v in (sums[0], sums[-1], same, self.corners.pixels, shown))
         prices = self.usage, self.continuation, NEAR if still else 0.0
-        charge_shown(used, near, again, pixels, self.used.mean(), *prices, cost)
+        charge_shown(used, beside, again, pixels, self.used.mean(), *prices, cost)
         if self.lattice is None or not known.any():
             return shown
         # in step with the copy which most of what is known is
@@ -261,6 +261,7 @@ class BlockStart:
         better than another is not cut in to the end.
         """
         window, found = self.sheet.window(box), list[tuple[float, int, Cut]]()
+        often = often_shown(self.used) if self.scene else None
 
         def tried(number: int) -> None:
             place, cost = chosen[number]
@@ -270,7 +271,7 @@ class BlockStart:
             least = min((worth for worth, *_ in found), default=0.0 if again else math.inf)
             most = MOST if least == math.inf else math.ceil((least - cost) / rate)
             must = None if self.aligned else np.ones(patch.box.extent, bool)
-            cut = self.sheet.cut_below(most, patch, must=must, taking=self._taking(patch), window=window)
+            cut = self.sheet.cut_below(most, patch, must=must, taking=self._taking(patch, often), window=window)
             if cut is not None:
                 found.append((cost + rate * cut.price, number, cut))
 
@@ -283,15 +284,15 @@ class BlockStart:
         known = np.count_nonzero(window.kept[window.part(patch.box)] == KEEP)
         return max(known / min(self.overlap), 1.0)
 
-    def _taking(self, patch: Patch) -> Array | None:
+    def _taking(self, patch: Patch, often: Array | None) -> Array | None:
         """What each pixel of a patch costs more than what it replaces, as seams cost: by wish, and place in a scene."""
-        if self.wish is None and not self.scene:
+        if self.wish is None and often is None:
             return None
         at = self.sheet.indices(patch.box)
         lines = zip(patch.box.start, patch.box.stop, patch.shift, strict=True)
         new = each(np.ix_(*(np.arange(a, b) - s for a, b, s in lines)))
         old = each(self.sheet.sources.coordinates(self.sheet.places[at])[1].clip(0))
-        more = shown_more(self.used, new, old) if self.scene else 0.0
+        more = 0.0 if often is None else shown_more(often, new, old)
         if self.wish is not None:
             missed = (self.wish.missed(at, self.image[place], self.variance) for place in (new, old))
             more = more + next(missed) - next(missed)

@@ -91,12 +91,19 @@ def shown_near(sheet: Sheet[Mosaic], box: Box, reach: int, shape: Sequence[int])
     return shown.reshape(cell)[tuple(slice(1, n + 1) for n in shape)]
 
 
-def shown_more(used: Array, new: tuple[Any, ...], old: tuple[Any, ...]) -> Array:
-    """What pixels of a video cost that show other pixels of it than before, as their places are shown more often.
+def often_shown(used: Array) -> Array:
+    """How often, as against all on average, the place in the frame is shown of each pixel of a video (T, H, W).
 
-    used (T, H, W): how often each of its pixels is shown. new, old: indices of those shown, and shown before.
+    used (T, H, W): how often each of its pixels is.
     """
     often = ndimage.uniform_filter(used.sum(0), AROUND, mode="nearest")
-    often = np.broadcast_to(often / max(often.mean(), 1e-12), used.shape)
+    return np.broadcast_to(often / max(often.mean(), 1e-12), used.shape)
+
+
+def shown_more(often: Array, new: tuple[Any, ...], old: tuple[Any, ...]) -> Array:
+    """What pixels of a video cost that show other pixels of it than before, as their places are shown more often.
+
+    often (T, H, W): as `often_shown` says. new, old: indices of those shown, and shown before.
+    """
     more: Array = EVEN * (often[new] - often[old])
     return more

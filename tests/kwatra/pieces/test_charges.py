@@ -4,7 +4,17 @@ import torch
 
 from kwatra.elements import Lattice
 from kwatra.pieces import Box, Mosaic, Patch, SeamCost, Sheet
-from kwatra.pieces.charges import AROUND, EVEN, STEP, charged, kept_in_step, shown_more, shown_near, step_cost
+from kwatra.pieces.charges import (
+    AROUND,
+    EVEN,
+    STEP,
+    charged,
+    kept_in_step,
+    often_shown,
+    shown_more,
+    shown_near,
+    step_cost,
+)
 
 GRID = Lattice(torch.tensor([[0.0, 8.0], [6.0, 0.0]], dtype=torch.float64), 0.5)
 
@@ -63,5 +73,5 @@ def test_places_of_a_frame_cost_the_more_the_more_often_they_are_shown_whenever(
     often = np.array([[around[y : y + 2 * half + 1, x : x + 2 * half + 1].mean() for x in range(11)] for y in range(9)])
     new, old = (..., np.array([0, 2]), np.array([3, 4]), np.array([10, 0])), (..., [1, 1], [8, 0], [5, 5])
     wanted = EVEN * (often[[3, 4], [10, 0]] - often[[8, 0], [5, 5]]) / often.mean()
-    np.testing.assert_allclose(shown_more(used, new, old), wanted)
-    assert not shown_more(0 * used, new, old).any()
+    np.testing.assert_allclose(shown_more(often_shown(used), new, old), wanted)
+    assert not shown_more(often_shown(0 * used), new, old).any()
