@@ -4,8 +4,11 @@ Copies agree in the frame in which a cut parted them, and less from frame to fra
 the straight sides of blocks most of all, come to be seen. Therefore a pixel shows, besides its own copy, what the
 copies around it would show there if they went on, each by its share of what lies around. Within a copy nothing changes,
 as it would show the same. The mean of copies that do not agree is flat; its details get back the variance that mixing
-takes from them (`flow.animation.fading`).
+takes from them (`flow.animation.fading`), up to that which the exemplar has, on average, where the copies come from:
+what lies beyond a seam often is a mean of several copies itself, and tells too little.
 """
+
+from dataclasses import replace
 
 import numpy as np
 import torch
@@ -14,8 +17,9 @@ from scipy.sparse.csgraph import connected_components
 from torch import Tensor
 
 from flow.animation.copies import angles, changes, onward
-from flow.animation.fading import mixed
+from flow.animation.fading import strengthened, strengths
 from flow.animation.reading import Reading
+from kwatra import Exemplar
 
 BEYOND = "bicubic"
 """How copies, colors and maps, are to be read beyond seams: bilinearly .42 of a fountain's gradients are left there."""
@@ -24,13 +28,20 @@ _LEAST = 32
 """Copies of fewer pixels are crumbs: what is around goes on over them. It saves most of the time where copies fray."""
 
 
-def feathered(image: Tensor, source: Tensor, inside: Tensor, read: Reading, reach: int, details: bool) -> Tensor:
+def strengths_of(exemplar: Exemplar) -> Reading:
+    """How strong details are at each place of an exemplar, a channel for each scale (`flow.animation.fading`)."""
+    return Reading(replace(exemplar, canvas=strengths(exemplar.canvas, exemplar.owner >= 0)), "bilinear")
+
+
+def feathered(
+    image: Tensor, source: Tensor, inside: Tensor, read: Reading, reach: int, details: Reading | None
+) -> Tensor:
     """A frame (C, H, W) that shows an exemplar at source coordinates (2, H, W), its seams feathered.
 
     inside (H, W): where there is texture. read: what the exemplar has at coordinates. reach >= 0: up to so many px from
     a seam the copy beyond it is seen, by a Gaussian of half as many; with 0 nothing changes, nor does a frame of one
-    copy. A copy goes on from its nearest pixel, turned as it is there. details: whether they stay strong; of maps
-    nothing is made up.
+    copy. A copy goes on from its nearest pixel, turned as it is there. details: how strong they are in the
+    exemplar (`strengths_of`), and stay; None for maps, of which nothing is made up.
     """
     if reach == 0:
         return image
@@ -38,12 +49,19 @@ def feathered(image: Tensor, source: Tensor, inside: Tensor, read: Reading, reac
     if (np.bincount(copy.ravel())[1:] > 0).sum() < 2:
         return image
     rest, at, nearest, weights = (torch.from_numpy(one) for one in _shares(copy, reach))
-    seen = weights * read(onward(source[:, *nearest], angles(source)[*nearest], *(at - nearest)))
-    other = torch.zeros_like(image)
-    for channel, values in zip(other.flatten(1), seen, strict=True):
-        channel.index_add_(0, at[0] * image.shape[2] + at[1], values)  # in the order of the copies
-    other = torch.where(rest > 0, other, image)
-    shown = mixed(image, other, rest, inside, len(image) if details else 0)
+    beyond = onward(source[:, *nearest], angles(source)[*nearest], *(at - nearest))
+
+    def mean(own: Tensor, other: Tensor, power: int = 1) -> Tensor:
+        """What each pixel's own copy (N, H, W) and the copies beyond (N, M) have, times a power of their shares."""
+        beside = torch.zeros_like(own)
+        for channel, values in zip(beside.flatten(1), weights**power * other, strict=True):
+            channel.index_add_(0, at[0] * own.shape[2] + at[1], values)  # in the order of the copies
+        return torch.where(rest > 0, (1 - rest) ** power * own + rest**power * beside, own)
+
+    shown = mean(image, read(beyond))
+    if details is not None:
+        strong = details(source), details(beyond)
+        shown = strengthened(shown, mean(*strong), mean(*strong, 2), inside)
     return torch.where(inside, read.within(shown), image)
 
 

@@ -28,7 +28,7 @@ from flow.animation.colorcurve import ColorCurve
 from flow.animation.copies import replaced, tidied
 from flow.animation.entering import SIDES, entered, known_of
 from flow.animation.fading import Fading, left_of, shaded
-from flow.animation.feathering import BEYOND, feathered
+from flow.animation.feathering import BEYOND, feathered, strengths_of
 from flow.animation.film import Film
 from flow.animation.growing import grown
 from flow.animation.reading import Reading
@@ -156,7 +156,7 @@ class Motion:
         self._read_also, self._beyond_also = (None if also is None else Reading(also, way) for way in ways)
         self._steady: tuple[Tensor, Lookup] | None = None
         self._flowing: Tensor | None = None
-        self._whole = torch.ones(shape, dtype=torch.bool)
+        self._whole, self._details = torch.ones(shape, dtype=torch.bool), strengths_of(film.strip)
 
     def allowed(self, number: int) -> Tensor:
         """Where (H, W) texture may be in a frame."""
@@ -232,9 +232,9 @@ class Motion:
         old = old.onward(self.film, look, before.inside)
         changed = known & replaced(new, source) & self.read.usable(source)
         above, below = self._picture(source, known), self._picture(old.below, known & (old.share > _SEEN))
-        wanted = old.mixed(above, below, known, self.channels) + old.shade
+        wanted = old.mixed(above, below) + old.shade
         fading = old.replaced(source, changed, left_of(self.film, self.renewing.inertia))
-        image = fading.mixed(copies, torch.where(changed, above, below), known, self.channels)
+        image = fading.shown(copies, torch.where(changed, above, below), known, self.channels)
         shade = shaded(wanted, image, known, self.renewing.shades)
         shade[self.channels :] = 0
         return self._within(image + shade), replace(fading, shade=shade)
@@ -256,13 +256,13 @@ class Motion:
         """What source coordinates show: colors (C, H, W), unless they are known, and below them the maps."""
         reach, also = self.renewing.feather, self._beyond_also
         if reach:  # softened seams would stay in them as thin lines
-            colors = feathered(self.read(source), source, inside, self._beyond, reach, details=True)
+            colors = feathered(self.read(source), source, inside, self._beyond, reach, self._details)
         elif colors is None or self._curve is not None:
             colors = self.read.picture(source, inside)
         if self._read_also is None or also is None:
             return colors
         maps = self._read_also(source) if reach else self._read_also.picture(source, inside)
-        return torch.cat([colors, feathered(maps, source, inside, also, reach, details=False)])
+        return torch.cat([colors, feathered(maps, source, inside, also, reach, None)])
 
     def _blended(self, copies: Tensor, before: State, look: Lookup, changed: Tensor) -> Tensor:
         """A frame (C, H, W) that shows its copies, new where changed (H, W), and still some of the one before.

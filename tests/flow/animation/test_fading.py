@@ -9,7 +9,7 @@ from torch import Tensor
 import flow
 from flow.animation.blocks import Blocks
 from flow.animation.blur import blurred
-from flow.animation.fading import Fading, left_of, shaded
+from flow.animation.fading import Fading, left_of, shaded, strengthened, strengths
 from flow.animation.film import Film
 from flow.animation.settings import VIDEO_PRESETS
 from flow.warps import lookup, pixel_coordinates
@@ -42,11 +42,11 @@ def test_what_lies_below_flows_lives_on_and_fades() -> None:
     image = torch.zeros(1, *SHAPE)
     nothing = Fading.nothing(here, image)
     above, below = torch.rand(2, 1, *SHAPE)
-    assert torch.equal(nothing.mixed(above, below, inside, 1), above)
+    assert torch.equal(nothing.shown(above, below, inside, 1), above)
     changed = here[0] < 20
     one = nothing.replaced(here, changed, 0.5)
     assert torch.equal(one.share, torch.where(changed, 0.5, 0.0))
-    assert torch.allclose(one.mixed(above, below, inside, 0), torch.where(changed, (above + below) / 2, above))
+    assert torch.allclose(one.mixed(above, below), torch.where(changed, (above + below) / 2, above))
     later = replace(one, shade=torch.ones_like(image)).onward(film, look, inside)
     assert torch.allclose(later.share[:, 1:], one.share[:, :-1])  # carried by one px to the right
     there = film.onward(here[:, 10:20, 9:19])
@@ -65,13 +65,27 @@ def test_details_do_not_fade_with_what_is_mixed(share: float) -> None:
     known[:, :20] = False
     above[:, ~known] = below[:, ~known] = 9.0
     fading = Fading(torch.zeros(2, 96, 96), torch.where(known, share, 0.0), torch.zeros(2, 96, 96))
-    seen = fading.mixed(above, below, known, 1)[:, known]
+    seen = fading.shown(above, below, known, 1)[:, known]
     wanted = (1 - share) * above[0, known].var() + share * below[0, known].var()
     assert float(seen[0].var() / wanted) == pytest.approx(1, abs=0.08)
     plain = ((1 - share) * above + share * below)[:, known]
     assert float(seen[0].mean()) == pytest.approx(float(plain[0].mean()), abs=2e-3)
     assert torch.allclose(seen[1], plain[1])  # a map that goes along
-    assert torch.allclose(fading.mixed(above, above, known, 2), above, atol=1e-5)
+    assert torch.allclose(fading.shown(above, above, known, 2), above, atol=1e-5)
+
+
+def test_details_of_each_scale_get_back_what_mixing_takes_and_no_more() -> None:
+    known = torch.ones(128, 128, dtype=torch.bool)
+    fine, other = torch.randn(2, 1, 128, 128, generator=torch.Generator().manual_seed(0))
+    coarse = 9 * blurred(torch.randn(1, 128, 128, generator=torch.Generator().manual_seed(1)), known, 4.0)
+    one, two = coarse + fine, coarse + other  # they agree in what is coarse
+    wanted = strengths(one, known)
+    for mean, least in (((one + two) / 2, wanted / 2), (0.5 * coarse + (fine + other) / 2, wanted / 4)):
+        assert float((strengths(mean, known) / wanted).mean((1, 2)).min()) < 0.7
+        made = strengths(strengthened(mean, wanted, least, known), known)
+        assert torch.allclose(made.mean((1, 2)), wanted.mean((1, 2)), rtol=0.15)
+    assert torch.equal(strengthened(one, wanted / 2, 0 * wanted, known), one)
+    assert torch.equal(strengthened(one / 3, wanted, wanted, known), one / 3)  # nothing was mixed
 
 
 def test_what_is_replaced_fades_as_fast_as_the_clip_forgets() -> None:

@@ -6,7 +6,7 @@ import pytest
 import torch
 from torch import Tensor
 
-from flow.animation.feathering import feathered
+from flow.animation.feathering import feathered, strengths_of
 from flow.animation.film import Film
 from flow.animation.reading import Reading
 from flow.animation.sequence import Motion
@@ -33,7 +33,8 @@ def everywhere() -> Tensor:
 
 
 def feathers(source: Tensor, inside: Tensor, read: Reading, reach: int = REACH, details: bool = True) -> Tensor:
-    return feathered(read(source), source, inside, read, reach, details)
+    strong = strengths_of(Exemplar.of(read.continued)) if details else None
+    return feathered(read(source), source, inside, read, reach, strong)
 
 
 def test_a_step_becomes_a_slope_as_long_as_twice_the_reach() -> None:
@@ -70,7 +71,8 @@ def test_each_copy_goes_on_as_it_is_turned() -> None:
 def test_copies_that_agree_are_left_as_they_are() -> None:
     wave = 0.5 + 0.4 * torch.sin(2 * math.pi * torch.arange(3.0 * SIDE) / 10).expand(1, SIDE, 3 * SIDE)
     read, source = reading(wave.contiguous()), two_copies(30)
-    assert torch.allclose(feathers(source, everywhere(), read), read(source), atol=1e-5)
+    assert torch.allclose(feathers(source, everywhere(), read, details=False), read(source), atol=1e-6)
+    assert torch.allclose(feathers(source, everywhere(), read), read(source), atol=0.005)  # the frame ends within waves
 
 
 def test_details_of_copies_that_do_not_agree_stay_as_strong() -> None:
@@ -81,6 +83,16 @@ def test_details_of_copies_that_do_not_agree_stay_as_strong() -> None:
     assert not torch.allclose(before[..., near], after[..., near], atol=0.05)
     assert float(after[..., near].std()) == pytest.approx(float(before.std()), rel=0.1)
     assert float(feathers(source, everywhere(), read, details=False)[..., near].std()) < 0.85 * float(before.std())
+
+
+def test_details_stay_as_strong_where_four_copies_meet() -> None:
+    read = reading(torch.rand(30, SIDE, 5 * SIDE, generator=torch.Generator().manual_seed(0)))
+    source = two_copies(2 * SIDE)
+    source[0, SIDE // 2 :] += SIDE
+    middle = (..., *(slice(SIDE // 2 - 2, SIDE // 2 + 2),) * 2)
+    plain, seen = (feathers(source, everywhere(), read, details=some)[middle].std() for some in (False, True))
+    assert float(plain) < 0.6 * float(read(source).std())
+    assert float(seen) > 0.8 * float(read(source).std())
 
 
 def test_one_copy_and_what_is_outside_keep_every_bit() -> None:

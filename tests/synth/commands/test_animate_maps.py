@@ -10,7 +10,6 @@ import pytest
 import torch
 
 import flow
-from flow.animation.fading import mixed
 from flow.warps import pixel_coordinates
 from synth import Kind, read_image, write_image
 from synth.cli import main
@@ -135,7 +134,7 @@ def test_maps_of_videos_go_along(folder: Path, monkeypatch: pytest.MonkeyPatch) 
     write_video("depth", 1 - clip, 10.0, GRAY)
     command = ["animate", "living", "--flow", "rotation", "--preset", "fast", "--frames", "3", "--speed", "1"]
     assert main([*command, "-o", "strong", "--also", "depth=depth"]) == 0
-    monkeypatch.setattr("flow.animation.feathering.mixed", lambda *given: mixed(*given[:-1], colors=0))
+    monkeypatch.setattr("flow.animation.feathering.strengthened", lambda mean, *_: mean)
     assert main([*command, "-o", "out", "--also", "depth=depth"]) == 0
     plain, strong = frames("out")[0], frames("strong")[0]
     torch.testing.assert_close(frames("out_depth")[0], 1 - plain, rtol=0, atol=2.01 / 255)
