@@ -27,7 +27,7 @@ from kwatra.exemplar import Exemplar
 from kwatra.pieces.again import Budget, lay_again
 from kwatra.pieces.agreement import Agreement, attainable
 from kwatra.pieces.boxes import Box
-from kwatra.pieces.charges import NEAR, charged, kept_in_step, often_shown, shown_more, shown_near, step_cost
+from kwatra.pieces.charges import NEAR, charged, kept_in_step, often_shown, shown_near, step_cost, unevenness
 from kwatra.pieces.corners import Corners, overhang, spread
 from kwatra.pieces.fitting import continued
 from kwatra.pieces.gaps import LARGEST, Gaps, gaps
@@ -110,7 +110,7 @@ class BlockStart:
         self.wish = Wished.of(wish, middle, weights)
         self.variance = variance(exemplar, self.wish)
         self.contrast = 2 * self.variance**0.5 / mosaic.step
-        self.scene = len(self.shape) > 2 and bool(places)
+        self.uneven = unevenness(self.shape, exemplar.shape[-2:]) if len(self.shape) > 2 and places else 0.0
         heeded = aligned and self.wish is None and len(self.shape) == 2
         self.gaps = gaps(exemplar, mosaic, self.contrast / 2) if heeded else None
         if self.gaps is not None:
@@ -261,7 +261,7 @@ class BlockStart:
         better than another is not cut in to the end.
         """
         window, found = self.sheet.window(box), list[tuple[float, int, Cut]]()
-        often = often_shown(self.used) if self.scene else None
+        often = self.uneven * often_shown(self.used) if self.uneven else None
 
         def tried(number: int) -> None:
             place, cost = chosen[number]
@@ -292,7 +292,7 @@ class BlockStart:
         lines = zip(patch.box.start, patch.box.stop, patch.shift, strict=True)
         new = each(np.ix_(*(np.arange(a, b) - s for a, b, s in lines)))
         old = each(self.sheet.sources.coordinates(self.sheet.places[at])[1].clip(0))
-        more = 0.0 if often is None else shown_more(often, new, old)
+        more = 0.0 if often is None else often[new] - often[old]
         if self.wish is not None:
             missed = (self.wish.missed(at, self.image[place], self.variance) for place in (new, old))
             more = more + next(missed) - next(missed)

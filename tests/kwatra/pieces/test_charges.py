@@ -11,9 +11,9 @@ from kwatra.pieces.charges import (
     charged,
     kept_in_step,
     often_shown,
-    shown_more,
     shown_near,
     step_cost,
+    unevenness,
 )
 
 GRID = Lattice(torch.tensor([[0.0, 8.0], [6.0, 0.0]], dtype=torch.float64), 0.5)
@@ -67,11 +67,15 @@ def test_what_is_shown_nearby_counts_by_its_distance_from_the_box():
     assert (wanted > 1).any()
 
 
-def test_places_of_a_frame_cost_the_more_the_more_often_they_are_shown_whenever():
+def test_places_of_a_frame_are_counted_whenever_they_are_shown():
     used = np.random.default_rng(0).integers(0, 4, (3, 9, 11)).astype(float)
     half, around = AROUND // 2, np.pad(used.sum(0), AROUND // 2, mode="edge")
     often = np.array([[around[y : y + 2 * half + 1, x : x + 2 * half + 1].mean() for x in range(11)] for y in range(9)])
-    new, old = (..., np.array([0, 2]), np.array([3, 4]), np.array([10, 0])), (..., [1, 1], [8, 0], [5, 5])
-    wanted = EVEN * (often[[3, 4], [10, 0]] - often[[8, 0], [5, 5]]) / often.mean()
-    np.testing.assert_allclose(shown_more(often_shown(used), new, old), wanted)
-    assert not shown_more(often_shown(0 * used), new, old).any()
+    np.testing.assert_allclose(often_shown(used), np.broadcast_to(often / often.mean(), used.shape))
+    assert not often_shown(0 * used).any()
+
+
+def test_uneven_use_of_places_costs_the_more_the_larger_a_scene_is_made():
+    assert unevenness((12, 90, 120), (60, 80)) == pytest.approx(1.25 * EVEN)
+    assert unevenness((24, 60, 160), (60, 80)) == pytest.approx(EVEN)
+    assert unevenness((24, 60, 80), (60, 80)) == unevenness((5, 30, 80), (60, 80)) == 0
