@@ -45,6 +45,18 @@ def _compiled_by_one(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]
         yield
 
 
+@pytest.fixture(autouse=True)
+def _threads_as_they_were() -> Iterator[None]:
+    """What a test, or a command in it, sets the number of threads to, the next one does not see."""
+    import faiss  # both after what they read
+    import torch
+
+    torch_had, faiss_had = torch.get_num_threads(), faiss.omp_get_max_threads()
+    yield
+    torch.set_num_threads(torch_had)
+    faiss.omp_set_num_threads(faiss_had)
+
+
 @pytest.fixture
 def recomputed_seams() -> Callable[[Any], np.ndarray]:
     """The seam costs of a sheet computed anew from its places alone: what it remembers, at every moment."""

@@ -39,12 +39,8 @@ def still(**options: object) -> Made:
 
 
 def ranked(device: str) -> Tensor:
-    threads = torch.get_num_threads()
     torch.set_num_threads(1)  # what is made believe is so in this thread alone
-    try:
-        return still(preset="default", size=(24, 24))(device)
-    finally:
-        torch.set_num_threads(threads)
+    return still(preset="default", size=(24, 24))(device)
 
 
 def steered(device: str) -> Tensor:

@@ -76,19 +76,14 @@ def test_any_shape_is_filled_with_the_exemplars_colors(shape, wrap):
 
 def test_same_seed_same_bits_for_any_number_of_threads():
     z = texture(64, 3)
-    before = torch.get_num_threads()
     images = []
-    try:
-        for threads in (1, 2):
-            torch.set_num_threads(threads)
-            faiss.omp_set_num_threads(threads)
-            levels = (Level(4, 8), Level(1, 8, 2, route="exact"), Level(1, 8, 2, route="approximate"))
-            images.append(
-                [optimize(Exemplar.of(z), (150, 140), settings=s).image for s in (Settings(), Settings(levels=levels))]
-            )
-    finally:
-        torch.set_num_threads(before)
-        faiss.omp_set_num_threads(before)
+    for threads in (1, 2):
+        torch.set_num_threads(threads)
+        faiss.omp_set_num_threads(threads)
+        levels = (Level(4, 8), Level(1, 8, 2, route="exact"), Level(1, 8, 2, route="approximate"))
+        images.append(
+            [optimize(Exemplar.of(z), (150, 140), settings=s).image for s in (Settings(), Settings(levels=levels))]
+        )
     for one, two in zip(*images, strict=True):
         assert torch.equal(one, two)
 

@@ -183,15 +183,11 @@ def test_small_images_drop_scales_they_cannot_carry(side: int, scales: tuple[int
 
 def test_figures_have_the_same_bits_for_any_number_of_threads() -> None:
     output, exemplar = noise(1, 120, 110), noise(1, 100, 120, seed=1)
-    before = torch.get_num_threads()
-    try:
-        torch.set_num_threads(1)
-        alone = measure(output, exemplar)
-        torch.set_num_threads(2)
-        together = measure(output, exemplar)
-        assert torch.get_num_threads() == 2
-    finally:
-        torch.set_num_threads(before)
+    torch.set_num_threads(1)
+    alone = measure(output, exemplar)
+    torch.set_num_threads(2)
+    together = measure(output, exemplar)
+    assert torch.get_num_threads() == 2
     assert alone == together
 
 

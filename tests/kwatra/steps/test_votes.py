@@ -63,13 +63,9 @@ def test_the_mode_of_windows_of_a_bag_is_that_of_tensors(threads):
     matches = torch.randint(50, (len(grid),), generator=generator(1))
     weights = torch.rand(len(grid), generator=generator(2)) + 0.1
     expected = Mode(0.2)(Ballot(grid, bag, matches, weights))  # tensors, as windows on a grid are gone through
-    before = torch.get_num_threads()
     torch.set_num_threads(threads)  # which share the pixels
-    try:
-        layout = FreeWindows(grid.shape, grid.width, grid.corners, grid.wrap)
-        total, mass = Mode(0.2)(Ballot(layout, bag, matches, weights))
-    finally:
-        torch.set_num_threads(before)
+    layout = FreeWindows(grid.shape, grid.width, grid.corners, grid.wrap)
+    total, mass = Mode(0.2)(Ballot(layout, bag, matches, weights))
     assert torch.allclose(mass, expected.mass)
     assert torch.allclose(total, expected.total, atol=1e-5)
 

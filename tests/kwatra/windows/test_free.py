@@ -66,13 +66,9 @@ def test_coverings_name_every_window_of_every_pixel_once(layout):
 
 @pytest.mark.parametrize("threads", [1, 3])
 def test_coverings_name_the_windows_of_a_pixel_in_order(threads):
-    before = torch.get_num_threads()
     torch.set_num_threads(threads)  # which share the pixels
-    try:
-        windows = free(True, (24, 25))
-        named = [torch.where(there, window, len(windows)) for window, _, there in windows.coverings()]
-    finally:
-        torch.set_num_threads(before)
+    windows = free(True, (24, 25))
+    named = [torch.where(there, window, len(windows)) for window, _, there in windows.coverings()]
     rows, columns = ((torch.arange(n)[:, None] - line) % n for n, line in zip((24, 25), windows.corners.T, strict=True))
     covers = (rows < 4)[:, None] & (columns < 6)[None]  # (24, 25, N)
     expected = torch.where(covers, torch.arange(len(windows)), len(windows)).sort(2).values

@@ -1,7 +1,6 @@
-"""The command line as a process: Ctrl-C, help, modules that are run, pipes."""
+"""The command line as a process: help, modules that are run, pipes."""
 
 import os
-import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -24,30 +23,6 @@ def python(*arguments: str, **options: object) -> "subprocess.Popen[str]":
     environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[3]), "PYTHONUNBUFFERED": ""}
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True, "env": environment}
     return subprocess.Popen([sys.executable, *arguments], **pipes | options)
-
-
-def test_interrupt_in_the_middle(folder: Path) -> None:
-    before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
-    program = """
-import signal, sys, time
-from synth import cli
-from synth.commands import synth as commands
-signal.signal(signal.SIGINT, signal.default_int_handler)
-from contextlib import contextmanager
-@contextmanager
-def announce(title):
-    yield lambda progress: (print("working", flush=True), time.sleep(60))
-commands.progress_line = announce
-sys.exit(cli.main(["synth", "brick.png", "--preset", "fast", "--size", "24", "--progress-images", "levels"]))
-"""
-    with python("-c", program) as process:
-        assert process.stdout is not None
-        assert process.stderr is not None
-        assert process.stdout.readline() == "working\n"
-        process.send_signal(signal.SIGINT)
-        assert process.wait(60) == 130
-        assert process.stderr.read() == "kwatra: interrupted, nothing was written\n"
-    assert {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()} == before
 
 
 def test_help_is_quick_because_nothing_heavy_is_imported() -> None:
@@ -98,7 +73,7 @@ def test_runs_as_a_module(name: str) -> None:
 def test_closed_pipe_is_no_traceback(folder: Path) -> None:
     reading, writing = os.pipe()
     os.close(reading)
-    with python("-m", "synth", "score", "brick.png", "brick.png", stdout=writing) as process:
+    with python("-m", "synth", "flow", "rotation", "--size", "8", "-o", "rotation.flo", stdout=writing) as process:
         os.close(writing)
         _, err = process.communicate()
     assert process.returncode == 1

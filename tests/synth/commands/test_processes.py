@@ -7,7 +7,8 @@ import struct
 import subprocess
 import sys
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -93,6 +94,17 @@ def test_ctrl_c_while_the_program_is_looked_for(folder: Path) -> None:
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "kwatra: interrupted, nothing was written\n")
 
 
+def test_ctrl_c_in_the_middle(folder: Path, monkeypatch, capsys) -> None:
+    @contextmanager
+    def rings(title: str) -> Iterator[Callable[[object], None]]:
+        yield lambda progress: signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr("synth.commands.synth.progress_line", rings)
+    assert main([*FAST, "--progress-images", "levels"]) == 130
+    assert capsys.readouterr() == ("", "kwatra: interrupted, nothing was written\n")
+    assert os.listdir() == ["brick.png"]
+
+
 def test_ctrl_c_that_a_library_turns_into_an_error_of_its_own(folder: Path, monkeypatch, capsys) -> None:
     def load(*_: object, **__: object) -> None:
         try:
@@ -130,10 +142,10 @@ def test_names_that_an_ascii_stream_cannot_show(folder: Path, monkeypatch) -> No
 
 
 def test_a_closed_stdout_is_no_error(folder: Path) -> None:
-    command = f"exec {sys.executable} -m synth {' '.join(QUICK)} >&-"
+    command = f"exec {sys.executable} -m synth flow rotation --size 8 -o rotation.flo >&-"
     done = subprocess.run(command, shell=True, stderr=subprocess.PIPE, text=True, env=os.environ | {"PYTHONPATH": ROOT})
     assert (done.returncode, done.stderr) == (0, "")
-    assert Path("brick_quilt.png").exists()
+    assert Path("rotation.flo").exists()
 
 
 @pytest.mark.parametrize("name", ["flow", "kwatra"])

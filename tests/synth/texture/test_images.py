@@ -107,10 +107,7 @@ def test_the_best_of_several_runs_is_chosen_among_the_smallest_pictures_too(side
 
 @pytest.fixture
 def in_turn():
-    before = torch.get_num_threads()
     torch.set_num_threads(1)
-    yield
-    torch.set_num_threads(before)
 
 
 @pytest.mark.usefixtures("in_turn")
