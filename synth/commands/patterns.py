@@ -47,7 +47,8 @@ def run(arguments: argparse.Namespace) -> str:
     from synth.metamorphosis.patterns import drawn, patterns_of, patterns_writer, read_patterns
 
     picture = io.read_image(arguments.image)
-    pixels = picture.pixels[:-1] if picture.kind.channels[-1] == "A" else picture.pixels
+    pixels = io.premultiplied(picture.pixels, picture.kind)  # what cannot be seen colors nothing
+    pixels = pixels[:-1] if picture.kind.channels[-1] == "A" else pixels
     output = output_of(arguments.output, f"{arguments.image.stem}_patterns.json")
     io.check_output(output, None, arguments.overwrite, (".json",))
     kind = synth.Kind("uint8", ("R", "G", "B"))

@@ -29,10 +29,7 @@ class Recording:
     known: Tensor
 
     def filled(self) -> Tensor:
-        """The flow with the nearest known vector wherever one is not known, each frame for itself.
-
-        Raises InputError if in some frame nothing is known.
-        """
+        """The flow with the nearest known vector wherever one is not known, each frame for itself."""
         if self.flow.ndim == 3:
             return filled(self.flow, self.known)
         return torch.stack([filled(flow, known) for flow, known in zip(self.flow, self.known, strict=True)])
@@ -45,7 +42,7 @@ class Recording:
 def read_flow(path: str | Path) -> Recording:
     """Read a flow file; what it is, its ending says.
 
-    Raises InputError if it is missing, cut short, of another format, or holds NaN.
+    Raises InputError if it is missing, cut short, of another format, holds NaN, or knows no vector of a frame.
     """
     path = Path(path)
     if path.suffix.lower() not in FLOW_SUFFIXES:
@@ -67,6 +64,9 @@ def read_flow(path: str | Path) -> Recording:
         raise InputError(f"{path} has {counted(bad, 'vector')} of NaN; write 1e10 for what is not known, or mend them")
     flow = torch.from_numpy(np.array(vectors, np.float32))
     known = (flow.abs() <= UNKNOWN).all(-3)
+    if not bool(known.flatten(-2).any(-1).all()):
+        where = "holds no vector that is known" if flow.ndim == 3 else "has a frame without a vector that is known"
+        raise InputError(f"{path} {where}; at least one is needed, whose neighbors then move as it does")
     return Recording(torch.where(known.unsqueeze(-3), flow, 0.0), known)
 
 

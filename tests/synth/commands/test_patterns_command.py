@@ -41,6 +41,15 @@ def test_elements_are_found_and_drawn(folder: Path, capsys: pytest.CaptureFixtur
     assert float(((seen[0] > 0.8) & (seen[1] < 0.3) & (seen[2] > 0.8)).float().mean()) > 0.005  # magenta lines
 
 
+def test_what_cannot_be_seen_is_no_pattern(folder: Path, refused: Callable[..., str]) -> None:
+    colors = read_image("discs.png").pixels
+    for name, alpha in (("clear.png", torch.zeros(1, 128, 128)), ("opaque.png", torch.ones(1, 128, 128))):
+        write_image(name, torch.cat([colors, alpha]), Kind("uint8", ("R", "G", "B", "A")))
+    assert "found 0 patterns in clear.png" in refused("patterns", "clear.png")
+    assert main(["patterns", "discs.png"]) == main(["patterns", "opaque.png"]) == 0
+    assert Path("opaque_patterns.json").read_bytes() == Path("discs_patterns.json").read_bytes()
+
+
 def test_what_is_hardly_distinct_is_drawn_but_not_morphed_unseen(
     folder: Path, capsys: pytest.CaptureFixture[str], refused: Callable[..., str]
 ) -> None:

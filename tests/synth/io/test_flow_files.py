@@ -152,10 +152,15 @@ def test_missing_files_and_folders_are_refused(tmp_path: Path) -> None:
         read_flow(tmp_path / "c.flo")
 
 
-def test_a_flow_of_which_nothing_is_known_cannot_be_filled(tmp_path: Path) -> None:
-    write_flow(tmp_path / "a.flo", steady(), torch.zeros(SHAPE, dtype=torch.bool))
-    with pytest.raises(InputError, match="covers every pixel"):
-        read_flow(tmp_path / "a.flo").filled()
+@pytest.mark.parametrize(("suffix", "frames"), [(".flo", 0), (".png", 0), (".npz", 3)])
+def test_a_flow_of_which_nothing_is_known_is_refused(tmp_path: Path, suffix: str, frames: int) -> None:
+    flow, known = steady(), torch.zeros(SHAPE, dtype=torch.bool)
+    if frames:  # one of which is not known
+        flow, known = flow.expand(frames, *flow.shape), torch.ones(frames, *SHAPE, dtype=torch.bool)
+        known[1] = False
+    write_flow(tmp_path / f"a{suffix}", flow, known)
+    with pytest.raises(InputError, match=r"a\.npz has a frame without" if frames else "holds no vector that is known"):
+        read_flow(tmp_path / f"a{suffix}")
 
 
 def test_what_a_format_cannot_hold_is_refused_and_nothing_is_lost(tmp_path: Path) -> None:
