@@ -145,7 +145,7 @@ def _match_part(windows: Array, own: Array, half: Array, source: _Source, found:
     for number in range(len(windows)):
         y, x = divmod(first + number, found.shape[1])
         window = windows[number].reshape(source.roots.shape)
-        best, least = _continued(window, source, 0.0, found, y, x)
+        best, least = _continued(window, source, np.float32(0), found, y, x)
         if least > 0:  # no window is nearer than the same one
             best = _among(window, source, 0, half[number], own[number], best, least)
         found[y, x] = best
@@ -185,7 +185,7 @@ def _window(frame: Array, y: int, x: int, source: _Source) -> Array:
 
 
 @jitted
-def _nearest(window: Array, source: _Source, wanted: float, found: Index, y: int, x: int) -> Index:
+def _nearest(window: Array, source: _Source, wanted: Any, found: Index, y: int, x: int) -> Index:
     """The place (2,) of a source, of the wanted mask value, whose window is nearest to a window (width, width * C).
 
     It is exact. The distance along the principal axes is never more than the whole one, so only places are compared
@@ -202,7 +202,7 @@ def _nearest(window: Array, source: _Source, wanted: float, found: Index, y: int
 
 
 @jitted
-def _continued(window: Array, source: _Source, wanted: float, found: Index, y: int, x: int) -> tuple[Index, Any]:
+def _continued(window: Array, source: _Source, wanted: Any, found: Index, y: int, x: int) -> tuple[Index, Any]:
     """The best of the match of the last frame and those above and to the left continued, and its squared distance."""
     rows, columns = source.mask.shape
     best = np.zeros(2, np.int64)

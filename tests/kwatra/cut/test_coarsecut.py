@@ -11,7 +11,7 @@ from kwatra.cut import minimum as cut
 def problem(shape: tuple[int, ...], seed: int):
     """Two patches that differ by smooth noise, the first kept at one end, the second wanted at the other."""
     rng = np.random.default_rng(seed)
-    difference = 1 + np.abs(ndimage.gaussian_filter(rng.standard_normal(shape), 3) * 2000).astype(int)
+    difference = 1 + np.abs(ndimage.gaussian_filter(rng.standard_normal(shape), 3) * 2000).astype(np.int32)
     choice = np.full(shape, FREE)
     choice[0], choice[-1] = KEEP, TAKE
     pairs = []

@@ -144,7 +144,7 @@ def test_the_published_search_is_exhaustive() -> None:
         there = np.roll(image, (2 - dy, 2 - dx), (0, 1))
         weight = np.exp(-((dy - 2) ** 2 + (dx - 2) ** 2) / (2 * 1.25**2)) * ((dy, dx) != (2, 2))
         away += weight * np.square(there - frame[(2 + dy) % 9, (4 + dx) % 11]).sum(2)
-    for wanted in (0, 1):
+    for wanted in np.float32((0, 1)):  # of the type that the loop is compiled for
         best = _nearest(_window(frame, 4, 6, source), source, wanted, none, 4, 6)
         allowed = np.where(mask == wanted, away, np.inf)
         assert tuple(best) == np.unravel_index(allowed.argmin(), mask.shape)
