@@ -4,6 +4,7 @@ A loop works on a range of its items, so that threads share it; each item is wor
 own, so bits do not depend on their number. Numba compiles a loop when it is first called and keeps it on the disk.
 """
 
+import hashlib
 from collections.abc import Callable
 from functools import cached_property
 from itertools import pairwise
@@ -24,10 +25,31 @@ def jitted(function: Function, **options: Any) -> Function:
     import numba  # heavy: only where something is computed
 
     try:
-        made: Function = numba.njit(cache=True, nogil=True, **options)(function)
+        made: Any = numba.njit(cache=True, nogil=True, **options)(function)
+        _keep_apart(made)
     except RuntimeError:  # neither beside the program nor in the user's folder may anything be written
         made = numba.njit(nogil=True, **options)(function)
-    return made
+    kept: Function = made
+    return kept
+
+
+def _keep_apart(made: Any) -> None:
+    """Have what numba keeps named by types and source: it names by numbers, and finds by types what has a number.
+
+    Two processes that compile a function at once for different types may both take the next number; one of them would
+    later be given the other's loop, which reads its arrays wrongly.
+    """
+    file = getattr(getattr(made, "_cache", None), "_cache_file", None)
+    if file is None:  # told to compile nothing, or another numba
+        return
+    save, names = file.save, file._data_name_pattern
+
+    def save_apart(key: Any, data: Any) -> None:
+        what = hashlib.sha256(repr((key, file._source_stamp)).encode()).hexdigest()[:16]
+        file._data_name_pattern = names.replace(".{number", f".{what}.{{number")
+        save(key, data)
+
+    file.save = save_apart
 
 
 class Compiled:

@@ -1,4 +1,5 @@
 import numba
+import numpy as np
 import pytest
 import torch
 
@@ -29,3 +30,22 @@ def test_a_function_that_cannot_be_kept_is_compiled_all_the_same(monkeypatch):
 
     monkeypatch.setattr(numba, "njit", nowhere)
     assert jitted(lambda x: x + 1)(2) == 3
+
+
+def half_of_the_first(values):
+    return values[0] / 2
+
+
+def test_what_two_processes_compile_at_once_for_different_types_is_told_apart(tmp_path, monkeypatch):
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    floats, integers = np.full(1, 3, np.float32), np.full(1, 3, np.int32)
+    one, other, later = (jitted(half_of_the_first) for _ in range(3))
+    file, written = one._cache._cache_file, []
+    with monkeypatch.context() as slow:
+        slow.setattr(file, "_save_data", lambda *what: written.append(what))
+        one(floats)
+    monkeypatch.setattr(other._cache._cache_file, "_load_index", dict)  # it looked before the first one wrote
+    other(integers)
+    file._save_data(*written[0])
+    assert later(integers) == 1.5
+    assert later.stats.cache_hits
