@@ -2,15 +2,13 @@
 
 Frames are (C, T, H, W) float32 in [0, 1].
 
-A video is written beside its target and moved there when it is whole; a folder of frames likewise. MP4 is H.264 in
-8 bits, 4:2:0 at high quality, the same bits for the same frames; it has even sides, so an odd one gains a pixel that
-repeats the last. A folder of PNG frames keeps every value.
+A video is written beside its target and moved there when it is whole; a folder of frames likewise. A folder of PNG
+frames keeps every value.
 """
 
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +20,7 @@ from kwatra.base import InputError
 from synth.io.alpha_videos import ALPHA_SUFFIXES, check_encoder, frames_with_alpha, has_alpha, save_with_alpha
 from synth.io.images import image_writer, read_image
 from synth.io.kinds import MOST_PIXELS, RGB, RGBA, Kind
+from synth.io.opaque_videos import save_gif, save_mp4
 from synth.io.outputs import Writer, check_place, write_files
 from synth.saying import note
 from synth.words import counted
@@ -93,7 +92,7 @@ def video_writer(path: str | Path, frames: Iterable[Tensor], rate: float, kind: 
     if suffix in ALPHA_SUFFIXES:
         return lambda target: save_with_alpha(target, _bytes(frames, "A" in kind.channels), rate)
     if suffix in VIDEO_SUFFIXES:
-        save = _save_mp4 if suffix == ".mp4" else _save_gif
+        save = save_mp4 if suffix == ".mp4" else save_gif
         return lambda target: save(target, _bytes(frames), rate)
     return lambda target: _save_folder(target, frames, kind)
 
@@ -249,47 +248,6 @@ def _bytes(frames: Iterable[Tensor], alpha: bool = False) -> Iterator[np.ndarray
         color = frame[:3] if len(frame) >= 3 else frame[:1].expand(3, -1, -1)
         color = torch.cat([color, frame[-1:]]) if alpha else color
         yield np.ascontiguousarray((color.clamp(0, 1) * 255).round().byte().permute(1, 2, 0).numpy())
-
-
-def _save_mp4(target: Path, frames: Iterator[np.ndarray], rate: float) -> None:
-    import av
-
-    with av.open(str(target), "w", format="mp4") as container:
-        stream: Any = None
-        for array in frames:
-            even = np.pad(array, ((0, len(array) % 2), (0, array.shape[1] % 2), (0, 0)), mode="edge")
-            if stream is None:
-                stream = container.add_stream("libx264", rate=Fraction(rate).limit_denominator(1001))
-                stream.height, stream.width = even.shape[:2]
-                _set_up(stream)
-            frame = av.VideoFrame.from_ndarray(even, format="rgb24")
-            container.mux(stream.encode(frame.reformat(format="yuv420p", dst_colorspace="ITU709")))
-        container.mux(stream.encode(None))
-
-
-def _set_up(stream: Any) -> None:
-    """Quality and colors: those of HDTV (BT.709), as players expect and the file says."""
-    stream.pix_fmt = "yuv420p"
-    # more threads, or the macroblock tree, which reads memory that nothing was written to, change bits between runs
-    stream.options = {"crf": "14", "threads": "1", "x264-params": "mbtree=0"}
-    context = stream.codec_context
-    context.color_range, context.colorspace, context.color_primaries, context.color_trc = 1, 1, 1, 1
-
-
-def _save_gif(target: Path, frames: Iterator[np.ndarray], rate: float) -> None:
-    from PIL import Image
-    from PIL.GifImagePlugin import getdata, getheader
-
-    # Frame by frame: Pillow's own writer would drop each frame that equals the last, and hold all of them till the end.
-    # Hundredths of a second are all a GIF can say.
-    pause = max(round(100 / rate), 2) * 10
-    with target.open("wb") as file:
-        for array in frames:
-            picture = Image.fromarray(array).quantize(256, method=Image.Quantize.MEDIANCUT)
-            if file.tell() == 0:
-                file.writelines(getheader(picture, info={"loop": 0, "duration": pause})[0])
-            file.writelines(getdata(picture, duration=pause, include_color_table=True))
-        file.write(b";")
 
 
 def _save_folder(target: Path, frames: Iterable[Tensor], kind: Kind) -> None:

@@ -67,7 +67,7 @@ def test_an_interrupt_while_the_video_is_written_loses_no_frame(folder: Path, mo
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr("synth.io.videos._save_mp4", interrupt)
+        patch.setattr("synth.io.videos.save_mp4", interrupt)
         assert main([*SAND, "--frames", "2", "-o", "out.mp4"]) == 130
     assert {path.name for path in folder.iterdir()} == {"sand.png", "wind.flo", "out.mp4.frames"}
     monkeypatch.setattr(flow, "animate", lambda *_, **named: iter(()) if named["after"].number == 1 else None)
