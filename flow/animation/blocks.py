@@ -1,18 +1,24 @@
 """The exemplar's square blocks, searched for those that agree with what is known of given ones.
 
 Agreement is the squared difference over the known pixels, for every place at once by correlation, as in entire-patch
-matching (thesis section 3.2). Of a scene blocks rather come from where in its frame they came from before.
+matching (thesis section 3.2). Where there are gaps between elements, they are to lie where gaps are, as in stills: so
+seams find a way around elements. Of a scene blocks rather come from where in its frame they came from before.
 """
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 import torch
 from torch import Tensor
 
 from flow.animation.film import Film
+from flow.animation.reading import nearest_pixels
+from kwatra import Exemplar
 from kwatra.base import InputError, mean
 from kwatra.pieces import Fit, Hidden, box_sums
+from kwatra.pieces.gaps import ALIGNED
+from kwatra.source import look_up
 from kwatra.terms.stay import REACH, STAYING
 
 _AT_ONCE = 1 << 17
@@ -23,10 +29,14 @@ _ELEMENTS = 2
 
 
 class Blocks:
-    """Blocks of `size` x `size` px, halved until one fits into the exemplar."""
+    """Blocks of `size` x `size` px, halved until one fits into the exemplar.
 
-    def __init__(self, film: Film, size: int) -> None:
-        exemplar = film.described
+    hidden: where gaps hide seams between elements of a picture; None where they do nowhere.
+    """
+
+    def __init__(self, film: Film, size: int, hidden: Hidden | None = None) -> None:
+        self._deep = hidden is not None
+        self._compared = exemplar = film.described if hidden is None else _with_depth(film.described, hidden)
         page = film.cut(exemplar, [0])
         while size > 2 and not bool(page.corners((size, size)).any()):
             size = max(size // 2, 2)
@@ -41,6 +51,16 @@ class Blocks:
         self._pages: list[int] = []
         self._turn([0])
 
+    def seen(self, image: Tensor, source: Tensor) -> Tensor:
+        """What blocks are compared by of an image (C, H, W) that shows source coordinates (2, H, W), x first.
+
+        It is the image, (C, H, W), and where gaps hide seams how deep in its element each place lies, (C + 1, H, W).
+        """
+        if not self._deep:
+            return image
+        depth = self._compared.canvas[-1:]
+        return torch.cat([image, look_up(depth, nearest_pixels(source, depth.shape[1:]))])
+
     def _scaled(self, colors: Tensor) -> np.ndarray:
         scaled: np.ndarray = ((colors - self._middle) * self._root).double().numpy()
         return scaled
@@ -48,7 +68,7 @@ class Blocks:
     def _turn(self, pages: list[int]) -> None:
         """Look for blocks in some pages alone, and wherever none is masked."""
         if pages != self._pages:
-            part = self._film.cut(self._film.described, pages)
+            part = self._film.cut(self._compared, pages)
             self._pages = pages
             self._fit = Fit(self._scaled(torch.where(part.owner >= 0, part.canvas, self._middle)))
 
@@ -71,9 +91,10 @@ class Blocks:
     ) -> Tensor:
         """Corners (n, 2), x first, of the blocks nearest to contents (n, C, size, size) where known (n, 1, size, size).
 
-        known weighs the pixels, >= 0; of a block of which nothing is known any may come. used: what each pixel of some
-        rows (r,) of the strip costs, as a mean square difference, (r, W). homes: for each block a corner (2,),
-        x first, in whatever frame, near which it should lie, as `kwatra.Stay` has it; None where any place is as good.
+        Contents are as `seen` has them. known weighs the pixels, >= 0; of a block of which nothing is known any may
+        come. used: what each pixel of some rows (r,) of the strip costs, as a mean square difference, (r, W). homes:
+        for each block a corner (2,), x first, in whatever frame, near which it should lie, as `kwatra.Stay` has it;
+        None where any place is as good.
         more: by how many px more the exemplar goes on around each block; where it does nowhere that is an error.
         """
         self._turn(self._drawn(generator))
@@ -123,3 +144,11 @@ def side_of(size: int, hidden: Hidden | None) -> int:
     if hidden is None:
         return size
     return max(size, min(round(_ELEMENTS * hidden.size), min(hidden.depth.shape) // 2))
+
+
+def _with_depth(exemplar: Exemplar, hidden: Hidden) -> Exemplar:
+    """An exemplar with one more channel: how deep in its element each place lies, as unlike as its colors are."""
+    deviation = float((exemplar.variances * exemplar.share.flatten()).sum()) ** 0.5
+    depth = torch.from_numpy(hidden.unlike * np.float32(deviation))[None]
+    weight = ALIGNED * hidden.hides * exemplar.weights.sum(0, keepdim=True)
+    return replace(exemplar, canvas=torch.cat([exemplar.canvas, depth]), weights=torch.cat([exemplar.weights, weight]))

@@ -113,7 +113,7 @@ class Renewal:
         self.aging = Aging(film, settings.aging)
         self.read = Reading(exemplar, settings.interpolation)
         hidden = hidden_seams(film.strip) if film.motion is None else None
-        self.blocks = Blocks(film, min(side_of(settings.block, hidden), *shape))
+        self.blocks = Blocks(film, min(side_of(settings.block, hidden), *shape), hidden)
         self._share = exemplar.share
         self.stock = Coordinates(exemplar, self.wear.variance, settings.seam)
         self._seams = self.stock.whole(hidden)
@@ -199,7 +199,8 @@ class Renewal:
         size = self.blocks.size
         spots = [(slice(row, row + size), slice(column, column + size)) for row, column in places]
         turns = [self._turn(frame, spot) for spot in spots]
-        seen = [upright(frame.image, frame.usable, spot, turn) for spot, turn in zip(spots, turns, strict=True)]
+        image = self.blocks.seen(frame.image, frame.source)
+        seen = [upright(image, frame.usable, spot, turn) for spot, turn in zip(spots, turns, strict=True)]
         content, known = torch.stack([part for part, _ in seen]), torch.stack([there * self._bell for _, there in seen])
         homes, more = [self._home(frame, spot) for spot in spots], [reach(size, turn) for turn in turns]
         corners = self.blocks.nearest(content, known[:, None], self._using(frame), generator, homes, more)

@@ -88,6 +88,13 @@ class Hidden(NamedTuple):
     hides: float
     size: float
 
+    @property
+    def unlike(self) -> Array:
+        """The depth (*S) about its mean, in standard deviations: by how much places are told apart."""
+        away = self.depth - self.depth.mean()
+        unlike: Array = away / max(float(away.std()), 1e-9)
+        return unlike
+
 
 def hidden_seams(exemplar: Exemplar) -> Hidden | None:
     """Where gaps between elements of still images hide seams, None if they do nowhere."""
@@ -107,6 +114,4 @@ def gaps(exemplar: Exemplar, mosaic: Mosaic, deviation: float) -> Gaps | None:
     if hidden is None:
         return None
     cost = SeamCost(mosaic, depth=Depth(by_place(hidden.depth).__getitem__, CUTTING * hidden.hides * deviation))
-    away = hidden.depth - hidden.depth.mean()
-    depth = away / max(float(away.std()), 1e-9)
-    return Gaps(mosaic, cost, round(AROUND * hidden.hides * hidden.size), depth, hidden.hides)
+    return Gaps(mosaic, cost, round(AROUND * hidden.hides * hidden.size), hidden.unlike, hidden.hides)

@@ -1,13 +1,16 @@
 """Renewal keeps elements whole: blocks hold them, and seams go around them."""
 
 import numpy as np
+import pytest
 import torch
 from made import MADE
 
+from flow.animation.blocks import Blocks
 from flow.animation.film import Film
 from flow.animation.renewal import Renewal
 from flow.animation.settings import Renewing
 from flow.animation.stock import COUNTS, MIXING, Coordinates
+from flow.warps import pixel_coordinates
 from kwatra import Exemplar
 from kwatra.pieces import SeamCost, hidden_seams
 
@@ -26,6 +29,25 @@ def test_blocks_hold_whole_elements_where_there_are_gaps_between_them() -> None:
     assert Renewal(film, SHAPE, Renewing(block=56)).blocks.size == 56
     noise = torch.rand(3, 64, 64, generator=torch.Generator().manual_seed(0))
     assert Renewal(Film.of(Exemplar.of(noise)), SHAPE, Renewing(block=24)).blocks.size == 24
+
+
+@pytest.mark.parametrize("place", [(10, 60), (71, 5), (30, 70)])
+def test_of_blocks_whose_colors_tell_nothing_the_one_is_found_whose_gaps_lie_where_gaps_are(
+    place: tuple[int, int],
+) -> None:
+    film = Film.of(stones())
+    found = hidden_seams(film.strip)
+    here = pixel_coordinates((48, 48)) + torch.tensor(place).view(2, 1, 1)
+    gray = film.strip.canvas.mean((1, 2))[:, None, None].expand(3, 48, 48)
+    free, known = torch.Generator().manual_seed(0), torch.ones(1, 1, 48, 48)
+    corners = []
+    for hidden in (found, None):
+        blocks = Blocks(film, 48, hidden)
+        content = blocks.seen(gray, here)
+        assert torch.equal(content[:3], gray)
+        corners += blocks.nearest(content[None], known, lambda rows: torch.zeros(len(rows), 128), free).tolist()
+    assert corners[0] == list(place)
+    assert corners[1] != list(place)
 
 
 def test_a_seam_through_elements_costs_more_and_along_gaps_as_much_as_anywhere() -> None:

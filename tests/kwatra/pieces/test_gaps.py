@@ -1,3 +1,4 @@
+import numpy as np
 import pytest
 import torch
 from bench_elements import cut_elements
@@ -5,7 +6,7 @@ from made import MADE
 
 from kwatra import Exemplar, optimize
 from kwatra.elements import Lattice
-from kwatra.pieces import BlockStart, Gaps, gaps
+from kwatra.pieces import BlockStart, Gaps, Hidden, gaps
 
 
 def cut(made, monkeypatch=None):
@@ -24,6 +25,14 @@ def test_elements_stay_whole_where_there_are_gaps(name, most, monkeypatch):
     whole, torn = cut(made), cut(made, monkeypatch)
     assert whole <= most
     assert whole < torn
+
+
+def test_depths_are_told_apart_in_their_deviations_and_not_at_all_where_they_are_one():
+    depth = np.array([[0.0, 0.2], [0.2, 1.0]], np.float32)
+    unlike = Hidden(depth, 1.0, 24.0).unlike
+    assert np.allclose([unlike.mean(), unlike.std()], [0, 1], atol=1e-6)
+    assert np.allclose(np.diff(unlike), np.diff(depth) / depth.std())
+    assert (Hidden(np.ones((2, 2), np.float32), 1.0, 24.0).unlike == 0).all()
 
 
 def test_noise_has_no_gaps():
