@@ -1,9 +1,8 @@
 """How well the blocks at all places of an exemplar agree with what is known of a box, in colors or in anything else."""
 
-import math
-
 import numpy as np
 
+from kwatra.pieces.boxes import in_volume, volume
 from kwatra.pieces.corners import Corners
 from kwatra.pieces.fitting import Fit
 from kwatra.pieces.mosaic import by_place
@@ -21,12 +20,15 @@ FAIR = 0.25
 
 Two panels of 16 textures score .052 and .058 with it, .052 and .059 with .5, and .055 and .065 without overhang."""
 
+DIGITS = 5
+"""Disagreement is rounded to so many digits: what agrees equally well stays a tie, whatever the transform rounds."""
+
 
 class Agreement:
-    """Of an image (C, *S) of the exemplar, with blocks at `corners`, relative to a variance."""
+    """Of an image (C, *S) of the exemplar, with blocks at `corners`, relative to a variance; in single precision."""
 
     def __init__(self, image: Array, corners: Corners, variance: float) -> None:
-        self.corners, self.variance = corners, variance
+        self.corners, self.variance, image = corners, variance, image.astype(np.float32)
         self.fit = Fit(corners.around(image))
         self._at_places = np.stack([by_place(plane) for plane in image])
 
@@ -34,24 +36,29 @@ class Agreement:
         """The mean squared difference of each block to what is known (*E) of a box, shaped as `corners.valid`.
 
         places (*E): where in the exemplar that comes from, in a mosaic of it alone. What hangs over the exemplar is
-        taken to agree as a fair one of the `valid` blocks does.
+        taken to agree as a fair one of the `valid` blocks does. Something is known.
         """
-        from kwatra.pieces.loops import take_fairly, take_known
+        from kwatra.pieces.weighing import compare, take_known
 
-        count, content = int(known.sum()), np.empty((len(self._at_places), *known.shape))
-        take_known(self._at_places, places.ravel(), known.ravel(), content.reshape(len(content), -1))
-        squares, seen = self.corners.squares(self.fit, content, known)
-        if any(self.corners.hang):
-            summed = np.empty(squares.shape)
-            take_fairly(squares.ravel(), seen.ravel(), valid.ravel(), count, FAIR, summed.ravel())
-            squares = summed
-        mismatch: Array = squares / (count * self.variance)
+        channels, extent, axes = len(self._at_places), known.shape, known.ndim
+        ones, against = np.empty((channels + 1, *extent), np.float32), np.empty((2, *extent))
+        flat = (values.reshape(len(values), -1) for values in (ones, against))
+        energy = take_known(self._at_places, places.ravel(), known.ravel(), *flat)
+        raw, mismatch = self.fit.less_energy(ones), np.empty(valid.shape)
+        hangs = any(self.corners.hang)
+        inside = self.corners.inside(against).reshape(2, -1) if hangs else np.empty((2, 0))
+        compare(
+            volume(raw, axes), in_volume(self.corners.grain, 1), energy, int(known.sum()), inside,
+            volume(valid, axes), FAIR, self.variance, 10.0**DIGITS, mismatch.ravel(),
+        )  # fmt: skip
         return mismatch
 
 
-def attainable(mismatches: Array) -> float:
-    """The disagreement that a texture affords, given that of all blocks in question: what others are measured by."""
-    from kwatra.pieces.loops import quantile
+def attainable(mismatches: Array, valid: Array, same: Array) -> float:
+    """The disagreement that a texture affords, given that of all blocks (n,): what others are measured by.
 
-    least, good = mismatches.min(), quantile(mismatches, GOOD)
-    return math.sqrt(max(least, MISMATCH_FLOOR) * max(good, MISMATCH_FLOOR))
+    It is that of `valid` ones that do not merely continue what is there (`same` is 0), or else of all valid ones.
+    """
+    from kwatra.pieces.weighing import attain
+
+    return float(attain(mismatches.ravel(), valid.ravel(), same.ravel(), GOOD, MISMATCH_FLOOR))

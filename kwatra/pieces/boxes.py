@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+
+AXES = 3
+"""Compiled loops see pixels with so many axes: those of an image have one plane."""
 
 
 @dataclass(frozen=True)
@@ -42,19 +47,32 @@ def box_sums(values: np.ndarray, extent: tuple[int, ...]) -> np.ndarray:
 
 
 def span_sums(values: np.ndarray, spans: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
-    """Sums over boxes of the last axes that are every combination of spans, axis by axis: from start to before stop.
+    """Sums over boxes of the last axes, of up to three, that are every combination of spans: from start to before stop.
 
     spans: starts and stops of each axis, whole numbers in 0 .. its length. Values may have further axes before.
     """
-    from kwatra.cut.network import lines
-    from kwatra.pieces.loops import sum_spans
+    from kwatra.pieces.loops import sum_boxes
 
-    sums: np.ndarray = values.astype(np.int64 if values.dtype.kind in "biu" else np.float64)
-    for axis, (starts, stops) in enumerate(spans, values.ndim - len(spans)):
-        shape = (*sums.shape[:axis], len(starts), *sums.shape[axis + 1 :])
-        within, sums = sums, np.empty(shape, sums.dtype)
-        sum_spans(lines(within, axis), starts, stops, lines(sums, axis))
+    axes, kind = len(spans), np.int64 if values.dtype.kind in "biu" else np.float64
+    shape = (*values.shape[: values.ndim - axes], *(len(starts) for starts, _ in spans))
+    every = [(np.zeros(1, np.int64), np.ones(1, np.int64))] * (AXES - axes) + [*spans]
+    four = (math.prod(values.shape[: values.ndim - axes]), *volume(values, axes).shape[-AXES:])
+    starts, stops = (tuple(span[side] for span in every) for side in (0, 1))
+    sums: np.ndarray = sum_boxes(values.astype(kind).reshape(four), starts, stops).reshape(shape)
     return sums
+
+
+def volume(values: np.ndarray, axes: int) -> np.ndarray:
+    """Values (..., *S) of pixels that have so many axes, as if they had AXES of them."""
+    before = values.ndim - axes
+    return values.reshape(*values.shape[:before], *(1,) * (AXES - axes), *values.shape[before:])
+
+
+def in_volume(numbers: Sequence[Any] | np.ndarray, missing: int) -> np.ndarray:
+    """Whole numbers (..., axes) of axes, as `volume` has them; `missing` those of the axes that there are not."""
+    whole = np.asarray(numbers, np.int64)
+    before = np.full((*whole.shape[:-1], AXES - whole.shape[-1]), missing, np.int64)
+    return np.concatenate([before, whole], -1)
 
 
 def wrapped(values: np.ndarray, extent: tuple[int, ...], periodic: tuple[bool, ...]) -> np.ndarray:

@@ -9,6 +9,7 @@ from scipy import ndimage
 
 from kwatra.elements import Lattice, out_of_step
 from kwatra.pieces.boxes import Box
+from kwatra.pieces.corners import Corners
 from kwatra.pieces.mosaic import Mosaic
 from kwatra.pieces.sheet import Sheet
 from kwatra.pieces.stock import Array
@@ -79,17 +80,36 @@ def kept_in_step(lattice: Lattice, step: Array, shown: Array, valid: Array) -> A
     return cost
 
 
-def shown_near(sheet: Sheet[Mosaic], box: Box, reach: int, shape: Sequence[int]) -> Array:
-    """How much of an exemplar of some shape is shown around a box: 1 for a pixel in it, 0 from `reach` away from it."""
-    from kwatra.pieces.loops import sum_near
+def shown_before(
+    sheet: Sheet[Mosaic], box: Box, corners: Corners, used: Array, same: Array, prices: tuple[float, float, float]
+) -> Array:
+    """What blocks at `corners` cost, shaped as `same`, for what was shown before.
+
+    used (*cell): how often each place of the mosaic is. same: how many pixels a block shows where they are shown
+    already: it then continues a copy. prices: what a block costs whose pixels were used once more than all on average,
+    which continues a copy, and, of stills, which is shown right beside as well.
+    """
+    from kwatra.pieces.weighing import charge_shown
+
+    usage, again, beside = prices
+    counts = np.stack([used, shown_near(sheet, box, max(corners.block))]) if beside > 0 else used[None]
+    sums, cost = corners.sums(counts).reshape(len(counts), -1), np.empty(same.shape)
+    mean = used.sum() / math.prod(corners.shape)
+    charge_shown(sums[0], sums[-1], same.ravel(), corners.pixels.ravel(), mean, usage, again, beside, cost.ravel())
+    return cost
+
+
+def shown_near(sheet: Sheet[Mosaic], box: Box, reach: int) -> Array:
+    """How much of each place of an image's mosaic is shown around a box: 1 for a pixel in it, 0 from `reach` away."""
+    from kwatra.pieces.weighing import sum_near
 
     low = np.maximum(np.array(box.start) - reach, 0)
     high = np.minimum(np.array(box.stop) + reach, sheet.shape)
     at = tuple(slice(a, b) for a, b in zip(low, high, strict=True))
-    cell = sheet.sources.cell
-    shown = np.zeros(math.prod(cell))
-    sum_near(sheet.places[at], sheet.label[at], low, np.array(box.start), np.array(box.stop), float(reach), shown)
-    return shown.reshape(cell)[tuple(slice(1, n + 1) for n in shape)]
+    shown = np.zeros(sheet.sources.cell)
+    around = low, np.array(box.start), np.array(box.stop), float(reach)
+    sum_near(sheet.places[at], sheet.label[at], *around, shown.ravel())
+    return shown
 
 
 def often_shown(used: Array) -> Array:

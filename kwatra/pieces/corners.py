@@ -14,8 +14,7 @@ import numpy as np
 
 from kwatra.base import InputError
 from kwatra.exemplar import Exemplar
-from kwatra.pieces.boxes import everywhere, span_sums
-from kwatra.pieces.fitting import Fit
+from kwatra.pieces.boxes import span_sums
 from kwatra.pieces.stock import Array
 
 
@@ -49,17 +48,17 @@ class Corners:
         more = [(h // g, h // g) for h, g in zip(hang, self.grain, strict=True)]
         return replace(self, hang=hang, valid=np.pad(self.valid, more, constant_values=True))
 
-    def at(self, numbers: Array) -> list[tuple[int, ...]]:
-        """The first pixels of blocks, given by their flat numbers."""
-        corners = np.stack(np.unravel_index(numbers, self.valid.shape), 1) * np.array(self.grain) - np.array(self.hang)
-        return [tuple(corner) for corner in corners.tolist()]
+    def at(self, numbers: Array) -> Array:
+        """The first pixels (n, axes) of blocks, given by their flat numbers (n,)."""
+        corners: Array = np.stack(np.unravel_index(numbers, self.valid.shape), 1) * self.grain - np.array(self.hang)
+        return corners
 
     def continuing(self, places: Array, known: Array) -> Array:
         """How many pixels of a box (*E) come from where each block would have them, of those that are `known`.
 
         places (*E): where they come from, in a mosaic of the exemplar alone.
         """
-        from kwatra.pieces.loops import count_offsets
+        from kwatra.pieces.weighing import count_offsets
 
         counts, cell = np.zeros(self.valid.shape), np.array(self.shape) + 2
         extent, hang, grain = np.array(known.shape), np.array(self.hang), np.array(self.grain)
@@ -67,12 +66,14 @@ class Corners:
         return counts
 
     def covering(self, needed: Array) -> Array:
-        """Of which blocks all pixels of a box (*E) that are `needed` lie inside of the exemplar."""
-        lines = []
+        """Of which valid blocks all pixels of a box (*E) that are `needed` lie inside of the exemplar."""
+        inside, covering = [slice(None)] * needed.ndim, np.zeros_like(self.valid)
         for axis, (starts, size) in enumerate(zip(self._corners, self.shape, strict=True)):
             along = np.flatnonzero(needed.any(tuple(d for d in range(needed.ndim) if d != axis)))
-            lines.append((starts + along[0] >= 0) & (starts + along[-1] < size) if len(along) else starts == starts)
-        return everywhere(lines)
+            if len(along):
+                inside[axis] = slice(*np.searchsorted(starts, (-along[0], size - along[-1])))
+        covering[tuple(inside)] = self.valid[tuple(inside)]
+        return covering
 
     def around(self, image: Array) -> Array:
         """An image (..., *shape) with as much of nothing around it as blocks may hang over."""
@@ -85,7 +86,7 @@ class Corners:
         return self.inside(np.ones(self.block))
 
     def sums(self, values: Array) -> Array:
-        """The sum of the exemplar's values (*shape) under each block."""
+        """The sum of the exemplar's values under each block, given by place of its mosaic (..., *shape + 2)."""
         return span_sums(values, self._under)
 
     def inside(self, values: Array) -> Array:
@@ -94,9 +95,9 @@ class Corners:
 
     @cached_property
     def _under(self) -> list[tuple[Array, Array]]:
-        """Axis by axis the pixels of the exemplar under each block, from the first to before the last."""
+        """Axis by axis the places of the exemplar under each block, from the first to before the last."""
         lines = zip(self._corners, self.block, self.shape, strict=True)
-        return [(_within(c, size), _within(c + extent, size)) for c, extent, size in lines]
+        return [(_within(c, size) + 1, _within(c + extent, size) + 1) for c, extent, size in lines]
 
     def _seen(self, extent: tuple[int, ...]) -> list[tuple[Array, Array]]:
         """Axis by axis the pixels of a box of some extent that lie inside, from the first to before the last."""
@@ -113,18 +114,6 @@ class Corners:
     def _corners(self) -> list[Array]:
         """Where blocks start, axis by axis."""
         return [np.arange(n) * g - h for n, g, h in zip(self.valid.shape, self.grain, self.hang, strict=True)]
-
-    def squares(self, fit: Fit, content: Array, known: Array) -> tuple[Array, Array]:
-        """The squared difference of each block to the content (C, *E) that is `known` (*E), and over how many pixels.
-
-        fit: of the exemplar as `around` gives it.
-        """
-        squares = self.on_grain(fit.inside(content, known.astype(np.float64)))
-        if not any(self.hang):
-            return squares, np.asarray(known.sum())
-        against = np.where(known, (content**2).sum(0), 0)  # with nothing, what hangs over was compared
-        inside, seen = self.inside(np.stack([against, known]))
-        return np.maximum(squares - (against.sum() - inside), 0), seen
 
     def on_grain(self, values: Array) -> Array:
         """Values for blocks at every pixel, of those of which blocks may start."""

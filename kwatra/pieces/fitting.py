@@ -32,15 +32,21 @@ class Fit:
 
         weight: >= 0, (*E), or (C, *E) with a weight for each channel. Where it is 0 content is not looked at.
         """
-        shape, extent = self.image.shape[1:], content.shape[1:]
-        size = _fast(shape)
         there = np.where(weight > 0, content, 0)
-        known, each = there * weight, weight.ndim > len(extent)
-        ones = _forward(np.concatenate([known, weight if each else weight[None]]), size)
-        spectrum = _correlated(ones, self._channel_spectrum() if each else self._spectrum(size))
-        room = tuple(n - e + 1 for n, e in zip(shape, extent, strict=True))
+        known = there * weight
+        ones = np.concatenate([known, weight if weight.ndim == content.ndim else weight[None]])
         constant = (known * there).sum(dtype=np.float64)
-        return np.maximum(_inverse(spectrum, size, room) + constant, 0)
+        return np.maximum(self.less_energy(ones) + constant, 0)
+
+    def less_energy(self, ones: np.ndarray) -> np.ndarray:
+        """What `inside` finds, less the weighted squares of the content itself.
+
+        ones: the content times its weight (C, *E), and the weight, once or for each channel.
+        """
+        shape, extent, size = self.image.shape[1:], ones.shape[1:], _fast(self.image.shape[1:])
+        single = len(ones) == len(self.image) + 1
+        spectrum = _correlated(_forward(ones, size), self._spectrum(size) if single else self._channel_spectrum())
+        return _inverse(spectrum, size, tuple(n - e + 1 for n, e in zip(shape, extent, strict=True)))
 
     def under(self, content: np.ndarray, mask: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The squared difference of the image to each part of a stretch (C, *R), (R - S + 1), and on how many pixels.
@@ -91,7 +97,7 @@ def _correlated(ones: np.ndarray, others: np.ndarray) -> np.ndarray:
     """The transform of the summed correlations of several with as many others, all transforms (k, *size)."""
     from kwatra.pieces.loops import correlate
 
-    total = np.empty(ones.shape[1:], np.complex128)
+    total = np.empty(ones.shape[1:], np.result_type(ones, others))
     correlate(ones.reshape(len(ones), -1), others.reshape(len(others), -1), total.ravel())
     return total
 

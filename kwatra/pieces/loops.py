@@ -1,6 +1,6 @@
-"""Loops over the pixels of a window or an exemplar that choosing a block takes, compiled.
+"""Sums, products and quantiles of arrays, and what places of a mosaic mean, in compiled loops.
 
-This module is compiled by numba when first used, so it is imported where a block is chosen.
+This module is compiled by numba when first used, so it is imported where these are computed.
 """
 
 from typing import Any
@@ -22,6 +22,23 @@ def sum_spans(values: Any, starts: Any, stops: Any, sums: Any) -> None:
             _add(table[j], values[i, j], table[j + 1])
         for span in range(len(starts)):
             _subtract(table[stops[span]], table[starts[span]], sums[i, span])
+
+
+@jitted
+def sum_boxes(values: Any, starts: Any, stops: Any) -> Any:
+    """Sums (before, i, j, k) of values (before, A, B, C) over all boxes from starts to before stops of the axes."""
+    n, a, b, c = values.shape
+    planes, rows, columns = len(starts[0]), len(starts[1]), len(starts[2])
+    one = values
+    if a > 1 or planes > 1 or stops[0][0] - starts[0][0] != 1:
+        one = np.empty((n, planes, b, c), values.dtype)
+        sum_spans(values.reshape((n, a, b * c)), starts[0], stops[0], one.reshape((n, planes, b * c)))
+    two = np.empty((n, planes, rows, c), values.dtype)
+    sum_spans(one.reshape((n * planes, b, c)), starts[1], stops[1], two.reshape((n * planes, rows, c)))
+    three = np.empty((n, planes, rows, columns), values.dtype)
+    last = (n * planes * rows, c, 1), (n * planes * rows, columns, 1)
+    sum_spans(two.reshape(last[0]), starts[2], stops[2], three.reshape(last[1]))
+    return three
 
 
 @jitted
@@ -66,72 +83,6 @@ def quantile(values: Any, share: Any) -> Any:
 
 
 @jitted
-def take_fairly(squares: Any, seen: Any, valid: Any, count: Any, share: Any, summed: Any) -> None:
-    """Sum blocks' squared differences (N,) over `count` pixels, those not `seen` (N,) taken to be as a fair block's.
-
-    That is the mean square which the share of `valid` (N,) blocks does not exceed.
-    """
-    means, blocks = np.empty(len(squares)), 0
-    for i in range(len(squares)):
-        if valid[i]:
-            means[blocks] = squares[i] / max(seen[i], 1)
-            blocks += 1
-    fair = quantile(means[:blocks], share)
-    for i in range(len(squares)):
-        summed[i] = squares[i] + (count - seen[i]) * fair
-
-
-@jitted
-def charge_shown(
-    used: Any, near: Any, same: Any, pixels: Any, mean: Any, usage: Any, again: Any, beside: Any, cost: Any
-) -> None:
-    """Set what blocks cost (N,) for what was shown before, given the sums of how often and how near their pixels were.
-
-    same: how many pixels only continue a copy; pixels: how many there are. usage, again, beside: what a block costs
-    that was used once more than in the mean, that continues a copy, that is shown right beside.
-    """
-    for i in range(len(used)):
-        cost[i] = usage * (used[i] / pixels[i] - mean) + beside / pixels[i] * (near[i] - same[i])
-        if same[i] > 0:
-            cost[i] += again
-
-
-@jitted
-def count_offsets(places: Any, known: Any, extent: Any, cell: Any, hang: Any, grain: Any, counts: Any) -> None:
-    """Count from which corners (*n) of an exemplar the known pixels of a box come, those from elsewhere left out.
-
-    places (N,): of a mosaic of the exemplar alone, cells of `cell` (axes,); known (N,): whether there is one; extent
-    (axes,): of the box. A corner's number is its place and what may `hang` over, in steps of grain; it is found once
-    for what goes on along the last axis.
-    """
-    flat, axes = counts.ravel(), len(extent)
-    number, found = 0, False
-    for pixel in range(len(places)):
-        if not known[pixel]:
-            continue
-        if pixel % extent[-1] == 0 or not known[pixel - 1] or places[pixel] != places[pixel - 1] + 1:
-            there, here, number, stride, found = places[pixel], pixel, 0, 1, True
-            for axis in range(axes - 1, -1, -1):
-                first = there % cell[axis] - 1 - here % extent[axis] + hang[axis]
-                step = first // grain[axis]
-                found = found and first >= 0 and step < counts.shape[axis]
-                number += step * stride
-                stride *= counts.shape[axis]
-                there //= cell[axis]
-                here //= extent[axis]
-        if found:
-            flat[number] += 1
-
-
-@jitted
-def take_known(image: Any, places: Any, known: Any, content: Any) -> None:
-    """The values (C, N) of an image (C, M) at its places (N,) where they are known (N,), and 0 elsewhere."""
-    for channel in range(len(image)):
-        for pixel in range(len(known)):
-            content[channel, pixel] = image[channel, places[pixel]] if known[pixel] else 0
-
-
-@jitted
 def locate(places: Any, cell: Any, strides: Any, number: Any, at: Any) -> None:
     """The source's number (N,) and the coordinates in it (axes, N) of places (N,) of a mosaic.
 
@@ -142,23 +93,3 @@ def locate(places: Any, cell: Any, strides: Any, number: Any, at: Any) -> None:
         for axis in range(len(strides)):
             step, rest = divmod(rest, strides[axis])
             at[axis, i] = step - 1
-
-
-@jitted
-def sum_near(places: Any, label: Any, corner: Any, start: Any, stop: Any, reach: Any, shown: Any) -> None:
-    """Add to each place's `shown` how near to a box it is shown: 1 in it, 0 from `reach` away.
-
-    places, label (H, W): what pixels show, and of which patch, < 0 of none; the first of them lies at `corner`. start,
-    stop: of the box. How near the pixels of a row are is the same for all rows that are so far up or down.
-    """
-    share, known = np.zeros(places.shape[1]), -1
-    for i in range(places.shape[0]):
-        down = max(start[0] - (corner[0] + i), corner[0] + i - (stop[0] - 1), 0)
-        if down != known:
-            known = down
-            for j in range(places.shape[1]):
-                right = max(start[1] - (corner[1] + j), corner[1] + j - (stop[1] - 1), 0)
-                share[j] = max(1 - np.sqrt(down * down + right * right) / reach, 0)
-        for j in range(places.shape[1]):
-            if label[i, j] >= 0:
-                shown[places[i, j]] += share[j]

@@ -61,7 +61,7 @@ def cut_in(
     a, left = (tuple(lines(cost, axis) for axis, cost in enumerate(costs)) for costs in (remembered, seams))
     b, c = (tuple(np.empty(cost.shape, np.int32) for cost in a) for _ in range(2))
     known = Depths(np.empty(0, np.float32), np.empty(0, np.float32), 1.0, 0.0) if depths is None else depths
-    solved = _cut_in(
+    solved = cut_places(
         planes, np.array(strides), old.ravel(), new.ravel(), known.old.ravel(), known.new.ravel(), known.hidden,
         known.least, choice.ravel(), weight, a, b, c, most, take.ravel(), left,
     )  # fmt: skip
@@ -69,10 +69,11 @@ def cut_in(
 
 
 @jitted
-def _cut_in(
+def cut_places(
     planes: Any, strides: Any, old: Any, new: Any, deep_old: Any, deep_new: Any, hidden: Any, least: Any, choice: Any,
     weight: Any, a: Any, b: Any, c: Any, most: Any, take: Any, left: Any,
 ) -> Any:  # fmt: skip
+    """As `cut_in`, of pixels (N,); whether it is solved, and `take` (N,) and `left` are set. b, c are written over."""
     here = np.empty(len(new), np.int32)
     _apart(planes, choice, old, new, here)
     for axis in range(len(a)):

@@ -21,6 +21,7 @@ It then runs along the gaps of one side, and through elements of both nowhere, h
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -99,6 +100,13 @@ class SeamCost:
         pairs = self.pairs(old, new, remembered)
         take = best_cut(choice, pairs, taking)
         return take, seams_after(choice, take, pairs)
+
+    @cached_property
+    def deep(self) -> Array:
+        """How deep in its element each place of a mosaic lies; of none, where that is not known."""
+        if self.depth is None or not isinstance(self.sources, Mosaic):
+            return np.empty(0, np.float32)
+        return self.depth.at(np.arange(self.sources.planes.shape[1]))
 
     def seam(self, s: Array, t: Array, axis: int, axes: int) -> Array:
         """The cost of seams between places s and t, those of pixels one step apart along an axis of so many."""

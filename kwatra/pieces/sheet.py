@@ -15,9 +15,9 @@ from typing import Any, Generic, NamedTuple, TypeVar
 import numpy as np
 
 from kwatra.cut import FREE, KEEP, MOST, TAKE, VOID, along
-from kwatra.pieces.boxes import Box
+from kwatra.pieces.boxes import Box, in_volume, volume
 from kwatra.pieces.seams import SeamCost, summed
-from kwatra.pieces.stock import Stock
+from kwatra.pieces.stock import Array, Stock
 
 S = TypeVar("S", bound=Stock)
 
@@ -119,6 +119,15 @@ class Sheet(Generic[S]):
         there: np.ndarray = self.label[at] >= 0
         return there
 
+    def shown(self, box: Box) -> tuple[Array, Array]:
+        """The places (*E) that are shown in a box, and which of them are known, of a mosaic's sheet."""
+        from kwatra.pieces.weighing import look
+
+        places, known, axes = self.sources.nowhere(box.extent), np.empty(box.extent, bool), len(self.shape)
+        sheet = volume(self.label, axes), volume(self.places, axes)
+        look(*sheet, in_volume(box.start, 0), volume(places, axes), volume(known, axes))
+        return places, known
+
     def longest(self, axis: int) -> int:
         """The longest patch an axis admits: around a closed axis it must leave both its neighbors distinct."""
         return max(self.shape[axis] - 2, 1) if self.periodic[axis] else self.shape[axis]
@@ -154,7 +163,7 @@ class Sheet(Generic[S]):
         around = Box(tuple(s - 1 for s in box.start), tuple(e + 2 for e in box.extent))
         around = around.clipped(self.shape, self.periodic)
         at = self.indices(around)
-        filled, fixed = self.filled_at(at), self.fixed[at]
+        filled, fixed = self.filled_at(at), np.ascontiguousarray(self.fixed[at])
         kept = np.where(filled, np.int8(KEEP), np.int8(VOID))
         laid = np.where(filled, np.int8(FREE), np.int8(TAKE))
         laid[fixed] = KEEP

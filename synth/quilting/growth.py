@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -41,11 +41,19 @@ def refine(
     Returns what `lay_again` does.
     """
 
-    def improve(region: Box) -> bool:
-        patch = placer.choose(region, grid=grid)
-        return patch is not None and sheet.lay(patch, cheaper=True)
-
     anywhere = placer.rule.kind == "random"
-    return lay_again(
-        sheet, placer.regions, improve, budget, anywhere=anywhere, report=lambda part: report("refining", part)
-    )
+
+    def costly(most: int) -> list[Box]:
+        region = placer.regions.anywhere() if anywhere else placer.regions.costliest()
+        return [] if region is None else [region]
+
+    def improve(regions: Sequence[Box]) -> list[bool]:
+        return [lay(region) for region in regions]
+
+    def lay(region: Box) -> bool:
+        patch = placer.choose(region, grid=grid)
+        lower = patch is not None and sheet.lay(patch, cheaper=True)
+        placer.regions.rest(region)
+        return lower
+
+    return lay_again(sheet, costly, improve, budget, lambda part: report("refining", part))

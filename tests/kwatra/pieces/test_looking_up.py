@@ -4,18 +4,22 @@ import numpy as np
 import pytest
 
 from kwatra.pieces.boxes import Box
-from kwatra.pieces.loops import charge_shown, quantile, take_known
+from kwatra.pieces.loops import quantile
 from kwatra.pieces.mosaic import Mosaic
 from kwatra.pieces.seams import SeamCost
 from kwatra.pieces.sheet import Sheet
+from kwatra.pieces.weighing import charge_shown, pick, take_known
 
 
 def test_values_are_taken_where_they_are_known():
     rng = np.random.default_rng(0)
     image, places, known = rng.random((3, 50)), rng.integers(0, 50, 40, np.int32), rng.random(40) < 0.6
-    content = np.full((3, 40), np.nan)
-    take_known(image, places, known, content)
-    np.testing.assert_array_equal(content, np.where(known, image[:, places], 0))
+    ones, against = np.full((4, 40), np.nan), np.full((2, 40), np.nan)
+    energy = take_known(image, places, known, ones, against)
+    wanted = np.where(known, image[:, places], 0)
+    np.testing.assert_array_equal(ones, [*wanted, known])
+    np.testing.assert_allclose(against, [(wanted**2).sum(0), known])
+    assert energy == pytest.approx((wanted**2).sum())
 
 
 @pytest.mark.parametrize("shapes", [[(7, 9)], [(4, 5, 6), (3, 6, 4)]])
@@ -37,6 +41,10 @@ def test_a_box_may_pass_the_border_where_the_sheet_wraps(start):
     sheet.label = np.arange(42).reshape(6, 7)
     rows, columns = (np.arange(s, s + e) % n for s, e, n in zip(start, (3, 4), (6, 7), strict=True))
     np.testing.assert_array_equal(sheet.label[sheet.indices(Box(start, (3, 4)))], sheet.label[np.ix_(rows, columns)])
+    sheet.places[:], sheet.label[::2] = np.arange(42).reshape(6, 7), -1
+    places, known = sheet.shown(Box(start, (3, 4)))
+    np.testing.assert_array_equal(places, sheet.places[np.ix_(rows, columns)])
+    np.testing.assert_array_equal(known, np.broadcast_to(rows[:, None] % 2 == 1, (3, 4)))
 
 
 def test_a_quantile_is_numpys_bit_for_bit():
@@ -53,3 +61,11 @@ def test_what_was_shown_costs_by_how_often_and_how_near_and_whether_it_is_contin
     charge_shown(used, near, same, pixels, 0.4, 0.5, 0.3, 0.2, cost)
     by_hand = 0.5 * (used / pixels - 0.4) + 0.3 * (same > 0) + 0.2 * (near - same) / pixels
     np.testing.assert_allclose(cost, by_hand, atol=1e-12)
+
+
+@pytest.mark.parametrize("most", [1, 4, 30])
+def test_blocks_are_picked_by_their_cost_and_of_equals_the_first(most):
+    costs = np.random.default_rng(most).integers(0, 9, 25) / 8
+    costs[::4] = np.inf
+    near = [i for i in np.argsort(costs, kind="stable") if costs[i] <= costs.min() + 0.5]
+    np.testing.assert_array_equal(pick(costs, most, 0.5), near[:most])

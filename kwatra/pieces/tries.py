@@ -1,0 +1,157 @@
+"""Several patches tried on one window, and the one that is laid at the least cost, in one compiled call.
+
+It holds no lock of the interpreter's, so threads can lay on several windows side by side. Pixels are seen as (before,
+rows, columns), whatever their axes.
+
+This module is compiled by numba when first used, so it is imported where patches are tried.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from kwatra.base.compiled import jitted
+from kwatra.cut.choices import FREE, MOST, TAKE
+from kwatra.cut.network import lines
+from kwatra.pieces.boxes import in_volume, volume
+from kwatra.pieces.matches import cut_places
+from kwatra.pieces.stock import Array
+
+
+class Tries(NamedTuple):
+    """Patches (n,) of a mosaic's first source, tried on a window.
+
+    shifts, starts, stops (n, axes): by how much they are shifted, and their boxes, counted from the window's first
+    pixel. costs (n,): what each costs beside its price; rates (n,): what its price counts. must: whether all of a patch
+    is taken. taking (n, pixels): what pixels cost more when they take a patch, as in `Sheet.cut`; (0, 0) for nothing.
+    """
+
+    shifts: Array
+    starts: Array
+    stops: Array
+    costs: Array
+    rates: Array
+    must: bool
+    taking: Array
+
+
+class Ground(NamedTuple):
+    """What patches are laid on, and of: arrays of a window (`Window`), colors by place (C, N) and what places mean.
+
+    sizes, strides (axes,): of the source, and from a place to the next. deep: how deep in its element each place lies,
+    of none if seams are not hidden; hidden, floor: what that makes of seams (`kwatra.pieces.Depth`).
+    """
+
+    kept: Array
+    laid: Array
+    fixed: Array
+    places: Array
+    remembered: Sequence[Array]
+    total: int
+    planes: Array
+    sizes: Sequence[int]
+    strides: Sequence[int]
+    deep: Array
+    hidden: float
+    floor: float
+
+
+class Found(NamedTuple):
+    """The number of the patch that costs least; what it takes, shows and leaves, its change and price, as in `Cut`."""
+
+    number: int
+    take: Array
+    places: Array
+    seams: list[Array]
+    change: int
+    price: int
+
+
+def cheapest_of(tries: Tries, ground: Ground, least: float) -> Found | None:
+    """The patch whose cost, and price times rate, come to least; None if none comes to less than `least`."""
+    shape, axes, strides = ground.kept.shape, ground.kept.ndim, np.array(ground.strides)
+    take, places = np.empty(shape, np.bool_), np.empty_like(ground.places)
+    seams = [np.empty(cost.shape, np.int32) for cost in ground.remembered]
+    a, left = (tuple(lines(cost, axis) for axis, cost in enumerate(costs)) for costs in (ground.remembered, seams))
+    spare = [tuple(np.empty(cost.shape, np.int32) for cost in a) for _ in range(3)]
+    number, change, price = _try_all(
+        volume(ground.kept, axes), volume(ground.laid, axes), volume(ground.fixed, axes), volume(ground.places, axes),
+        a, ground.total, ground.planes, in_volume(ground.sizes, 1), strides, ground.deep, ground.hidden, ground.floor,
+        # a plane that is none begins before any place of the source
+        in_volume(tries.shifts, 1), in_volume(tries.starts, 0), in_volume(tries.stops, 1), tries.costs, tries.rates,
+        tries.must, tries.taking, least, spare[0], spare[1], spare[2], take.ravel(), places.ravel(), left,
+    )  # fmt: skip
+    return None if number < 0 else Found(number, take, places, seams, change, price)
+
+
+@jitted
+def _try_all(
+    kept: Any, laid: Any, fixed: Any, old: Any, a: Any, total: Any, planes: Any, sizes: Any, strides: Any, deep: Any,
+    hidden: Any, floor: Any, shifts: Any, starts: Any, stops: Any, costs: Any, rates: Any, must: Any, taking: Any,
+    least: Any, b: Any, c: Any, tried: Any, take: Any, places: Any, left: Any,
+) -> Any:  # fmt: skip
+    """The number of the cheapest try, -1 for none, its change and its price; sets what it takes, shows and leaves."""
+    count, best, best_change, best_price = kept.size, -1, 0, 0
+    choice, new, taken = np.empty(kept.shape, np.int8), np.empty(old.shape, old.dtype), np.empty(count, np.bool_)
+    weight, known = np.zeros(count, np.int64), count if len(deep) > 0 else 0
+    deep_old, deep_new = np.empty(known, np.float32), np.empty(known, np.float32)
+    shown_old, shown_new, may = old.ravel(), new.ravel(), choice.ravel()
+    for i in range(known):
+        deep_old[i] = deep[shown_old[i]]
+    for k in range(len(costs)):
+        most = MOST if least == np.inf else math.ceil((least - costs[k]) / rates[k])
+        if len(taking) == 0 and -total > most:  # were no seam left
+            continue
+        _lay_out(kept, laid, fixed, starts[k], stops[k], must, choice)
+        _find_places(sizes, shifts[k], starts[k], stops[k], new)
+        for i in range(known):
+            deep_new[i] = deep[shown_new[i]]
+        for i in range(count):
+            weight[i] = taking[k, i] if len(taking) > 0 else 0
+        if not cut_places(
+            planes, strides, shown_old, shown_new, deep_old, deep_new, hidden, floor, may, weight, a, b, c, most, taken,
+            tried,
+        ):  # fmt: skip
+            continue
+        change = -total
+        for axis in range(len(a)):
+            change += tried[axis].sum()
+        price = change
+        if len(taking) > 0:
+            for i in range(count):
+                price += taking[k, i] if taken[i] and may[i] == FREE else 0
+        if price <= most and costs[k] + rates[k] * price < least:
+            least, best, best_change, best_price = costs[k] + rates[k] * price, k, change, price
+            take[:], places[:] = taken, shown_new
+            for axis in range(len(a)):
+                left[axis][:] = tried[axis]
+    return best, best_change, best_price
+
+
+@jitted
+def _lay_out(kept: Any, laid: Any, fixed: Any, start: Any, stop: Any, must: Any, choice: Any) -> None:
+    """What may happen to pixels where a patch is laid from start to before stop."""
+    choice[:] = kept
+    for i in range(start[0], stop[0]):
+        for j in range(start[1], stop[1]):
+            for k in range(start[2], stop[2]):
+                choice[i, j, k] = TAKE if must and not fixed[i, j, k] else laid[i, j, k]
+
+
+@jitted
+def _find_places(sizes: Any, shift: Any, start: Any, stop: Any, places: Any) -> None:
+    """The places a window shows of a shifted source, which goes on beyond the patch by one pixel, and by its rim."""
+    for i in range(places.shape[0]):
+        plane = _line(i, start[0], stop[0], shift[0], sizes[0]) * (sizes[1] + 2)
+        for j in range(places.shape[1]):
+            row = (plane + _line(j, start[1], stop[1], shift[1], sizes[1])) * (sizes[2] + 2)
+            for k in range(places.shape[2]):
+                places[i, j, k] = row + _line(k, start[2], stop[2], shift[2], sizes[2])
+
+
+@jitted
+def _line(at: Any, start: Any, stop: Any, shift: Any, size: Any) -> Any:
+    """How far along an axis of the mosaic a pixel's place lies."""
+    return min(max(min(max(at, start - 1), stop) - shift, -1), size) + 1
