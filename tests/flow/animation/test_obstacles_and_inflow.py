@@ -1,5 +1,7 @@
 """Textures that flow around obstacles, and into empty frames."""
 
+from dataclasses import replace
+
 import pytest
 import torch
 from torch import Tensor
@@ -25,7 +27,7 @@ def test_what_is_behind_an_obstacle_changes_not_one_bit() -> None:
     states = [frame.state for frame in animated(field, 3, mask=STONE)]
     for hidden in (states[1].source + 0.6, torch.rand(2, *SHAPE) * 80, torch.full((2, *SHAPE), torch.nan)):
         source, image = (torch.where(STONE, seen, hidden[:1]) for seen in (states[1].source, states[1].image))
-        spoiled = flow.State(1, source, STONE, image)
+        spoiled = replace(states[1], source=source, image=image)
         again = animated(field, 3, mask=STONE, after=spoiled)[-1]
         assert torch.equal(again.state.source[:, STONE], states[2].source[:, STONE])
         assert torch.equal(again.state.image[:, STONE], states[2].image[:, STONE])
