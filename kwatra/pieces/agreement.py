@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from kwatra.pieces.boxes import in_volume, volume
 from kwatra.pieces.corners import Corners
 from kwatra.pieces.fitting import Fit
 from kwatra.pieces.mosaic import by_place
@@ -40,17 +39,15 @@ class Agreement:
         """
         from kwatra.pieces.weighing import compare, take_known
 
-        channels, extent, axes = len(self._at_places), known.shape, known.ndim
+        channels, extent = len(self._at_places), known.shape
         ones, against = np.empty((channels + 1, *extent), np.float32), np.empty((2, *extent))
         flat = (values.reshape(len(values), -1) for values in (ones, against))
         energy = take_known(self._at_places, places.ravel(), known.ravel(), *flat)
-        raw, mismatch = self.fit.less_energy(ones), np.empty(valid.shape)
+        raw, mismatch = self.corners.on_grain(self.fit.less_energy(ones)), np.empty(valid.shape)
         hangs = any(self.corners.hang)
         inside = self.corners.inside(against).reshape(2, -1) if hangs else np.empty((2, 0))
-        compare(
-            volume(raw, axes), in_volume(self.corners.grain, 1), energy, int(known.sum()), inside,
-            volume(valid, axes), FAIR, self.variance, 10.0**DIGITS, mismatch.ravel(),
-        )  # fmt: skip
+        units = self.variance, 10.0**DIGITS
+        compare(raw.ravel(), energy, int(known.sum()), inside, valid.ravel(), FAIR, *units, mismatch.ravel())
         return mismatch
 
 

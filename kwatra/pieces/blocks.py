@@ -160,13 +160,14 @@ class BlockStart:
         """
         choosing = Lock()
         luck = torch.rand(len(boxes), generator=self.generator, dtype=torch.float64).tolist()
+        often = self.uneven * often_shown(self.used) if self.uneven else None
 
         def cut(number: int) -> Cut | None:
             box = boxes[number]
             needed = None if again else self._needed(box)
             with choosing:
                 chosen = self.candidates.choose(box, needed, self.shown, self.seams, luck[number])
-            return self._cheapest(box, *chosen, again)
+            return self._cheapest(box, *chosen, often, again)
 
         cuts = apart(cut, range(len(boxes)))
         for found in cuts:
@@ -213,15 +214,15 @@ class BlockStart:
         self.shown += (new - old).reshape(self.shown.shape)
         self.sheet.commit(cut)
 
-    def _cheapest(self, box: Box, places: Array, costs: Array, again: bool) -> Cut | None:
+    def _cheapest(self, box: Box, places: Array, costs: Array, often: Array | None, again: bool) -> Cut | None:
         """Of blocks cut in along the cheapest seams the one that costs least with what is seen of its seams.
 
         That is 1 for a seam in plain sight: between unrelated pixels all along the block. Where blocks are laid again
         it is the one that lowers most what seams cost, and a wish adds; None if none does. places (n, axes): of the
-        blocks' first pixels; costs (n,).
+        blocks' first pixels; costs (n,). often (T, H, W): what is charged for how often places of a scene are shown.
         """
-        window, often = self.sheet.window(box), self.uneven * often_shown(self.used) if self.uneven else None
-        patches, least = [self._patch(box, place) for place in places.tolist()], math.inf
+        window, least = self.sheet.window(box), math.inf
+        patches = [self._patch(box, place) for place in places.tolist()]
         if again:
             costs, rates, least = np.zeros(len(patches)), np.ones(len(patches)), 0.0
         else:

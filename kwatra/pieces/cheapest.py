@@ -1,7 +1,7 @@
 """Of several patches of a mosaic, tried in one window, the one to lay."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -9,6 +9,9 @@ from kwatra.cut import MOST, solved_at_once
 from kwatra.pieces.mosaic import Mosaic
 from kwatra.pieces.sheet import Cut, Patch, Sheet, Window
 from kwatra.pieces.stock import Array
+
+Offer = tuple[Patch, float, float, Array | None]
+"""A patch, its cost and rate, and what pixels cost more that take it."""
 
 
 def cheapest_cut(
@@ -28,12 +31,14 @@ def cheapest_cut(
     is the first. must: whether all of a patch is taken. taking: as for `Sheet.cut`, of each patch.
     """
     if not solved_at_once(window.laid):
-        return _one_by_one(sheet, window, patches, costs, rates, least, must, taking)
+        more: Sequence[Array | None] = taking or [None] * len(patches)
+        offers = zip(patches, costs.tolist(), rates.tolist(), more, strict=True)
+        return _one_by_one(sheet, window, offers, least, must)
     from kwatra.pieces.tries import Ground, Tries, cheapest_of
 
     origin, extra = np.array(window.box.start), np.zeros((len(taking), window.kept.size), np.int64)
-    for row, patch, more in zip(extra, patches, taking, strict=False):
-        row.reshape(window.kept.shape)[window.part(patch.box)] = more
+    for row, patch, priced in zip(extra, patches, taking, strict=False):
+        row.reshape(window.kept.shape)[window.part(patch.box)] = priced
     corners = [patch.shift for patch in patches], [p.box.start for p in patches], [p.box.stop for p in patches]
     shifts, starts, stops = (np.array(corner) - origin for corner in corners)
     depth, mosaic = sheet.cost.depth, sheet.sources
@@ -44,23 +49,13 @@ def cheapest_cut(
     return None if found is None else Cut(patches[found.number], window.at, *found[1:])
 
 
-def _one_by_one(
-    sheet: Sheet[Mosaic],
-    window: Window,
-    patches: Sequence[Patch],
-    costs: Array,
-    rates: Array,
-    least: float,
-    must: bool,
-    taking: Sequence[Array],
-) -> Cut | None:
+def _one_by_one(sheet: Sheet[Mosaic], window: Window, offers: Iterable[Offer], least: float, must: bool) -> Cut | None:
     """The same where cuts may be too large to be solved at once."""
     best = None
-    for number, (patch, cost, rate) in enumerate(zip(patches, costs.tolist(), rates.tolist(), strict=True)):
+    for patch, cost, rate, taking in offers:
         most = MOST if least == math.inf else math.ceil((least - cost) / rate)
         whole = np.ones(patch.box.extent, bool) if must else None
-        more = taking[number] if len(taking) else None
-        cut = sheet.cut_below(most, patch, must=whole, taking=more, window=window)
+        cut = sheet.cut_below(most, patch, must=whole, taking=taking, window=window)
         if cut is not None and cost + rate * cut.price < least:
             best, least = cut, cost + rate * cut.price
     return best

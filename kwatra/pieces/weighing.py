@@ -14,20 +14,18 @@ from kwatra.pieces.loops import quantile
 
 
 @jitted
-def look(label: Any, places: Any, start: Any, shown: Any, known: Any) -> Any:
-    """Set the places that are `shown` in a box, and which of them are known; returns how many are.
+def look(label: Any, places: Any, start: Any, shown: Any, known: Any) -> None:
+    """Set the places that are `shown` in a box, and which of them are known.
 
     label, places: of the whole sheet, around which a box may pass; start (3,): of the box.
     """
-    count, n = 0, label.shape
+    n = label.shape
     for i in range(shown.shape[0]):
         for j in range(shown.shape[1]):
             one, other = (start[0] + i) % n[0], (start[1] + j) % n[1]
             for k in range(shown.shape[2]):
                 last = (start[2] + k) % n[2]
                 shown[i, j, k], known[i, j, k] = places[one, other, last], label[one, other, last] >= 0
-                count += known[i, j, k]
-    return count
 
 
 @jitted
@@ -51,29 +49,17 @@ def take_known(image: Any, places: Any, known: Any, ones: Any, against: Any) -> 
 
 @jitted
 def compare(
-    raw: Any,
-    grain: Any,
-    energy: Any,
-    count: Any,
-    inside: Any,
-    blocks: Any,
-    share: Any,
-    scale: Any,
-    steps: Any,
-    mismatch: Any,
+    raw: Any, energy: Any, count: Any, inside: Any, valid: Any, share: Any, scale: Any, steps: Any, mismatch: Any
 ) -> None:
     """Set the mean squared differences (n,) of blocks to `count` known pixels, in units of `scale`, to 1 / steps.
 
-    raw: of every place of an image the squared difference, less the pixels' own `energy`. inside (2, n): the energy of
-    pixels, and how many, that do not hang over the image with a block; (2, 0) where none hangs over. What does is taken
-    to differ as in that one of the valid `blocks` which a share of them are no worse than.
+    raw (n,): the squared differences, less the pixels' own `energy`. inside (2, n): the energy of pixels, and how many,
+    that do not hang over the image with a block; (2, 0) where none hangs over. What does is taken to differ as in that
+    one of the valid (n,) blocks which a share of them are no worse than.
     """
-    squares, block, valid = np.empty(len(mismatch)), 0, blocks.ravel()
-    for i in range(blocks.shape[0]):
-        for j in range(blocks.shape[1]):
-            for k in range(blocks.shape[2]):
-                squares[block] = max(raw[i * grain[0], j * grain[1], k * grain[2]] + energy, 0.0)
-                block += 1
+    squares = np.empty(len(mismatch))
+    for i in range(len(squares)):
+        squares[i] = max(raw[i] + energy, 0.0)
     if inside.shape[1] > 0:
         _take_fairly(squares, energy, count, inside, valid, share)
     for i in range(len(squares)):
