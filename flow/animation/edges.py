@@ -101,7 +101,9 @@ def tidy(
     height, width = inside.shape
     above, below, beside = np.zeros((3, width + 1), np.bool_)
     for i in range(low, high):
-        after[:, i], joined[i] = source[:, i], False
+        joined[i] = False
+        for j in range(width):
+            after[0, i, j], after[1, i, j] = source[0, i, j], source[1, i, j]
         if not recent[max(i - 2, 0) : i + 3].any():
             continue
         above[:], below[:] = False, False

@@ -124,16 +124,24 @@ def _try_all(
                 price += taking[k, i] if taken[i] and may[i] == FREE else 0
         if price <= most and costs[k] + rates[k] * price < least:
             least, best, best_change, best_price = costs[k] + rates[k] * price, k, change, price
-            take[:], places[:] = taken, shown_new
+            _copy(taken, take)
+            _copy(shown_new, places)
             for axis in range(len(a)):
-                left[axis][:] = tried[axis]
+                _copy(tried[axis].ravel(), left[axis].ravel())
     return best, best_change, best_price
+
+
+@jitted
+def _copy(values: Any, to: Any) -> None:
+    """Values (N,) in another array; to have a slice assigned takes a second to compile for each kind of arrays."""
+    for i in range(len(values)):
+        to[i] = values[i]
 
 
 @jitted
 def _lay_out(kept: Any, laid: Any, fixed: Any, start: Any, stop: Any, must: Any, choice: Any) -> None:
     """What may happen to pixels where a patch is laid from start to before stop."""
-    choice[:] = kept
+    _copy(kept.ravel(), choice.ravel())
     for i in range(start[0], stop[0]):
         for j in range(start[1], stop[1]):
             for k in range(start[2], stop[2]):

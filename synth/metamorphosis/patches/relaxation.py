@@ -97,7 +97,8 @@ def _relax(
                     cost += _cost(windows[p], falloff, place, mass, total, least - cost)
                     if cost < least * (1 - 1e-6):
                         least, moved = cost, True
-                        places[p], shifts[p] = place, shift
+                        for axis in range(2):
+                            places[p, axis], shifts[p, axis] = place[axis], shift[axis]
             _lay(windows[p], falloff, places[p], mass, total, 1.0)
         energies.append(_energy(windows, falloff, mass, total, shifts, held, first, stiffness))
         if not moved:
