@@ -8,7 +8,7 @@ as sharp as the first. Where two copies of the exemplar meet, coordinates jump; 
 import torch
 from torch import Tensor
 
-from flow.animation.copies import JUMP, angles, onward, rigid
+from flow.animation.copies import JUMP, onward, turned
 from flow.warps import Lookup, filled, pixel_coordinates
 
 
@@ -24,15 +24,16 @@ def carried(source: Tensor, look: Lookup, inside: Tensor | None = None) -> Tenso
     from flow.animation.loops import carry
 
     there = torch.ones_like(source[0], dtype=torch.bool) if inside is None else inside
-    angle = angles(source, inside)
+    beside = turned(source, inside)
     after, first = torch.empty(source.shape), torch.empty(source[0].numel(), dtype=torch.long)
-    before = (values.contiguous() for values in (source, there, rigid(angle)[1]))
+    before = (values.contiguous() for values in (source, there, beside))
     carry(len(first), *before, look.coordinates.flatten(1), JUMP, after.flatten(1), first)
     if bool(look.known.all()):
         return after
     pixels = pixel_coordinates(source.shape[1:])
     beyond = ~look.known
     (column, row), (x, y) = filled(pixels, look.known)[:, beyond].long(), pixels[:, beyond]
-    angle = angle.flatten()[first.view(angle.shape)[row, column]]
+    cos, sin = beside.flatten(1)[:, first.view(there.shape)[row, column]]
+    angle = torch.atan2(sin, cos)
     after[:, beyond] = onward(after[:, row, column], angle, y - row, x - column)
     return after

@@ -6,11 +6,10 @@ nearest: `tidied` takes the crumbs away, and `softened` shows the seam between t
 little of both.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import torch
-import torch.nn.functional as F
 from torch import Tensor
 
 JUMP = 1.5
@@ -44,12 +43,32 @@ def angles(source: Tensor, inside: Tensor | None = None) -> Tensor:
     places less than NEIGHBORS px away; 0 where there are none. inside (H, W): where there is texture; what is elsewhere
     has no influence.
     """
+    cos, sin = turned(source, inside)
+    return torch.atan2(sin, cos)
+
+
+def turned(source: Tensor, inside: Tensor | None = None) -> Tensor:
+    """What copies change by to the right, (2, H, W), x first: the cosine and the sine of their `angles`."""
     from flow.animation.edges import tell_turns
 
     there = torch.ones_like(source[0], dtype=torch.bool) if inside is None else inside
     turn = torch.empty(source.shape)
     tell_turns(turn.shape[1], source.contiguous(), there.contiguous(), NEIGHBORS, turn)
-    return torch.atan2(*turn)
+    return turn.flip(0)
+
+
+def parted(source: Tensor, inside: Tensor, beside: Tensor, steps: Sequence[tuple[int, int]]) -> tuple[Tensor, Tensor]:
+    """Where (n, H, W) the pixels so many steps away belong to other copies, and where those go on to here (n, 2, H, W).
+
+    steps: rows and columns. beside (2, H, W): what copies change by to the right. inside (H, W): where there is
+    texture.
+    """
+    from flow.animation.edges import find_seams
+
+    seams, goes_on = torch.empty(len(steps), *inside.shape, dtype=torch.bool), torch.empty(len(steps), *source.shape)
+    frame = (values.contiguous() for values in (source, inside, beside))
+    find_seams(len(inside), *frame, np.array(steps), JUMP, seams, goes_on)
+    return seams, goes_on
 
 
 def rigid(angle: Tensor) -> tuple[Tensor, Tensor]:
@@ -91,12 +110,11 @@ def distortion(source: Tensor, angle: Tensor) -> Tensor:
     It is the square of the determinant of the source's derivative less 1, at most 1; 0 between copies. Turning and
     shearing keep areas. angle (H, W): that of the copies.
     """
-    below, beside = rigid(angle)
-    (down, one), (right, other) = _changes(source, below, beside)
-    down, one = F.pad(down, (0, 0, 0, 1)) + below, F.pad(one, (0, 0, 0, 1))
-    right, other = F.pad(right, (0, 1)) + beside, F.pad(other, (0, 1))
-    area = right[0] * down[1] - right[1] * down[0]
-    return torch.where(one & other, (area - 1).square().clamp(max=1), 0.0)
+    from flow.animation.edges import tell_area
+
+    off = torch.empty_like(angle)
+    tell_area(len(off), source.contiguous(), rigid(angle)[1], JUMP, off)
+    return off
 
 
 def turns(source: Tensor) -> Tensor:
@@ -138,13 +156,8 @@ def softened(image: Tensor, source: Tensor, inside: Tensor, read: Callable[[Tens
 
     read: what the exemplar has at coordinates (2, N), (C, N). inside (H, W): where there is texture.
     """
-    from flow.animation.edges import find_seams
-
     soft, shape = image.clone(), source.shape[1:]
-    seams, goes_on = torch.empty(len(_BESIDE), *shape, dtype=torch.bool), torch.empty(len(_BESIDE), 2, *shape)
-    _, right = rigid(angles(source, inside))
-    frame = (values.contiguous() for values in (source, inside, right))
-    find_seams(len(seams[0]), *frame, np.array(_BESIDE), JUMP, seams, goes_on)
+    seams, goes_on = parted(source, inside, turned(source, inside), _BESIDE)
     number, row, column = seams.nonzero().T
     beside = goes_on[number, :, row, column].T
     place = row * shape[1] + column

@@ -87,6 +87,26 @@ def find_seams(
 
 
 @Compiled
+def tell_area(source: Any, beside: Any, jump: float, off: Any, low: int, high: int) -> None:
+    """Set by how much more or less than their own area pixels show, in rows from low to high, (H, W).
+
+    It is squared and at most 1; 0 between copies. source (2, H, W); beside (2, H, W): what copies change by to the
+    right; jump: that between two copies, in px.
+    """
+    _, height, width = source.shape
+    for i in range(low, high):
+        off[i] = 0
+        x, y, cos, sin, to = source[0, i], source[1, i], beside[0, i], beside[1, i], off[i]
+        under_x, under_y = source[0, min(i + 1, height - 1)], source[1, min(i + 1, height - 1)]
+        for j in range(width - 1 if i + 1 < height else 0):
+            a, b, c, d = under_x[j] - x[j], under_y[j] - y[j], x[j + 1] - x[j], y[j + 1] - y[j]
+            down = (a + sin[j]) * (a + sin[j]) + (b - cos[j]) * (b - cos[j])
+            right = (c - cos[j]) * (c - cos[j]) + (d - sin[j]) * (d - sin[j])
+            area = c * b - d * a - 1
+            to[j] = min(area * area, 1.0) if (down < jump * jump) & (right < jump * jump) else 0.0
+
+
+@Compiled
 def tidy(
     source: Any, inside: Any, free: Any, turn: Any, steps: Any, jump: float, few: int, recent: Any, after: Any,
     joined: Any, low: int, high: int,

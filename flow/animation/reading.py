@@ -70,7 +70,8 @@ class Reading:
 
     def pixels(self, source: Tensor) -> Tensor:
         """The pixels of the exemplar, row first, nearest to source coordinates (2, H, W), x first: (2, H, W) long."""
-        return look_up(self._pixels, nearest_pixels(source, self._owner.shape))
+        near = nearest_pixels(source, self._owner.shape)
+        return near if self._whole else look_up(self._pixels, near)
 
     def usable(self, source: Tensor) -> Tensor:
         """Where (*S) source coordinates (2, *S) lie in an exemplar, not beyond its border or in a hole."""

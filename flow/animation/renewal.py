@@ -28,11 +28,11 @@ from torch import Tensor
 
 from flow.animation.aging import Aging
 from flow.animation.blocks import Blocks, side_of
-from flow.animation.copies import angles, softened
+from flow.animation.copies import parted, softened, turned
 from flow.animation.film import Film
 from flow.animation.needs import neediest
 from flow.animation.placing import bounds, reach, settled, shift_of, turn_of, upright
-from flow.animation.reading import Reading
+from flow.animation.reading import Reading, nearest_pixels
 from flow.animation.settings import Renewing
 from flow.animation.stock import COUNTS, Coordinates, counted
 from flow.animation.term import gradient_weight
@@ -51,6 +51,9 @@ _PROMISE = 0.1
 """A block is measured only if its cut promises to save so much of the wear that is there. In 30 frames of bricks and
 radishes in a pair of vortices, and of nuts that turn, this leaves out 24 to 44 percent of the blocks that would not
 have been laid, and .5 to 1.5 percent of all that others save; .2 would leave out 45 to 69, and .7 to 7."""
+
+_BEFORE = ((-1, 0), (0, -1))
+"""The steps, in rows and columns, to the pixels before one along the axes."""
 
 Spot = tuple[slice, slice]
 _ALL = (slice(None), slice(None))
@@ -161,20 +164,21 @@ class Renewal:
         usable = inside & self.read.usable(source)
         image = self.read(source)
         sheet = Sheet(self.stock, self.shape, (False, False), self._seams)
-        sheet.places[:] = torch.cat([source, angles(source, usable)[None]]).numpy()
+        beside = turned(source, usable)
+        sheet.places[:] = torch.cat([source, torch.atan2(beside[1], beside[0])[None]]).numpy()
         sheet.label[usable.numpy()] = 0
-        for axis in range(2):
+        seams, _ = parted(source, usable, beside, _BEFORE)
+        for axis, seam in enumerate(seams.numpy()):
             p, q = along(axis, None, -1, 2), along(axis, 1, None, 2)
-            ahead = self.stock.beyond(sheet.places[(slice(None), *p)], axis, 1)
-            jump = ~self.stock.same(sheet.places[(slice(None), *q)], ahead)
-            jump &= sheet.filled[p] & sheet.filled[q]
+            jump = seam[q]
             one, other = (sheet.places[(slice(None), *side)][:, jump] for side in (p, q))
             sheet.seams[axis][p][jump] = sheet.cost.seam(one, other, axis, 2)
         sheet.total = int(sheet.seams.sum(dtype=np.int64))
         weight = self.settings.flow_weight * gradient_weight(image, self._share)
         counts = usable if moved is None else usable & moved
-        prices = self.tones.prices(source, usable)
-        worn, costs = self.wear.of(image, source), self._costs(prices, source)
+        shown = self.tones.of(source)
+        prices = self.tones.prices(shown, usable)
+        worn, costs = self.wear.of(image, source), torch.stack([prices[shown], self.aging.of(source)])
         if self.film.motion is None:
             left = torch.zeros_like(image[0]) if left is None else left.clone()
         return Carried(image.clone(), image, weight, sheet, inside, counts, worn, prices, costs, left)
@@ -245,8 +249,9 @@ class Renewal:
         By how much its place is used already, in whatever frame, by its tone, and by how soon it cannot live on.
         """
         height, width = self.film.strip.shape
-        x, y = frame.source[:, frame.inside].round().long()
-        place = y.clamp(0, height - 1) % self.film.pitch * width + x.clamp(0, width - 1)
+        row, column = nearest_pixels(frame.source, (height, width))
+        place = row % self.film.pitch * width + column
+        place = place.flatten() if bool(frame.inside.all()) else place[frame.inside]
         used = torch.bincount(place, minlength=self.film.pitch * width).view(-1, width).float()
         usage = self.settings.usage * used / mean(used).clamp(min=1e-6)
         return lambda rows: (

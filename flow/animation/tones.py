@@ -58,9 +58,10 @@ class Tones:
         """The class (*S) of the tone at source coordinates (2, *S), x first."""
         return look_up(self._tone[None], nearest_pixels(source, self._tone.shape))[0]
 
-    def prices(self, source: Tensor, inside: Tensor) -> Tensor:
-        """What a pixel of each class costs, below 0 for those shown too seldom, where inside (H, W) shows source."""
-        excess = self._excess(torch.bincount(self.of(source)[inside], minlength=self._count))
+    def prices(self, shown: Tensor, inside: Tensor) -> Tensor:
+        """What a pixel of each class costs, below 0 for those shown too seldom, where classes (H, W) are inside."""
+        counted = shown.flatten() if bool(inside.all()) else shown[inside]
+        excess = self._excess(torch.bincount(counted, minlength=self._count))
         return self.weight * (excess - excess.clamp(-self._own, self._own))
 
     def _excess(self, shown: Tensor) -> Tensor:

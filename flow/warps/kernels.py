@@ -42,23 +42,24 @@ def lanczos(f: Any) -> tuple[Any, ...]:
     rest = 1 - f
     one, other = sinc(f), sinc(rest)
     p, q, both = f * one, rest * other, f * rest
-    far, near = both / ((6 + both) * (6 + both)), -(p + q) * both / ((2 + both) * (2 + both))
+    far, near = (2 + both) * (2 + both), (6 + both) * (6 + both)  # one divides by the other's part: so none has to
+    middle, near, far = far * near, -(p + q) * both * near, both * far
     weights = (
         far * q * (3 - f) * (3 - f),
         near * (2 - f) * (2 - f),
-        one * rest,
-        other * f,
+        middle * one * rest,
+        middle * other * f,
         near * (1 + f) * (1 + f),
         far * p * (2 + f) * (2 + f),
     )
-    total = weights[0] + weights[1] + weights[2] + weights[3] + weights[4] + weights[5]
+    share = 1 / (weights[0] + weights[1] + weights[2] + weights[3] + weights[4] + weights[5])
     return (
-        weights[0] / total,
-        weights[1] / total,
-        weights[2] / total,
-        weights[3] / total,
-        weights[4] / total,
-        weights[5] / total,
+        share * weights[0],
+        share * weights[1],
+        share * weights[2],
+        share * weights[3],
+        share * weights[4],
+        share * weights[5],
     )
 
 

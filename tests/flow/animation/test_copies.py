@@ -7,7 +7,7 @@ import torch
 from torch import Tensor
 
 import flow
-from flow.animation.copies import JUMP, angles, changes, distortion, rigid, softened, tidied, turns
+from flow.animation.copies import JUMP, angles, changes, distortion, parted, rigid, softened, tidied, turned, turns
 from flow.warps.warp import pixel_coordinates
 
 SHAPE = (24, 30)
@@ -150,3 +150,23 @@ def test_crumbs_are_looked_for_again_around_those_that_have_joined() -> None:
     tidy = tidied(frayed, WHOLE, WHOLE)
     assert not torch.equal(tidy, frayed)
     assert torch.equal(tidied(tidy, WHOLE, WHOLE), tidy)
+
+
+@pytest.mark.parametrize("degrees", [0.0, 35.0, -120.0])
+def test_what_copies_change_by_to_the_right_is_the_direction_of_their_angle(degrees: float) -> None:
+    angle = torch.full(SHAPE, math.radians(degrees))
+    expected = torch.stack([angle.cos(), angle.sin()])
+    torch.testing.assert_close(turned(turned_copy(degrees, 60.0, 50.0)), expected, atol=1e-4, rtol=0)
+
+
+def test_pixels_are_parted_where_the_copy_beside_goes_on_to_another_place() -> None:
+    source = pixel_coordinates((6, 8)).clone()
+    source[:, :, 5:] += torch.tensor([20.0, 3.0]).view(2, 1, 1)
+    inside = torch.ones(6, 8, dtype=torch.bool)
+    inside[0] = False
+    (left, above), goes_on = parted(source, inside, turned(source, inside), [(0, -1), (-1, 0)])
+    expected = torch.zeros(6, 8, dtype=torch.bool)
+    expected[1:, 5] = True
+    assert torch.equal(left, expected)
+    assert not bool(above.any())
+    assert torch.equal(goes_on[0, :, 2, 5], torch.tensor([5.0, 2.0]))
