@@ -2,6 +2,7 @@
 
 import ast
 from collections.abc import Iterator
+from functools import cache
 from itertools import permutations
 from pathlib import Path
 
@@ -25,6 +26,11 @@ def imported(source: str) -> Iterator[tuple[int, str]]:
             yield from ((node.lineno, f"{node.module}.{alias.name}") for alias in node.names)
 
 
+@cache
+def imports_of(path: Path) -> list[tuple[int, str]]:
+    return list(imported(path.read_text()))
+
+
 def modules(package: str) -> list[Path]:
     return sorted((ROOT / package).rglob("*.py"))
 
@@ -33,21 +39,21 @@ def modules(package: str) -> list[Path]:
 def test_imports_point_one_way(package: str) -> None:
     assert modules(package)
     for path in modules(package):
-        for line, name in imported(path.read_text()):
+        for line, name in imports_of(path):
             top = name.split(".")[0]
             assert top not in ALLOWED.keys() - ALLOWED[package], f"{path}:{line} imports {name}"
 
 
 def test_the_engine_knows_no_files_plots_or_command_line() -> None:
     for path in modules("kwatra"):
-        for line, name in imported(path.read_text()):
+        for line, name in imports_of(path):
             assert name.split(".")[0] not in NOT_IN_THE_ENGINE, f"{path}:{line} imports {name}"
             assert not name.startswith("skimage.io"), f"{path}:{line} imports {name}"
 
 
 def test_motion_knows_no_files() -> None:
     for path in modules("flow"):
-        for line, name in imported(path.read_text()):
+        for line, name in imports_of(path):
             # arrows are drawn by PIL, in memory
             assert name.split(".")[0] not in NOT_IN_THE_ENGINE - {"PIL"}, f"{path}:{line} imports {name}"
 
@@ -64,14 +70,14 @@ def test_motion_knows_no_files() -> None:
 def test_commands_use_programs_and_programs_files_and_no_method_another(room: str, stranger: str) -> None:
     assert modules(room)
     for path in modules(room):
-        for line, name in imported(path.read_text()):
+        for line, name in imports_of(path):
             assert not f"{name}.".startswith(f"{stranger}."), f"{path}:{line} imports {name}"
 
 
 def test_nothing_imports_relatively() -> None:
     for package in ALLOWED:
         for path in modules(package):
-            assert not [line for line, name in imported(path.read_text()) if name.startswith(".")], path
+            assert not [line for line, name in imports_of(path) if name.startswith(".")], path
 
 
 def test_imports_are_found_wherever_they_stand() -> None:

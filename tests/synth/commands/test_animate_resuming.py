@@ -24,9 +24,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-@pytest.mark.parametrize(
-    ("length", "name", "after"), [("--frames", "animate", 1), ("--frames", "animate", 3), ("--loop", "loop", 4)]
-)
+@pytest.mark.parametrize(("length", "name", "after"), [("--frames", "animate", 2), ("--loop", "loop", 4)])
 def test_a_resumed_run_gives_the_same_bits(
     folder: Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -83,8 +81,10 @@ def test_resuming_nothing_begins(folder: Path) -> None:
         assert frames_of(name) == frames_of("whole")
 
 
-@pytest.mark.parametrize("option", [[], ["--resume"], ["--overwrite"]])
-@pytest.mark.parametrize("name", ["parts", "out.mp4"])
+@pytest.mark.parametrize(
+    ("name", "option"),
+    [("parts", []), ("parts", ["--resume"]), ("parts", ["--overwrite"]), ("out.mp4", []), ("out.mp4", ["--resume"])],
+)
 def test_a_process_killed_during_its_first_frame_is_no_dead_end(
     folder: Path, monkeypatch: pytest.MonkeyPatch, name: str, option: list[str]
 ) -> None:

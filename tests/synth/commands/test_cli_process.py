@@ -37,10 +37,11 @@ def test_help_is_quick_because_nothing_heavy_is_imported() -> None:
 
 
 def test_nothing_is_loaded_that_is_not_used(folder: Path) -> None:
+    write_image("brick.png", texture()[:, :24, :24], RGB, overwrite=True)
     program = """
 import sys
 from synth import cli
-cli.main(["synth", "brick.png", "--size", "16", "--preset", "fast"])
+cli.main(["synth", "brick.png", "--size", "24", "--preset", "fast"])
 cli.main(["fill", "brick.png", "--extend", "4", "--preset", "fast"])  # with features and their transposes
 cli.main(["morph", "brick.png", "brick_synth.png", "--method", "control", "--frames", "3", "--preset", "fast"])
 idle = ("sympy", "torch.fx.experimental.symbolic_shapes", "torch._dynamo", "scipy.spatial")

@@ -12,7 +12,7 @@ from synth.cli import main
 from synth.metamorphosis.patches.interpolation import Interpolation
 
 COLOR, GRAY = Kind("uint8", ("R", "G", "B")), Kind("uint8", ("Y",))
-SIZE = 40
+SIZE = 32
 
 
 def dots(seed: int, tone: tuple[float, float, float]) -> Tensor:
@@ -29,7 +29,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     for name, seed, tone in (("a", 0, (1.0, 0.5, 0.3)), ("b", 1, (0.2, 0.5, 1.0)), ("c", 2, (0.2, 1.0, 0.3))):
         write_image(f"{name}.png", dots(seed, tone), COLOR)
     write_image("gray.png", dots(3, (1.0, 1.0, 1.0))[:1], GRAY)
-    ramp = torch.tensor([0.0] * 20 + [1.0] * 20).expand(1, SIZE, -1)
+    ramp = torch.tensor([0.0] * 16 + [1.0] * 16).expand(1, SIZE, -1)
     write_image("map.png", ramp, GRAY)
     write_image("weights.png", torch.cat([1 - ramp, ramp, 0 * ramp]), COLOR)
     for number in range(3):
@@ -59,7 +59,7 @@ def test_three_textures_at_weights(folder: Path, capsys: pytest.CaptureFixture[s
 def test_a_map_has_its_size_and_its_ends(folder: Path, words: list[str]) -> None:
     assert main(["morph", *words, "-o", "out.png", "--preset", "fast"]) == 0
     made = read_image("out.png").pixels
-    assert made.shape == (3, SIZE, 40)
+    assert made.shape == (3, SIZE, SIZE)
     assert float((made[:, :, :8].flatten(1).mean(1) - colors("a.png")).abs().max()) < 0.12
     assert float((made[:, :, -8:].flatten(1).mean(1) - colors("b.png")).abs().max()) < 0.12
 
@@ -70,7 +70,7 @@ def test_maps_in_time_are_a_film(folder: Path, capsys: pytest.CaptureFixture[str
     assert len(frames) == 3
     assert torch.equal(frames[1], frames[2])
     assert not torch.equal(frames[0], frames[1])
-    assert "3 frames of 40x40" in capsys.readouterr().out
+    assert f"3 frames of {SIZE}x{SIZE}" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("back", [False, True])

@@ -56,7 +56,7 @@ def test_the_ends_are_a_and_b(method, tile):
 
 @pytest.mark.parametrize("tile", [False, True])
 def test_back_is_the_same_film_backwards(tile):
-    a, b = spots(40, 0, 0.8), spots(40, 1, 0.3)
+    a, b = spots(32, 0, 0.8), spots(32, 1, 0.3)
     options = {"method": "control", "iterations": 8, "tile": tile}
     there, back = synth.morph(a, b, 5, **options), synth.morph(b, a, 5, **options)
     for first, second in zip(there.frames, reversed(back.frames), strict=True):
@@ -66,7 +66,7 @@ def test_back_is_the_same_film_backwards(tile):
 
 
 def test_the_energy_never_rises_and_no_map_folds():
-    film = synth.morph(spots(48, 0, 0.8), spots(48, 1, 0.3), 3, method="control", alpha=3.0, gamma=0.1).film
+    film = synth.morph(spots(40, 0, 0.8), spots(40, 1, 0.3), 3, method="control", alpha=3.0, gamma=0.1).film
     for level in {row["level"] for row in film.energies}:
         totals = [row["total"] for row in film.energies if row["level"] == level]
         assert totals == sorted(totals, reverse=True)

@@ -122,11 +122,11 @@ def test_options_are_told_once_each():
 
 
 def test_registration_moves_each_way_and_dissolves():
-    a, b, truth = (disc(48, x, 24, 8) for x in (20, 28, 24))
+    a, b, truth = (disc(36, x, 18, 6) for x in (14, 22, 18))
     made = synth.morph(a, b, 3, method="registration", sigma=0.05)
     error = float((made.frames[1] - truth).abs().mean())
     assert error < 0.3 * float(((a + b) / 2 - truth).abs().mean())
-    assert float(made.film.velocity.sum(0)[0, 24, 20]) == pytest.approx(8, abs=2)
+    assert float(made.film.velocity.sum(0)[0, 18, 14]) == pytest.approx(8, abs=2)
 
 
 def test_frames_looked_at_once_are_made_once_and_not_kept() -> None:

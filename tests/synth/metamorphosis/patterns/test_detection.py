@@ -27,14 +27,14 @@ def test_landmarks_lie_between_pixels_where_the_look_is_best_there() -> None:
 
 
 def test_votes_peak_where_the_patterns_are() -> None:
-    texture = made("disc", seed=2)
+    texture = made("disc", seed=2, size=120)
     detection = detect(texture.image, texture.landmarks[0])
     x, y = np.rint(texture.landmarks.mean(1)).astype(int).T
     assert detection.votes[y, x].min() > 3 * np.median(detection.votes)
 
 
 def test_a_threshold_that_is_given_is_kept() -> None:
-    texture = made("cross", seed=3)
+    texture = made("cross", seed=3, size=120)
     every = detect(texture.image, texture.landmarks[0], threshold=2.0)
     few = detect(texture.image, texture.landmarks[0], threshold=0.5)
     assert every.distances.max() <= 2

@@ -1,5 +1,7 @@
 """Metamorphosis by patterns, where it is known what must happen."""
 
+from unittest.mock import Mock
+
 import numpy as np
 import pytest
 import torch
@@ -41,8 +43,11 @@ def parts(frame: Tensor) -> list[object]:
     return [part for part in measure.regionprops(measure.label(frame[0].numpy() > 0.5)) if part.area > 20]
 
 
-def test_discs_become_squares_and_stay_where_they_are() -> None:
-    made = film(texture(lattice()), texture(lattice(), square=True))
+def test_discs_become_squares_stay_where_they_are_and_the_ends_are_a_and_b() -> None:
+    a, b = texture(lattice()), texture(lattice(), square=True)
+    made = film(a, b)
+    assert torch.allclose(made.frames[0], a, atol=1e-5)
+    assert torch.allclose(made.frames[-1], b, atol=1e-5)
     for frame in made.frames:
         middles = np.array([part.centroid[::-1] for part in parts(frame)])
         assert len(middles) == 16
@@ -52,19 +57,20 @@ def test_discs_become_squares_and_stay_where_they_are() -> None:
     assert areas[2] == pytest.approx((areas[0] + areas[4]) / 2, rel=0.1)
 
 
-def test_the_ends_are_a_and_b() -> None:
-    a, b = texture(lattice()), texture(lattice((3, 1)), square=True)
+def test_the_film_of_a_shifted_lattice_is_the_shift_told_when_it_is_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    told = Mock(wraps=method._velocity)
+    monkeypatch.setattr(method, "_velocity", told)
+    a, b = texture(lattice()), texture(lattice((6, 4)))
     made = film(a, b)
     assert torch.allclose(made.frames[0], a, atol=1e-5)
     assert torch.allclose(made.frames[-1], b, atol=1e-5)
-
-
-def test_the_film_of_a_shifted_lattice_is_the_shift() -> None:
-    made = film(texture(lattice()), texture(lattice((6, 4))))
     half = texture(lattice((3, 2)))
     inside = slice(16, 80)
     assert float((made.frames[2] - half)[:, inside, inside].abs().mean()) < 0.02
+    told.assert_not_called()
     assert made.velocity is not None
+    assert made.velocity is made.velocity
+    told.assert_called_once()
     shift = torch.tensor([1.5, 1.0])[:, None, None].expand_as(made.velocity[0])
     assert end_point_error(made.velocity[0], shift) < 0.3
 
@@ -176,20 +182,3 @@ def test_patterns_of_another_image_are_refused() -> None:
     other = Patterns((50, 60), np.array([[5, 5], [15, 5], [15, 15.0]]))
     with pytest.raises(InputError, match="of an image of 60x50 but A is 96x96"):
         film(texture(lattice()), texture(lattice()), patterns_a=other)
-
-
-def test_the_velocity_is_made_when_it_is_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
-    made = 0
-    velocity = method._velocity
-
-    def counted(*arguments: object) -> torch.Tensor:
-        nonlocal made
-        made += 1
-        return velocity(*arguments)
-
-    monkeypatch.setattr(method, "_velocity", counted)
-    way = film(texture(lattice()), texture(lattice((6, 4))))
-    assert made == 0
-    assert way.velocity is not None
-    assert way.velocity is way.velocity
-    assert made == 1
