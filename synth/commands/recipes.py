@@ -67,11 +67,11 @@ def saved(recipe: Recipe, path: Path) -> None:
 
 def read_recipe(path: Path) -> Recipe:
     """Read a recipe. Raises InputError for a file that is none."""
+    with io.reading(path, "a recipe"):
+        content = path.read_bytes()
     try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise synth.InputError(f"{path} does not exist; check the name") from None
-    except (OSError, ValueError) as error:
+        table = tomllib.loads(content.decode())
+    except ValueError as error:
         raise synth.InputError(f"{path} cannot be read as TOML ({str(error).splitlines()[0]}); check it") from error
     command, folder = table.get("command"), table.get("folder", ".")
     tables = [table.get(name, {}) for name in ("versions", "inputs", "outputs")]

@@ -12,6 +12,7 @@ from flow.checks import check_vectors
 from kwatra.base import InputError
 from synth.io.flow_formats import ENCODERS, READERS, UNKNOWN
 from synth.io.outputs import Writer, bytes_writer, check_writable, write_files
+from synth.io.unreadable import reading
 from synth.words import counted
 
 FLOW_SUFFIXES = tuple(READERS)
@@ -49,16 +50,8 @@ def read_flow(path: str | Path) -> Recording:
         raise InputError(
             f"{path} has an ending that no flow file has; give one ending with {' or '.join(FLOW_SUFFIXES)}"
         )
-    try:
+    with reading(path, "a flow file"):
         vectors = READERS[path.suffix.lower()](path)
-    except FileNotFoundError:
-        raise InputError(f"{path} does not exist; check the name") from None
-    except IsADirectoryError:
-        raise InputError(f"{path} is a folder; name a flow file") from None
-    except InputError:
-        raise
-    except (OSError, ValueError) as error:  # a name with a NUL is a ValueError
-        raise InputError(f"{path} cannot be read ({getattr(error, 'strerror', None) or error}); check it") from error
     bad = int(np.isnan(vectors).any(-3).sum())
     if bad:
         raise InputError(f"{path} has {counted(bad, 'vector')} of NaN; write 1e10 for what is not known, or mend them")

@@ -16,6 +16,7 @@ from synth.io.image_formats import decode, encode
 from synth.io.kinds import Array, Kind, suffixes_for
 from synth.io.outputs import Writer, check_writable, write_files
 from synth.io.streams import STREAM, check_standard_output
+from synth.io.unreadable import reading
 from synth.words import counted
 
 _DTYPES = ("bool", "uint8", "uint16", "float16", "float32", "float64")
@@ -58,16 +59,8 @@ def read_array(path: str | Path) -> tuple[Array, Kind]:
 def read_values(path: str | Path) -> tuple[Array, Kind]:
     """The values (H, W, C) of a map that is looked up and never mixed, of any type but finite. Raises so, too."""
     path = Path(path)
-    try:
+    with reading(path, "an image file"):
         array, kind = decode(path)
-    except FileNotFoundError:
-        raise InputError(f"{path} does not exist; check the name") from None
-    except IsADirectoryError:
-        raise InputError(f"{path} is a folder; name an image file") from None
-    except InputError:
-        raise
-    except (OSError, ValueError) as error:  # a name with a NUL is a ValueError
-        raise InputError(f"{path} cannot be read ({getattr(error, 'strerror', None) or error}); check it") from error
     bad = array.size - int(np.isfinite(array).sum()) if array.dtype.kind == "f" else 0
     if bad:
         raise InputError(f"{path} has {counted(bad, 'value')} not finite, NaN or infinite; replace them")

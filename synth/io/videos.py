@@ -183,7 +183,8 @@ def _opened(path: Path) -> Iterator[Any]:
                 raise InputError(f"{path} holds no video that can be read; give an .mp4, a .gif or a folder of frames")
             yield container
     except (av.FFmpegError, OSError) as error:
-        raise InputError(f"{path} is no video that can be read ({error}); give an .mp4, a .gif or a folder") from error
+        said = error.strerror or error
+        raise InputError(f"{path} is no video that can be read ({said}); give an .mp4, a .gif or a folder") from error
 
 
 def _decoded(path: Path, container: Any, aloud: bool = True) -> Iterator[np.ndarray]:

@@ -67,7 +67,7 @@ def of_mask(mask: Mask, image: Image) -> Elements:
 
 def two_colors(image: Image) -> Mask:
     """Where an image (H, W, C) belongs to the smaller of its two clusters of colors; nowhere if it has one color."""
-    if np.ptp(image) == 0:
+    if _contrast(image) == 0:
         return np.zeros(image.shape[:2], bool)
     pixels = image.reshape(-1, image.shape[2])
     centered = pixels - pixels.mean(0)
@@ -76,6 +76,11 @@ def two_colors(image: Image) -> Mask:
     _, cluster = kmeans2(pixels, np.stack([end.mean(0) for end in ends]), minit="matrix")
     one = cluster.reshape(image.shape[:2]) == 1
     return one if one.mean() <= 0.5 else ~one
+
+
+def _contrast(image: Image) -> float:
+    """The most that a channel of an image (H, W, C) varies by."""
+    return float(np.ptp(image, (0, 1)).max())
 
 
 def without_specks(mask: Mask) -> Mask:
@@ -87,7 +92,7 @@ def without_specks(mask: Mask) -> Mask:
 def _splits(image: Image) -> Iterator[Mask]:
     for sigma in _SMOOTHING:
         smooth = filters.gaussian(image, sigma, channel_axis=-1, mode="reflect")
-        if np.ptp(smooth) < _FLAT:
+        if _contrast(smooth) < _FLAT:
             return
         colors = two_colors(smooth)
         yield colors

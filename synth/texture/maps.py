@@ -17,6 +17,7 @@ from synth.io.kinds import Array, Kind
 from synth.io.numpy_files import npy_writer, read_npy
 from synth.io.outputs import Writer
 from synth.io.streams import STREAM
+from synth.io.unreadable import reading
 from synth.texture.normals import coded, decoded, is_normal, points_down, turned_normals
 from synth.texture.synthesis import taken
 from synth.words import counted
@@ -126,7 +127,8 @@ def read_source(path: Path) -> tuple[Array, Array | None]:
             raise InputError(f"{path} holds {kind}; a map of where pixels come from holds {_SOURCE_PNG}")
         source = colors.astype(np.int64).transpose(2, 0, 1)[::-1]
         return np.where(source[0] == 2**16 - 1, -1, source), None
-    source = read_npy(path)
+    with reading(path, "a map that --map wrote"):
+        source = read_npy(path)
     if source.ndim != 3 or len(source) not in (3, 4) or source.dtype.kind not in "iu" or 0 in source.shape:
         raise InputError(f"{path} holds {source.dtype} of shape {source.shape}; a map of where pixels come from is "
                          "int32 (3, H, W), as --map writes it")  # fmt: skip

@@ -32,6 +32,7 @@ from numpy.typing import NDArray
 
 from kwatra.base import InputError
 from synth.io.outputs import Writer
+from synth.io.unreadable import reading
 
 Array = NDArray[np.float64]
 
@@ -83,12 +84,10 @@ def read_landmarks(path: str | Path, sizes: tuple[tuple[int, int], tuple[int, in
 
 def _told(path: str | Path, read: Callable[[Any], _Read]) -> _Read:
     """What is read from the content of a JSON file; errors name the file."""
+    with reading(path, "a JSON file"):
+        text = Path(path).read_bytes()
     try:
-        content = json.loads(Path(path).read_text("utf-8"))
-    except FileNotFoundError:
-        raise InputError(f"{path} does not exist; check the name") from None
-    except OSError as error:
-        raise InputError(f"{path} cannot be read ({error.strerror or error}); check its permissions") from error
+        content = json.loads(text)
     except ValueError as error:
         raise InputError(f"{path} is no JSON ({error}); write it as kwatra patterns --help shows") from error
     try:

@@ -110,6 +110,7 @@ def test_what_cannot_be_applied_is_refused(folder: Path, refused: Callable[..., 
     assert "far.npy takes pixels from 4x41 or more but a.png is 32x24" in refused(
         "synth", "a.png", "--apply", "far.npy"
     )
+    assert "none.npy does not exist; check the name" in refused("synth", "a.png", "--apply", "none.npy")
     assert "odd.npy holds float64 of shape (2, 4, 4)" in refused("synth", "a.png", "--apply", "odd.npy")
     assert "hole.png holds uint8 Y; a map of where" in refused("synth", "a.png", "--apply", "hole.png")
     for option in ("--seed=3", "--tile", "--preset=best", "--size=9", "--mirror"):

@@ -22,7 +22,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     discs = made("disc", size=128, noise=0.04)
     write_image("discs.png", torch.from_numpy(discs.image).permute(2, 0, 1).float(), RGB)
-    write_image("flat.png", torch.full((3, 64, 64), 0.5), RGB)
+    write_image("flat.png", torch.tensor([0.8, 0.5, 0.2]).view(3, 1, 1).expand(3, 64, 64), RGB)
     one = {"format": "kwatra patterns", "version": 1, "width": 128, "height": 128}
     Path("one.json").write_text(json.dumps(one | {"landmarks": discs.landmarks[0].tolist()}))
     Path("flat.json").write_text(json.dumps(one | {"width": 64, "height": 64, "landmarks": [[9, 9], [20, 9], [9, 20]]}))

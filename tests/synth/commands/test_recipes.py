@@ -98,6 +98,8 @@ def test_what_is_no_recipe_is_refused(folder: Path, refused: Callable[..., str])
     assert "d.toml cannot be read as TOML" in refused("run", "d.toml")
     assert "e.toml is no recipe" in refused("run", "e.toml")
     assert "f.toml does not exist" in refused("run", "f.toml")
+    Path("g.toml").mkdir()
+    assert "g.toml is a folder; name a recipe" in refused("run", "g.toml")
     assert "end it with .toml" in refused(*SYNTH, "--save-recipe", "r.txt")
     assert "a.toml exists" in refused(*SYNTH, "--save-recipe", "a.toml")
 
