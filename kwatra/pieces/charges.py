@@ -34,11 +34,12 @@ as its clip nothing, and between and beyond in proportion to what there is more 
 
 Seams go where what they part is dark and flat, so with 0 the dark side of a scene that is made larger spreads: of fish
 half as large again, on which it was set, blocks show .927 of the gradients, .936 so (four seeds, which differ by .01).
-To charge pixels for what they lack of the clip's gradients, as far as those are missing, shows .99 of them, but smoke
-then repeats its brightest billows side by side. To charge each pixel for how far it is from its own place instead shows
-.97 of them, but what belongs there is cut in where it does not fit: a waterfall fell over two edges, and smoke lost
-sharpness. At the clip's own size copies keep their places without: charged .2, of twice the frames a waterfall scores
-.068, smoke .080 and fish .068, not charged .064, .074 and .064."""
+To charge pixels for what they lack of the clip's gradients, as far as those are missing, shows .99 of them, but twice
+as often what flashes once; capped, .98, and smoke half as large again keeps .88 of its change in place of .94. To
+charge each pixel for how far it is from its own place instead shows .97 of them, but what belongs there is cut in where
+it does not fit: a waterfall fell over two edges, and smoke lost sharpness. At the clip's own size copies keep their
+places without: charged .2, of twice the frames a waterfall scores .068, smoke .080 and fish .068, not charged .064,
+.074 and .064."""
 
 
 def charged(
