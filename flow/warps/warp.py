@@ -35,7 +35,8 @@ def warp(image: Tensor, coordinates: Tensor, mode: str = "bicubic", wrap: bool =
     Raises InputError for another mode.
     """
     flat, places = image.flatten(1).contiguous(), coordinates.flatten(1)
-    if image.device.type == "cpu" and not (image.requires_grad or coordinates.requires_grad):
+    single = image.dtype == coordinates.dtype == torch.float32  # the loop is compiled for no other
+    if single and image.device.type == "cpu" and not (image.requires_grad or coordinates.requires_grad):
         from flow.warps.loops import read
 
         values = flat.new_empty(len(image), places.shape[1])

@@ -5,6 +5,9 @@ from collections.abc import Sequence
 import torch.nn.functional as F
 from torch import Tensor
 
+AXES = 3
+"""Compiled loops see pixels with so many axes: those of an image have one plane."""
+
 CONVOLUTION = {2: F.conv2d, 3: F.conv3d}
 AVERAGE = {2: F.avg_pool2d, 3: F.avg_pool3d}
 LARGEST = {2: F.max_pool2d, 3: F.max_pool3d}

@@ -35,9 +35,9 @@ def best_cut(
 ) -> np.ndarray:
     """Which pixels take the new patch in the cheapest labeling; boolean, shaped as `choice`.
 
-    `choice`: KEEP, TAKE, FREE or VOID per pixel. `pairs`: per axis the integer costs (a, b, c) of the pairs
-    (p, p + 1 along the axis), one shorter than `choice` along that axis. `taking`: what a pixel costs more when it
-    takes than when it keeps, integer, shaped as `choice`. Of several cheapest labelings the one that takes fewest
+    `choice`: KEEP, TAKE, FREE or VOID per pixel. `pairs`: per axis the integer costs (a, b, c), of 32 bits, of the
+    pairs (p, p + 1 along the axis), one shorter than `choice` along that axis. `taking`: what a pixel costs more when
+    it takes than when it keeps, integer, shaped as `choice`. Of several cheapest labelings the one that takes fewest
     pixels.
     """
     from kwatra.cut.network import at_once, energy

@@ -1,7 +1,8 @@
 """The network of a minimum cut, and the seams that are left after it: loops over the pairs of a grid, compiled.
 
 Arrays are seen as (before, along, behind): what lies before an axis, the axis, what lies behind it. So one loop serves
-any axis of any number of dimensions. A cut that is solved at once is one call from costs to pixels: it holds no lock of
+any axis of any number of dimensions; costs are given of AXES axes, those that an image lacks first and without a pair,
+so that a loop is compiled once. A cut that is solved at once is one call from costs to pixels: it holds no lock of
 the interpreter's, so threads can solve several side by side.
 
 This module is compiled by numba when first used, so it is imported where a cut is solved.
@@ -13,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from kwatra.base.axes import AXES
 from kwatra.base.compiled import jitted
 from kwatra.cut.choices import FREE, KEEP, MOST, TAKE, VOID
 from kwatra.cut.flow import FAR, distances_after
@@ -23,7 +25,7 @@ Array = np.ndarray[Any, Any]
 def at_once(choice: Array, pairs: Sequence[tuple[Array, Array, Array]], taking: Array | None) -> Array:
     """Which pixels take the new patch, as `best_cut` says, of a network of all free pixels."""
     weight = np.zeros(choice.size, np.int64) if taking is None else taking.astype(np.int64).ravel()
-    take, (a, b, c) = np.empty(choice.shape, np.bool_), _sides(pairs)
+    take, (a, b, c) = np.empty(choice.shape, np.bool_), _sides(pairs, choice.size)
     cut_at_once(choice.astype(np.int8).ravel(), a, b, c, weight, MOST, take.ravel())
     return take
 
@@ -37,7 +39,8 @@ def energy(choice: Array, pairs: Sequence[tuple[Array, Array, Array]]) -> tuple[
     arcs = []
     for axis, (a, b, c) in enumerate(pairs):
         ahead, back = np.empty(a.shape, np.int64), np.empty(a.shape, np.int64)
-        _priced(*(lines(v, axis) for v in (choice, a, b, c, weight, ahead, back)))
+        costs = (np.asarray(cost, np.int32) for cost in (a, b, c))
+        _priced(*(lines(v, axis) for v in (choice, *costs, weight, ahead, back)))
         arcs.append((ahead, back))
     return weight, arcs
 
@@ -59,9 +62,9 @@ def table(arcs: Sequence[tuple[Array, Array]], free: Array) -> tuple[Array, Arra
 
 def left_after(choice: Array, take: Array, pairs: Sequence[tuple[Array, Array, Array]]) -> list[Array]:
     """As `seams_after` in kwatra.cut.minimum."""
-    left, (a, b, c) = [np.empty(pair[0].shape, np.int32) for pair in pairs], _sides(pairs)
-    costs = tuple(lines(cost, axis) for axis, cost in enumerate(left))
-    seams_left(choice.astype(np.int8).ravel(), np.ascontiguousarray(take).ravel(), a, b, c, costs)
+    left, (a, b, c) = [np.empty(pair[0].shape, np.int32) for pair in pairs], _sides(pairs, choice.size)
+    taken = np.ascontiguousarray(take).ravel()
+    seams_left(choice.astype(np.int8).ravel(), taken, a, b, c, sides(left, choice.size))
     return left
 
 
@@ -71,10 +74,16 @@ def lines(values: Array, axis: int) -> Array:
     return np.ascontiguousarray(values).reshape(before, values.shape[axis], behind)
 
 
-def _sides(pairs: Sequence[tuple[Array, Array, Array]]) -> list[tuple[Array, ...]]:
-    """The costs a, b and c of all axes, each as lines of one type, so that one compiled loop serves all."""
-    kind = np.result_type(np.int32, *(cost for pair in pairs for cost in pair))
-    return [tuple(lines(np.asarray(pair[n], kind), axis) for axis, pair in enumerate(pairs)) for n in range(3)]
+def sides(costs: Sequence[Array], pixels: int) -> tuple[Array, ...]:
+    """Views as `lines` of what pairs along each axis cost, int32, as of AXES axes."""
+    missing = AXES - len(costs)
+    there = (lines(cost, axis) for axis, cost in enumerate(costs))
+    return (*(np.empty((1, 0, pixels), np.int32) for _ in range(missing)), *there)
+
+
+def _sides(pairs: Sequence[tuple[Array, Array, Array]], pixels: int) -> list[tuple[Array, ...]]:
+    """The costs a, b and c of all axes, each as `sides`."""
+    return [sides([np.asarray(pair[n], np.int32) for pair in pairs], pixels) for n in range(3)]
 
 
 @jitted
@@ -87,13 +96,20 @@ def cut_at_once(choice: Any, a: Any, b: Any, c: Any, weight: Any, most: Any, tak
     for i in range(len(choice)):
         node[i] = count if choice[i] == FREE else -1
         count += choice[i] == FREE
-    residual, near = np.zeros((count, 2 * len(a)), np.int64), np.full((count, 2 * len(a)), -1, np.int32)
+    last = -1
     for axis in range(len(a)):
+        last += 2 * (a[axis].size > 0)
+    residual, near = np.zeros((count, last + 1), np.int64), np.full((count, last + 1), -1, np.int32)
+    number = 0
+    for axis in range(len(a)):
+        if a[axis].size == 0:
+            continue
         before, pairs, behind = a[axis].shape
         shape = (before, pairs + 1, behind)
         ahead, back = np.empty(a[axis].shape, np.int64), np.empty(a[axis].shape, np.int64)
         change += _priced(choice.reshape(shape), a[axis], b[axis], c[axis], weight.reshape(shape), ahead, back)
-        _joined(node.reshape(shape), ahead, back, residual, near, axis, 2 * len(a) - 1 - axis)
+        _joined(node.reshape(shape), ahead, back, residual, near, number, last - number)
+        number += 1
     excess, drain = np.empty(count, np.int64), np.empty(count, np.int64)
     for i in range(len(choice)):
         if node[i] >= 0:

@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-AXES = 3
-"""Compiled loops see pixels with so many axes: those of an image have one plane."""
+from kwatra.base.axes import AXES
 
 
 @dataclass(frozen=True)
@@ -53,13 +52,13 @@ def span_sums(values: np.ndarray, spans: Sequence[tuple[np.ndarray, np.ndarray]]
     """
     from kwatra.pieces.loops import sum_boxes
 
-    axes, kind = len(spans), np.int64 if values.dtype.kind in "biu" else np.float64
+    axes, kind = len(spans), np.int64 if values.dtype.kind in "biu" else np.float64  # whole numbers are summed exactly
     shape = (*values.shape[: values.ndim - axes], *(len(starts) for starts, _ in spans))
     every = [(np.zeros(1, np.int64), np.ones(1, np.int64))] * (AXES - axes) + [*spans]
     four = (math.prod(values.shape[: values.ndim - axes]), *volume(values, axes).shape[-AXES:])
     starts, stops = (tuple(span[side] for span in every) for side in (0, 1))
-    sums: np.ndarray = sum_boxes(values.astype(kind).reshape(four), starts, stops).reshape(shape)
-    return sums
+    sums = sum_boxes(values.astype(np.float64).reshape(four), starts, stops).reshape(shape)
+    return np.asarray(sums, kind)
 
 
 def volume(values: np.ndarray, axes: int) -> np.ndarray:

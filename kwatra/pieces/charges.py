@@ -111,7 +111,8 @@ def shown_near(sheet: Sheet[Mosaic], box: Box, reach: int) -> Array:
     at = tuple(slice(a, b) for a, b in zip(low, high, strict=True))
     shown = np.zeros(sheet.sources.cell)
     around = low, np.array(box.start), np.array(box.stop), float(reach)
-    sum_near(sheet.places[at], sheet.label[at], *around, shown.ravel())
+    places, label = (np.ascontiguousarray(values[at]) for values in (sheet.places, sheet.label))
+    sum_near(places, label, *around, shown.ravel())
     return shown
 
 

@@ -62,7 +62,7 @@ class Corners:
 
         counts, cell = np.zeros(self.valid.shape), np.array(self.shape) + 2
         extent, hang, grain = np.array(known.shape), np.array(self.hang), np.array(self.grain)
-        count_offsets(places.ravel(), known.ravel(), extent, cell, hang, grain, counts)
+        count_offsets(places.ravel(), known.ravel(), extent, cell, hang, grain, np.array(counts.shape), counts.ravel())
         return counts
 
     def covering(self, needed: Array) -> Array:

@@ -13,7 +13,8 @@ import numpy as np
 
 from kwatra.base.compiled import jitted
 from kwatra.cut.choices import FREE, TAKE, VOID
-from kwatra.cut.network import cut_at_once, lines, seams_left
+from kwatra.cut.network import cut_at_once, lines, seams_left, sides
+from kwatra.pieces.boxes import in_volume
 from kwatra.pieces.stock import Array, Matches
 
 
@@ -58,11 +59,11 @@ def cut_in(
     """
     take, seams = np.empty(choice.shape, np.bool_), [np.empty(cost.shape, np.int32) for cost in remembered]
     weight = np.zeros(choice.size, np.int64) if taking is None else taking.astype(np.int64).ravel()
-    a, left = (tuple(lines(cost, axis) for axis, cost in enumerate(costs)) for costs in (remembered, seams))
+    a, left = (sides(costs, choice.size) for costs in (remembered, seams))
     b, c = (tuple(np.empty(cost.shape, np.int32) for cost in a) for _ in range(2))
     known = Depths(np.empty(0, np.float32), np.empty(0, np.float32), 1.0, 0.0) if depths is None else depths
     solved = cut_places(
-        planes, np.array(strides), old.ravel(), new.ravel(), known.old.ravel(), known.new.ravel(), known.hidden,
+        planes, in_volume(strides, 0), old.ravel(), new.ravel(), known.old.ravel(), known.new.ravel(), known.hidden,
         known.least, choice.ravel(), weight, a, b, c, most, take.ravel(), left,
     )  # fmt: skip
     return (take, seams) if solved else None

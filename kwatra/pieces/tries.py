@@ -14,7 +14,7 @@ import numpy as np
 
 from kwatra.base.compiled import jitted
 from kwatra.cut.choices import FREE, MOST, TAKE
-from kwatra.cut.network import lines
+from kwatra.cut.network import sides
 from kwatra.pieces.boxes import in_volume, volume
 from kwatra.pieces.matches import cut_places
 from kwatra.pieces.stock import Array
@@ -71,10 +71,10 @@ class Found(NamedTuple):
 
 def cheapest_of(tries: Tries, ground: Ground, least: float) -> Found | None:
     """The patch whose cost, and price times rate, come to least; None if none comes to less than `least`."""
-    shape, axes, strides = ground.kept.shape, ground.kept.ndim, np.array(ground.strides)
+    shape, axes, strides = ground.kept.shape, ground.kept.ndim, in_volume(ground.strides, 0)
     take, places = np.empty(shape, np.bool_), np.empty_like(ground.places)
     seams = [np.empty(cost.shape, np.int32) for cost in ground.remembered]
-    a, left = (tuple(lines(cost, axis) for axis, cost in enumerate(costs)) for costs in (ground.remembered, seams))
+    a, left = (sides(costs, take.size) for costs in (ground.remembered, seams))
     spare = [tuple(np.empty(cost.shape, np.int32) for cost in a) for _ in range(3)]
     number, change, price = _try_all(
         volume(ground.kept, axes), volume(ground.laid, axes), volume(ground.fixed, axes), volume(ground.places, axes),

@@ -98,14 +98,16 @@ def attain(mismatches: Any, valid: Any, same: Any, good: Any, floor: Any) -> Any
 
 
 @jitted
-def count_offsets(places: Any, known: Any, extent: Any, cell: Any, hang: Any, grain: Any, counts: Any) -> None:
-    """Count from which corners (*n) of an exemplar the known pixels of a box come, those from elsewhere left out.
+def count_offsets(
+    places: Any, known: Any, extent: Any, cell: Any, hang: Any, grain: Any, shape: Any, counts: Any
+) -> None:
+    """Count from which corners (n,) of an exemplar the known pixels of a box come, those from elsewhere left out.
 
-    places (N,): of a mosaic of the exemplar alone, cells of `cell` (axes,); known (N,): whether there is one; extent
-    (axes,): of the box. A corner's number is its place and what may `hang` over, in steps of grain; it is found once
-    for what goes on along the last axis.
+    places (N,): of a mosaic of the exemplar alone, cells of `cell` (axes,); known (N,): whether there is one; extent,
+    shape (axes,): of the box, and of the corners. A corner's number is its place and what may `hang` over, in steps of
+    grain; it is found once for what goes on along the last axis.
     """
-    flat, axes = counts.ravel(), len(extent)
+    axes = len(extent)
     number, found = 0, False
     for pixel in range(len(places)):
         if not known[pixel]:
@@ -115,13 +117,13 @@ def count_offsets(places: Any, known: Any, extent: Any, cell: Any, hang: Any, gr
             for axis in range(axes - 1, -1, -1):
                 first = there % cell[axis] - 1 - here % extent[axis] + hang[axis]
                 step = first // grain[axis]
-                found = found and first >= 0 and step < counts.shape[axis]
+                found = found and first >= 0 and step < shape[axis]
                 number += step * stride
-                stride *= counts.shape[axis]
+                stride *= shape[axis]
                 there //= cell[axis]
                 here //= extent[axis]
         if found:
-            flat[number] += 1
+            counts[number] += 1
 
 
 @jitted

@@ -54,10 +54,10 @@ def _of_grid(layout: Grid, profiles: list[Tensor], weights: Tensor) -> Covering:
         places = torch.stack([place.expand(absent.shape).reshape(size) for place in each])
     rows, columns = len(number), layout.shape[-1]
     most = torch.full((rows, columns), -1.0)
-    window, *found = (torch.zeros(rows, columns, dtype=torch.long) for _ in range(1 + len(layout.shape)))
+    window, found = (torch.zeros(*some, rows, columns, dtype=torch.long) for some in ((), (len(layout.shape),)))
     given = (number * layout.counts[-1], share, places, index, inside, own, weights)
     arrays = [a.contiguous().numpy() for a in given]
-    made = (most.numpy(), window.numpy(), tuple(place.numpy() for place in found))
+    made = most.numpy(), window.numpy(), found.numpy()
     ends = [rows * part // torch.get_num_threads() for part in range(torch.get_num_threads() + 1)]
     shared(lambda part: _loop()(*arrays, *made, *part), list(pairwise(ends)))
     shaped = [values.view(layout.shape) for values in (window, *found, most >= 0)]
@@ -97,5 +97,5 @@ def _heaviest(
                     if weight > most[row, column]:
                         most[row, column], window[row, column] = weight, number
                         for axis in range(len(places)):
-                            found[axis][row, column] = places[axis, row, a]
-                        found[len(places)][row, column] = inside[column, b]
+                            found[axis, row, column] = places[axis, row, a]
+                        found[len(places), row, column] = inside[column, b]
