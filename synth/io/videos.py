@@ -22,6 +22,7 @@ from synth.io.images import image_writer, read_image
 from synth.io.kinds import MOST_PIXELS, RGB, RGBA, Kind
 from synth.io.opaque_videos import save_gif, save_mp4
 from synth.io.outputs import Writer, check_place, write_files
+from synth.io.unreadable import reading
 from synth.saying import note
 from synth.words import counted
 
@@ -175,8 +176,8 @@ def _opened(path: Path) -> Iterator[Any]:
     """A video file's container; InputError for what is none, or if it breaks off."""
     import av
 
-    if not path.exists():
-        raise InputError(f"{path} does not exist; check the name")
+    with reading(path, "a video file"):
+        path.stat()
     try:
         with av.open(str(path)) as container:
             if not container.streams.video or container.streams.video[0].codec_context is None:
