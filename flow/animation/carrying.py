@@ -8,7 +8,7 @@ as sharp as the first. Where two copies of the exemplar meet, coordinates jump; 
 import torch
 from torch import Tensor
 
-from flow.animation.copies import JUMP, onward, turned
+from flow.animation.copies import JUMP, angle_of, onward, turned
 from flow.warps import Lookup, filled, pixel_coordinates
 
 
@@ -33,7 +33,6 @@ def carried(source: Tensor, look: Lookup, inside: Tensor | None = None) -> Tenso
     pixels = pixel_coordinates(source.shape[1:])
     beyond = ~look.known
     (column, row), (x, y) = filled(pixels, look.known)[:, beyond].long(), pixels[:, beyond]
-    cos, sin = beside.flatten(1)[:, first.view(there.shape)[row, column]]
-    angle = torch.atan2(sin, cos)
+    angle = angle_of(beside.flatten(1)[:, first.view(there.shape)[row, column]])
     after[:, beyond] = onward(after[:, row, column], angle, y - row, x - column)
     return after

@@ -43,8 +43,7 @@ def angles(source: Tensor, inside: Tensor | None = None) -> Tensor:
     places less than NEIGHBORS px away; 0 where there are none. inside (H, W): where there is texture; what is elsewhere
     has no influence.
     """
-    cos, sin = turned(source, inside)
-    return torch.atan2(sin, cos)
+    return angle_of(turned(source, inside))
 
 
 def turned(source: Tensor, inside: Tensor | None = None) -> Tensor:
@@ -55,6 +54,11 @@ def turned(source: Tensor, inside: Tensor | None = None) -> Tensor:
     turn = torch.empty(source.shape)
     tell_turns(turn.shape[1], source.contiguous(), there.contiguous(), NEIGHBORS, turn)
     return turn.flip(0)
+
+
+def angle_of(beside: Tensor) -> Tensor:
+    """By how much copies are turned (*S) that change by so much to the right, (2, *S), x first."""
+    return torch.atan2(beside[1], beside[0])
 
 
 def parted(source: Tensor, inside: Tensor, beside: Tensor, steps: Sequence[tuple[int, int]]) -> tuple[Tensor, Tensor]:
@@ -104,16 +108,16 @@ def _changes(source: Tensor, below: Tensor, beside: Tensor) -> tuple[tuple[Tenso
     return (down, _near(down, 0)), (right, _near(right, 0))
 
 
-def distortion(source: Tensor, angle: Tensor) -> Tensor:
+def distortion(source: Tensor, beside: Tensor) -> Tensor:
     """How much more or less of the exemplar's area than its own each pixel shows, (H, W).
 
     It is the square of the determinant of the source's derivative less 1, at most 1; 0 between copies. Turning and
-    shearing keep areas. angle (H, W): that of the copies.
+    shearing keep areas. beside (2, H, W): what copies change by to the right, as `turned` has it.
     """
     from flow.animation.edges import tell_area
 
-    off = torch.empty_like(angle)
-    tell_area(len(off), source.contiguous(), rigid(angle)[1], JUMP, off)
+    off = torch.empty_like(source[0])
+    tell_area(len(off), source.contiguous(), beside.contiguous(), JUMP, off)
     return off
 
 

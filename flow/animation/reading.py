@@ -41,6 +41,11 @@ def nearest_pixels(source: Tensor, shape: Sequence[int]) -> Tensor:
     return torch.stack([y.clamp(0, shape[0] - 1), x.clamp(0, shape[1] - 1)])
 
 
+def where_inside(values: Tensor, inside: Tensor) -> Tensor:
+    """The values (n,) of (H, W) that are inside (H, W), sooner where all are."""
+    return values.flatten() if bool(inside.all()) else values[inside]
+
+
 class Reading:
     """Reads an exemplar between its pixels, by one of the interpolations of `flow.warp`.
 

@@ -28,11 +28,11 @@ from torch import Tensor
 
 from flow.animation.aging import Aging
 from flow.animation.blocks import Blocks, side_of
-from flow.animation.copies import parted, softened, turned
+from flow.animation.copies import angle_of, parted, softened, turned
 from flow.animation.film import Film
 from flow.animation.needs import neediest
 from flow.animation.placing import bounds, reach, settled, shift_of, turn_of, upright
-from flow.animation.reading import Reading, nearest_pixels
+from flow.animation.reading import Reading, nearest_pixels, where_inside
 from flow.animation.settings import Renewing
 from flow.animation.stock import COUNTS, Coordinates, counted
 from flow.animation.term import gradient_weight
@@ -165,7 +165,7 @@ class Renewal:
         image = self.read(source)
         sheet = Sheet(self.stock, self.shape, (False, False), self._seams)
         beside = turned(source, usable)
-        sheet.places[:] = torch.cat([source, torch.atan2(beside[1], beside[0])[None]]).numpy()
+        sheet.places[:] = torch.cat([source, angle_of(beside)[None]]).numpy()
         sheet.label[usable.numpy()] = 0
         seams, _ = parted(source, usable, beside, _BEFORE)
         for axis, seam in enumerate(seams.numpy()):
@@ -250,8 +250,7 @@ class Renewal:
         """
         height, width = self.film.strip.shape
         row, column = nearest_pixels(frame.source, (height, width))
-        place = row % self.film.pitch * width + column
-        place = place.flatten() if bool(frame.inside.all()) else place[frame.inside]
+        place = where_inside(row % self.film.pitch * width + column, frame.inside)
         used = torch.bincount(place, minlength=self.film.pitch * width).view(-1, width).float()
         usage = self.settings.usage * used / mean(used).clamp(min=1e-6)
         return lambda rows: (

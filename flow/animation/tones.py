@@ -12,7 +12,7 @@ import torch
 from torch import Tensor
 
 from flow.animation.blur import blurred
-from flow.animation.reading import continued, nearest_pixels
+from flow.animation.reading import continued, nearest_pixels, where_inside
 from kwatra import Exemplar
 from kwatra.base import principal_axes
 from kwatra.source import look_up
@@ -60,8 +60,7 @@ class Tones:
 
     def prices(self, shown: Tensor, inside: Tensor) -> Tensor:
         """What a pixel of each class costs, below 0 for those shown too seldom, where classes (H, W) are inside."""
-        counted = shown.flatten() if bool(inside.all()) else shown[inside]
-        excess = self._excess(torch.bincount(counted, minlength=self._count))
+        excess = self._excess(torch.bincount(where_inside(shown, inside), minlength=self._count))
         return self.weight * (excess - excess.clamp(-self._own, self._own))
 
     def _excess(self, shown: Tensor) -> Tensor:

@@ -7,7 +7,7 @@ import torch
 from torch import Tensor
 
 from flow.animation.blur import blurred
-from flow.animation.copies import angles, distortion
+from flow.animation.copies import angle_of, distortion, turned
 from flow.animation.film import Film
 from kwatra import Grid
 from kwatra.source import SourceWindows
@@ -84,9 +84,9 @@ class Wear:
     def of(self, image: Tensor, source: Tensor) -> Worn:
         """The wear of a frame: its image (C, H, W) and source coordinates (2, H, W)."""
         smooth = blurred(image, torch.ones_like(source[0], dtype=torch.bool), _BLUR)
-        angle = angles(source)
-        every = torch.arange(len(self.grid))
-        energy, bent = self._energy(smooth, source, angle, every), distortion(source, angle)
+        beside, every = turned(source), torch.arange(len(self.grid))
+        angle, bent = angle_of(beside), distortion(source, beside)
+        energy = self._energy(smooth, source, angle, every)
         return Worn(self._spread(every, energy, self._whole) + self.area * bent, smooth, energy, bent, angle)
 
     def after(self, worn: Worn, image: Tensor, source: Tensor, spot: Spot) -> Worn:
@@ -97,8 +97,8 @@ class Wear:
         known = torch.ones_like(source[0][wide], dtype=torch.bool)
         smooth[(slice(None), *around)] = blurred(image[(slice(None), *wide)], known, _BLUR)[(slice(None), *there)]
         part = source[(slice(None), *wide)]
-        turned = angles(part)
-        angle[around], bent[around] = turned[there], distortion(part, turned)[there]
+        beside = turned(part)
+        angle[around], bent[around] = angle_of(beside)[there], distortion(part, beside)[there]
         energy, touched = worn.energy.clone(), self._touched(around)
         energy[touched] = self._energy(smooth, source, angle, touched)
         there = self.reach(spot)
@@ -141,17 +141,17 @@ class Wear:
         half = corners[:1] - center.T[:1]
         # pages are alike in what may be copied
         there = first + self.source.corners(self.source.snapped((there - first + half).clamp(max=self._last)))
-        turned = angle[tuple(center)] * bool(self._film.turning)
-        turned = torch.where(turned.abs() > _TURNED, turned, 0.0)
-        return self._apart(pixels, corners, self._pixels, there, middle, turned)
+        turn = angle[tuple(center)] * bool(self._film.turning)
+        turn = torch.where(turn.abs() > _TURNED, turn, 0.0)
+        return self._apart(pixels, corners, self._pixels, there, middle, turn)
 
     def _apart(
-        self, pixels: Tensor, corners: Tensor, exemplar: Tensor, there: Tensor, middle: Tensor, turned: Tensor
+        self, pixels: Tensor, corners: Tensor, exemplar: Tensor, there: Tensor, middle: Tensor, turn: Tensor
     ) -> Tensor:
         """Squared distance (n,) of windows to an exemplar's; arguments as of `flow.animation.loops.compare`."""
         from flow.animation.loops import compare
 
-        apart, given = torch.empty(len(corners)), (pixels, corners, exemplar, there, middle, turned)
+        apart, given = torch.empty(len(corners)), (pixels, corners, exemplar, there, middle, turn)
         compare(len(corners), *(v.contiguous() for v in (*given, self.source.metric.weight)), apart)
         return apart
 

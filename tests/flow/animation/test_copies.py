@@ -38,7 +38,7 @@ def test_a_copy_turned_by_any_angle_is_one_copy(degrees: float) -> None:
     assert torch.allclose(angles(source), torch.tensor(math.radians(degrees)), atol=1e-4)
     assert all(bool(one.all()) and float(change.abs().max()) < 1e-4 for change, one in changes(source))
     assert torch.equal(tidied(source, WHOLE, WHOLE), source)
-    assert float(distortion(source, angles(source)).max()) < 1e-6
+    assert float(distortion(source, turned(source)).max()) < 1e-6
 
 
 def test_crumbs_join_a_turned_copy_where_it_goes_on() -> None:
@@ -70,17 +70,17 @@ def test_an_offset_that_jumps_is_another_copy() -> None:
 
 def test_turning_and_shearing_keep_areas_and_enlarging_does_not() -> None:
     x, y = pixel_coordinates(SHAPE)
-    turn = math.radians(9)
-    turned = torch.stack([math.cos(turn) * x - math.sin(turn) * y, math.sin(turn) * x + math.cos(turn) * y])
-    assert float(distortion(turned, angles(turned))[:-1, :-1].abs().max()) < 1e-8
-    assert float(distortion(torch.stack([x + 0.3 * y, y]), torch.zeros(SHAPE))[:-1, :-1].abs().max()) < 1e-8
-    enlarged = distortion(torch.stack([0.8 * x, 0.9 * y]), torch.zeros(SHAPE))
+    turn, upright = math.radians(9), rigid(torch.zeros(SHAPE))[1]
+    lying = torch.stack([math.cos(turn) * x - math.sin(turn) * y, math.sin(turn) * x + math.cos(turn) * y])
+    assert float(distortion(lying, turned(lying))[:-1, :-1].abs().max()) < 1e-8
+    assert float(distortion(torch.stack([x + 0.3 * y, y]), upright)[:-1, :-1].abs().max()) < 1e-8
+    enlarged = distortion(torch.stack([0.8 * x, 0.9 * y]), upright)
     assert torch.allclose(enlarged[:-1, :-1], torch.tensor((0.72 - 1) ** 2), atol=1e-4)
-    assert float(distortion(2.0 * pixel_coordinates(SHAPE), torch.zeros(SHAPE)).max()) == 1
+    assert float(distortion(2.0 * pixel_coordinates(SHAPE), upright).max()) == 1
 
 
 def test_a_seam_is_no_distortion() -> None:
-    assert float(distortion(two_copies(), torch.zeros(SHAPE)).abs().max()) < 1e-8
+    assert float(distortion(two_copies(), rigid(torch.zeros(SHAPE))[1]).abs().max()) < 1e-8
 
 
 def test_directions_turn_with_a_copy_and_a_seam_turns_none() -> None:
