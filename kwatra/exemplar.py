@@ -13,7 +13,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from kwatra.base import AVERAGE, LARGEST, InputError, mean, turned
+from kwatra.base import AVERAGE, LARGEST, InputError, mean, running, turned
 
 ALIGNMENT = 8
 """Images start at multiples of this on the canvas, so that their pyramids sample them in phase."""
@@ -139,15 +139,11 @@ class Exemplar:
 
     def corners(self, width: Sequence[int]) -> Tensor:
         """Where windows of `width` may start: boolean, shape S - width + 1."""
-        largest = LARGEST[len(self.shape)]
         width = tuple(width)
         if any(w > s for w, s in zip(width, self.shape, strict=True)):
             return torch.zeros([0] * len(width), dtype=torch.bool)
-        high, low = self.owner[None], -self.owner[None]
-        for axis in range(len(width)):  # one after the other: w + w comparisons for each pixel, not w * w
-            line = tuple(w if k == axis else 1 for k, w in enumerate(width))
-            high, low = largest(high, line, 1), largest(low, line, 1)
-        return ((high == -low) & (-low >= 0))[0]
+        high, low = running(torch.maximum, self.owner, width), running(torch.minimum, self.owner, width)
+        return (high == low) & (low >= 0)
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """What everything stands on: the one error, axes, sums, linear systems, seeds, sizes, tensors, threads."""
 
-from kwatra.base.axes import AVERAGE, CONVOLUTION, LARGEST, coarse_shape, enlarged, factors_of, resized
+from kwatra.base.axes import AVERAGE, CONVOLUTION, LARGEST, coarse_shape, enlarged, factors_of, resized, running
 from kwatra.base.errors import InputError, check_mask
 from kwatra.base.reductions import mean, power, principal_axes, product, total
 from kwatra.base.resampling import turned
@@ -28,6 +28,7 @@ __all__ = [
     "principal_axes",
     "product",
     "resized",
+    "running",
     "shared",
     "tensor_of",
     "total",

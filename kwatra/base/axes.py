@@ -1,6 +1,6 @@
 """What differs between images (two axes) and videos (three): torch's functions by number of axes, and resolutions."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import torch.nn.functional as F
 from torch import Tensor
@@ -38,3 +38,18 @@ def resized(image: Tensor, factor: tuple[int, ...], shape: tuple[int, ...]) -> T
         padding += [0, there * f - size]
     padded = F.pad(image[None], padding, mode="replicate") if any(padding) else image[None]
     return AVERAGE[len(shape)](padded, factor)[0]
+
+
+def running(largest: Callable[[Tensor, Tensor], Tensor], values: Tensor, width: Sequence[int]) -> Tensor:
+    """The `largest` (torch.maximum; or the least) of the values (*S) in every window of `width`, (*S - width + 1).
+
+    Twice as long windows are made of two shorter ones until they are long enough, one axis after the other.
+    """
+    for axis, whole in enumerate(width):
+        reach = 1
+        while reach < whole:
+            step = min(reach, whole - reach)
+            count = values.shape[axis] - step
+            values = largest(values.narrow(axis, 0, count), values.narrow(axis, step, count))
+            reach += step
+    return values

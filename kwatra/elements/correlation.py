@@ -12,10 +12,14 @@ import torch.nn.functional as F
 from torch import Tensor
 
 from kwatra.base import total
+from kwatra.elements.kept import kept
 from kwatra.exemplar import Exemplar
 
 EDGE_SIGMA = 1.0
 """Edges are sought in a picture blurred by this many pixels, as is usual."""
+
+LEAST_OVERLAP = 0.1
+"""Lags are looked at at which at least this share of the pictures overlaps: one and a half periods do."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +36,28 @@ class Correlation:
     def reach(self) -> tuple[int, int]:
         """The largest lag down and right."""
         return self.value.shape[0] // 2, self.value.shape[1] // 2
+
+    def within(self, reach: int) -> "Correlation":
+        """The lags up to `reach` down and right."""
+        middle = tuple(slice(far - reach, far + reach + 1) for far in self.reach)
+        return Correlation(self.value[middle], self.overlap[middle])
+
+
+@kept
+def of_colors(exemplar: Exemplar) -> Correlation:
+    """The autocorrelation of an exemplar's colors, for all lags at which enough of it overlaps."""
+    return _of_all(pictures(exemplar))
+
+
+@kept
+def of_edges(exemplar: Exemplar) -> Correlation:
+    """The same of the strength of its edges."""
+    return _of_all([(edges(*image), image[1]) for image in pictures(exemplar)])
+
+
+def _of_all(images: list[tuple[Tensor, Tensor]]) -> Correlation:
+    height, width = (max(present.shape[axis] for _, present in images) for axis in (-2, -1))
+    return autocorrelation(images, (int((1 - LEAST_OVERLAP) * height), int((1 - LEAST_OVERLAP) * width)))
 
 
 def pictures(exemplar: Exemplar) -> list[tuple[Tensor, Tensor]]:
@@ -88,8 +114,9 @@ def _products(picture: Tensor, present: Tensor, reach: tuple[int, int]) -> tuple
 
     overlap = at_lags(there, there).clamp(min=0)
     each = overlap.repeat(len(picture), 1, 1).clamp(min=0.5)
-    here, moved = at_lags(values, there.expand_as(values)), at_lags(there.expand_as(values), values)
+    here = at_lags(values, there.expand_as(values))
     first = at_lags(squares, there.expand_as(values)) - here.square() / each
-    second = at_lags(there.expand_as(values), squares) - moved.square() / each
+    # what lies a lag further is what lay here, seen from there
+    moved, second = here.flip(-2, -1), first.flip(-2, -1)
     together = at_lags(values, values) - here * moved / each
     return together.sum(0), first.sum(0), second.sum(0), overlap.sum(0)

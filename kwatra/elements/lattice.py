@@ -15,14 +15,11 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from kwatra.base import total
-from kwatra.elements.correlation import Correlation, autocorrelation, edges, pictures
+from kwatra.base import running, total
+from kwatra.elements.correlation import LEAST_OVERLAP, Correlation, of_colors, of_edges
 from kwatra.elements.kept import kept
 from kwatra.elements.size import radial, unlike
 from kwatra.exemplar import Exemplar
-
-LEAST_OVERLAP = 0.1
-"""Lags are trusted at which at least this share of the pictures overlaps: one and a half periods do."""
 
 STRONGEST = 24
 """Vectors are sought among so many peaks: a bound on time."""
@@ -84,20 +81,17 @@ def find_lattice(exemplar: Exemplar) -> Lattice | None:
     It is sought in the colors, and where these have none (tiles of many colors) in the edges. It is found from one and
     a half periods on, whatever the angle; the more periods, the finer its vectors.
     """
-    images = pictures(exemplar)
-    color = _trusted(images)
+    color = _trusted(of_colors(exemplar))
     blob = _blob(color)
     lattice = _lattice(color, blob, REGULAR)
     if lattice is not None:
         return lattice
     # edges are thin, but there are no more of them than there are elements
-    return _lattice(_trusted([(edges(*image), image[1]) for image in images]), blob, REGULAR_EDGES)
+    return _lattice(_trusted(of_edges(exemplar)), blob, REGULAR_EDGES)
 
 
-def _trusted(images: list[tuple[Tensor, Tensor]]) -> Correlation:
-    """The autocorrelation of pictures, 0 without overlap where too little overlaps."""
-    height, width = (max(present.shape[axis] for _, present in images) for axis in (-2, -1))
-    found = autocorrelation(images, (int((1 - LEAST_OVERLAP) * height), int((1 - LEAST_OVERLAP) * width)))
+def _trusted(found: Correlation) -> Correlation:
+    """An autocorrelation, 0 without overlap where too little overlaps."""
     known = found.overlap >= LEAST_OVERLAP * found.overlap.max()
     return Correlation(torch.where(known, found.value, 0.0), torch.where(known, found.overlap, 0.0))
 
@@ -164,7 +158,7 @@ def _strongest(found: Correlation, noise: float) -> Tensor:
     """Lags (N, 2) of the strongest peaks on one side of 0; a peak counts less where chance makes larger ones."""
     value = found.value
     around = F.max_pool2d(value[None], 5, 1, 2)[0]
-    inner = F.pad(found.overlap, (1, 1, 1, 1)).unfold(0, 3, 1).unfold(1, 3, 1).amin((-2, -1)) > 0
+    inner = running(torch.minimum, F.pad(found.overlap, (1, 1, 1, 1)), (3, 3)) > 0
     peak = (value == around) & inner & (value > 0)
     lags = peak.nonzero() - torch.tensor(found.reach)
     lags = lags[(lags[:, 0] > 0) | ((lags[:, 0] == 0) & (lags[:, 1] > 0))]

@@ -5,7 +5,8 @@ from collections.abc import Sequence
 import torch
 from torch import Tensor
 
-from kwatra.elements.lattice import LEAST_OVERLAP, Lattice, reduced
+from kwatra.elements.correlation import LEAST_OVERLAP
+from kwatra.elements.lattice import Lattice, reduced
 from kwatra.exemplar import Exemplar
 
 SAME = 1 / 255

@@ -12,7 +12,7 @@ from itertools import accumulate, takewhile
 import torch
 from torch import Tensor
 
-from kwatra.elements.correlation import Correlation, autocorrelation, edges, pictures
+from kwatra.elements.correlation import Correlation, of_colors, of_edges
 from kwatra.elements.kept import kept
 from kwatra.exemplar import Exemplar
 
@@ -46,16 +46,14 @@ def element_size(exemplar: Exemplar) -> float:
     grass, patches), it is twice the lag at which colors have become unlike: a blob and the space beside it. Elements
     up to a third of the smaller side are found. Of a video, all frames are looked at; what nobody owns never is.
     """
-    images = pictures(exemplar)
-    side = min(max(present.shape[axis] for _, present in images) for axis in (-2, -1))
-    reach = (side // 2, side // 2)
-    color = radial(autocorrelation(images, reach))
+    side = min(max(picture.shape[axis] for picture in exemplar.pictures()) for axis in (-2, -1))
+    color = radial(of_colors(exemplar).within(side // 2))
     if float(color[0]) == 0:
         return SMALLEST
     dip = _first_dip(color)
     if dip is not None and color[dip] < ALTERNATING:
         return max(_vertex(-color, dip), SMALLEST)
-    edge = radial(autocorrelation([(edges(*image), image[1]) for image in images], reach))
+    edge = radial(of_edges(exemplar).within(side // 2))
     for curve in (color, edge):
         ring = _ring(curve, side)
         if ring is not None:
