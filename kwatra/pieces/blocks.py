@@ -155,8 +155,9 @@ class BlockStart:
     def _lay(self, boxes: Sequence[Box], again: bool = False) -> list[bool]:
         """Lay blocks in boxes that lie apart; of each whether it was: again one is only where that lowers seams.
 
-        Threads share the boxes, but choose one after the other: that is many short steps, between which they would wait
-        for each other, and a cut is one long one. How often pixels are shown is counted when all are laid.
+        Threads share the boxes, or what is tried in one, but choose one after the other: that is many short steps,
+        between which they would wait for each other, and a cut is one long one. How often pixels are shown is counted
+        when all are laid.
         """
         choosing = Lock()
         luck = torch.rand(len(boxes), generator=self.generator, dtype=torch.float64).tolist()

@@ -1,7 +1,7 @@
 """Several patches tried on one window, and the one that is laid at the least cost, in one compiled call.
 
-It holds no lock of the interpreter's, so threads can lay on several windows side by side. Pixels are seen as (before,
-rows, columns), whatever their axes.
+It holds no lock of the interpreter's, so threads can share the patches, or lay on several windows side by side. Pixels
+are seen as (before, rows, columns), whatever their axes.
 
 This module is compiled by numba when first used, so it is imported where patches are tried.
 """
@@ -11,7 +11,9 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+import torch
 
+from kwatra.base import shared
 from kwatra.base.compiled import jitted
 from kwatra.cut.choices import FREE, MOST, TAKE
 from kwatra.cut.network import sides
@@ -69,30 +71,54 @@ class Found(NamedTuple):
     price: int
 
 
+class _Best(NamedTuple):
+    """What a thread found to cost least, of the patches it tried."""
+
+    cost: float
+    found: Found
+
+
 def cheapest_of(tries: Tries, ground: Ground, least: float) -> Found | None:
-    """The patch whose cost, and price times rate, come to least; None if none comes to less than `least`."""
+    """The patch whose cost, and price times rate, come to least; None if none comes to less than `least`.
+
+    Of equals it is the first. Threads share the patches, and what none of them has found to cost less: a cut that
+    costs more need not be solved.
+    """
+    threads, lowest = min(torch.get_num_threads(), len(tries.costs)), np.array([least])
+    parts = shared(lambda first: _cheapest_of(tries, ground, least, lowest, first, threads), range(threads))
+    found = [part for part in parts if part is not None]
+    return min(found, key=lambda part: (part.cost, part.found.number)).found if found else None
+
+
+def _cheapest_of(tries: Tries, ground: Ground, least: float, lowest: Array, first: int, step: int) -> _Best | None:
+    """The same of every so many patches from the first on; lowest (1,): the least that any thread has found so far."""
     shape, axes, strides = ground.kept.shape, ground.kept.ndim, in_volume(ground.strides, 0)
     take, places = np.empty(shape, np.bool_), np.empty_like(ground.places)
     seams = [np.empty(cost.shape, np.int32) for cost in ground.remembered]
     a, left = (sides(costs, take.size) for costs in (ground.remembered, seams))
     spare = [tuple(np.empty(cost.shape, np.int32) for cost in a) for _ in range(3)]
-    number, change, price = _try_all(
+    number, cost, change, price = _try_every(
         volume(ground.kept, axes), volume(ground.laid, axes), volume(ground.fixed, axes), volume(ground.places, axes),
         a, ground.total, ground.planes, in_volume(ground.sizes, 1), strides, ground.deep, ground.hidden, ground.floor,
         # a plane that is none begins before any place of the source
         in_volume(tries.shifts, 1), in_volume(tries.starts, 0), in_volume(tries.stops, 1), tries.costs, tries.rates,
-        tries.must, tries.taking, least, spare[0], spare[1], spare[2], take.ravel(), places.ravel(), left,
+        tries.must, tries.taking, least, lowest, first, step, spare[0], spare[1], spare[2], take.ravel(),
+        places.ravel(), left,
     )  # fmt: skip
-    return None if number < 0 else Found(number, take, places, seams, change, price)
+    return None if number < 0 else _Best(cost, Found(number, take, places, seams, change, price))
 
 
 @jitted
-def _try_all(
+def _try_every(
     kept: Any, laid: Any, fixed: Any, old: Any, a: Any, total: Any, planes: Any, sizes: Any, strides: Any, deep: Any,
     hidden: Any, floor: Any, shifts: Any, starts: Any, stops: Any, costs: Any, rates: Any, must: Any, taking: Any,
-    least: Any, b: Any, c: Any, tried: Any, take: Any, places: Any, left: Any,
+    least: Any, lowest: Any, first: Any, step: Any, b: Any, c: Any, tried: Any, take: Any, places: Any, left: Any,
 ) -> Any:  # fmt: skip
-    """The number of the cheapest try, -1 for none, its change and its price; sets what it takes, shows and leaves."""
+    """The number of the cheapest try, -1 for none, what it costs, its change and price; sets what it takes and shows.
+
+    Which tries are given up depends on what other threads have found by then, but none that is as cheap is: `most` is
+    rounded up.
+    """
     count, best, best_change, best_price = kept.size, -1, 0, 0
     choice, new, taken = np.empty(kept.shape, np.int8), np.empty(old.shape, old.dtype), np.empty(count, np.bool_)
     weight, known = np.zeros(count, np.int64), count if len(deep) > 0 else 0
@@ -100,8 +126,8 @@ def _try_all(
     shown_old, shown_new, may = old.ravel(), new.ravel(), choice.ravel()
     for i in range(known):
         deep_old[i] = deep[shown_old[i]]
-    for k in range(len(costs)):
-        most = MOST if least == np.inf else math.ceil((least - costs[k]) / rates[k])
+    for k in range(first, len(costs), step):
+        most = MOST if lowest[0] == np.inf else math.ceil((lowest[0] - costs[k]) / rates[k])
         if len(taking) == 0 and -total > most:  # were no seam left
             continue
         _lay_out(kept, laid, fixed, starts[k], stops[k], must, choice)
@@ -122,13 +148,15 @@ def _try_all(
         if len(taking) > 0:
             for i in range(count):
                 price += taking[k, i] if taken[i] and may[i] == FREE else 0
-        if price <= most and costs[k] + rates[k] * price < least:
-            least, best, best_change, best_price = costs[k] + rates[k] * price, k, change, price
+        cost = costs[k] + rates[k] * price
+        if cost < least:
+            least, best, best_change, best_price = cost, k, change, price
+            lowest[0] = min(lowest[0], cost)
             _copy(taken, take)
             _copy(shown_new, places)
             for axis in range(len(a)):
                 _copy(tried[axis].ravel(), left[axis].ravel())
-    return best, best_change, best_price
+    return best, least, best_change, best_price
 
 
 @jitted

@@ -36,7 +36,7 @@ def share_of(callback: Callable[[Progress], None], number: int, count: int) -> C
 
 
 class Runs:
-    """Several runs of which the best is kept; of images, only the first `channels` are.
+    """Several runs of `pixels` each of which the best is kept; of images, only the first `channels` are.
 
     finish: done to each result. copied: whether how large copies are counts, and what is seen of their seams. callback:
     called from one thread at a time, not always the same.
@@ -45,13 +45,14 @@ class Runs:
     def __init__(
         self,
         count: int,
+        pixels: int,
         seed: int,
         callback: Callable[[Progress], None] | None,
         channels: int,
         finish: Callable[[Result], Result] | None = None,
         copied: bool = False,
     ) -> None:
-        self.count, self.seed, self.callback, self.channels = count, seed, callback, channels
+        self.count, self.pixels, self.seed, self.callback, self.channels = count, pixels, seed, callback, channels
         self.finish, self.copied = finish, copied
         self._done, self._telling = [0.0] * count, Lock()
 
@@ -73,7 +74,7 @@ class Runs:
 
         best, least, left = None, float("inf"), range(self.count)
         while left:
-            beside = 1 if best is None else min(torch.get_num_threads(), max(BESIDE // best.image[0].numel(), 1))
+            beside = min(torch.get_num_threads(), max(BESIDE // self.pixels, 1))
             for result, overall in apart(made, left[:beside]):
                 if best is None or overall < least:
                     best, least = result, overall

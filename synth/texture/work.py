@@ -149,7 +149,8 @@ class Work(Generic[Image]):
         )  # fmt: skip
         even = None if len(size) == 2 or self.steered else partial(self._evened, part, settings)
         copied = len(size) == 2 and not self.steered
-        return Runs(self.tries, part.seed(seed), callback, self.channels, even, copied).best(run, self.source)
+        runs = Runs(self.tries, math.prod(size), part.seed(seed), callback, self.channels, even, copied)
+        return runs.best(run, self.source)
 
     def _evened(self, part: Stretch, settings: Settings, result: Result) -> Result:
         """The result with even light; the frames that a stretch holds are left alone."""

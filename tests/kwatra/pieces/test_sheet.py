@@ -1,9 +1,11 @@
 """Laying patches against brute force: no labeling of a small sheet may be cheaper than the one that is chosen."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
+import torch
 
 from kwatra.pieces.boxes import Box
 from kwatra.pieces.cheapest import cheapest_cut
@@ -181,9 +183,10 @@ def test_hidden_seams_are_remembered_as_they_cost(recomputed_seams):
 @pytest.mark.parametrize("shape", [(14, 15), (5, 9, 8)])
 @pytest.mark.parametrize("hidden", [False, True])
 @pytest.mark.parametrize("priced", [False, True])
-@pytest.mark.parametrize("slow", [False, True])
-def test_of_several_patches_the_one_is_cut_in_that_costs_least(shape, hidden, priced, slow, monkeypatch):
-    """Against each cut in alone; also where cuts are too large to be solved at once."""
+@pytest.mark.parametrize(("slow", "threads"), [(False, 1), (False, 3), (True, 1)])
+def test_of_several_patches_the_one_is_cut_in_that_costs_least(shape, hidden, priced, slow, threads, monkeypatch):
+    """Against each cut in alone; also by threads, and where cuts are too large to be solved at once."""
+    torch.set_num_threads(threads)
     monkeypatch.setattr("kwatra.pieces.cheapest.solved_at_once", lambda choice: not slow)
     rng, axes = np.random.default_rng(0), len(shape)
     source = tuple(n - 2 for n in shape)
@@ -203,7 +206,9 @@ def test_of_several_patches_the_one_is_cut_in_that_costs_least(shape, hidden, pr
         cuts = [sheet.cut(p, taking=taking[k] if priced else None) for k, p in enumerate(patches)]
         worth = [cost + rate * cut.price for cut, cost, rate in zip(cuts, costs, rates, strict=True)]
         best = int(np.argmin(worth))
-        found = cheapest_cut(sheet, window, patches, costs, rates, np.inf, taking=taking)
+        equal = [*patches, *map(replace, patches)]  # of equals the first is taken
+        twice = np.tile(costs, 2), np.tile(rates, 2)
+        found = cheapest_cut(sheet, window, equal, *twice, np.inf, taking=taking * 2)
         assert found.patch is patches[best]
         assert (found.change, found.price) == (cuts[best].change, cuts[best].price)
         inner = tuple(

@@ -164,7 +164,7 @@ def test_the_best_of_several_runs_reports_growing_progress():
     assert 0.75 < seen[-1] <= 1
 
 
-@pytest.mark.parametrize(("pixels", "together"), [(40 * 40 * 2, [2, 1, 1]), (40 * 40 * 2 - 1, [2, 2, 2])])
+@pytest.mark.parametrize(("pixels", "together"), [(40 * 40 * 2, [1, 1, 2]), (40 * 40 * 2 - 1, [2, 2, 2])])
 def test_runs_are_made_side_by_side_where_memory_allows_and_the_same_is_kept(pixels, together, in_turn, monkeypatch):
     used = []
     monkeypatch.setattr("synth.texture.runs.BESIDE", pixels)
