@@ -26,7 +26,7 @@ from kwatra.terms.stay import SCENE
 
 _DIRECTED = 0.21
 """Of pictures with less `direction_dependence` copies may turn. Gravel, grass, rocks, terrazzo, tomatoes, radishes and
-made stones have .03 to .20; plaster, chainmail, nuts and words .22 to .33, bricks, tiles and cloth more."""
+made stones have 0 to .16; plaster, chainmail, nuts and words .22 to .31, bricks, tiles and cloth more."""
 
 _AS_ONE = 0.25
 """Copies turn as one over so many sizes of an element: elements turn, and are not bent. Not tuned."""

@@ -1,6 +1,7 @@
 """Whether a texture prefers directions: bricks lie and words run from left to right, pebbles look alike when turned."""
 
 import math
+from collections.abc import Sequence
 
 import torch
 from scipy import ndimage
@@ -19,9 +20,13 @@ SCALES = (1.0, 1 / 12)
 """Edges are sought in pictures blurred by so many pixels, and by this share of an element, 1.5 px at least: of words
 and of bricks with rough faces the fine edges run anywhere."""
 
-
 _ROUNDING = 1e-12
 """Slopes with less of a picture's power are rounding."""
+
+CHANCE = 4.0
+"""What of a coefficient's square is taken for chance, in its variances: one of a texture without directions exceeds
+that once in 55 times (exp -4). Of 16 pictures of made stones of 32 px, 128 px wide, 5 have more than .21 with 0, 2 with
+3 and 1 with 4; of 52 pictures one falls below that, of stones in a wall that are a third of it wide."""
 
 
 @kept
@@ -30,26 +35,44 @@ def direction_dependence(exemplar: Exemplar) -> float:
 
     Of all edges' directions, each counted with the square of its strength, it is the largest of the first six Fourier
     coefficients around the circle, and the larger one of two scales: the first is large where light falls from a side,
-    the second where lines run one way, the fourth for a grid, the sixth for hexagons. So few elements as twenty have
-    about .15 by chance.
+    the second where lines run one way, the fourth for a grid, the sixth for hexagons. Of few elements each is large by
+    chance, but differs from one element to the next: its variance is told from squares as large as an element, and
+    what chance makes is taken off. Of one square alone it is believed as it is.
     """
-    sigmas = SCALES[0], max(SCALES[1] * element_size(exemplar), 1.5)
-    return max(_largest(exemplar, sigma) for sigma in sigmas)
+    size = element_size(exemplar)
+    return max(_largest(exemplar, sigma, size) for sigma in (SCALES[0], max(SCALES[1] * size, 1.5)))
 
 
-def _largest(exemplar: Exemplar, sigma: float) -> float:
-    """The largest of the coefficients, of edges in pictures blurred by sigma px."""
-    sums, strength, power = torch.zeros(2, HARMONICS, dtype=torch.float64), 0.0, 0.0
-    order = torch.arange(1, HARMONICS + 1, dtype=torch.float64).view(-1, 1)
+def _largest(exemplar: Exemplar, sigma: float, size: float) -> float:
+    """The largest of the coefficients beyond chance, of edges in pictures blurred by sigma px, elements of a size."""
+    sums, power = [torch.zeros(1 + 2 * HARMONICS, 1, dtype=torch.float64)], 0.0
     for picture, present in pictures(exemplar):
         if picture.ndim > 3:
             continue
         down, right, inside = _slopes(picture, present, sigma)
-        square = (down.square() + right.square())[:, inside].flatten()
-        turn = order * torch.atan2(down[:, inside].flatten(), right[:, inside].flatten())
-        sums += torch.stack([(turn.cos() * square).sum(1), (turn.sin() * square).sum(1)])
-        strength, power = strength + float(total(square)), power + float(total(picture.square()))
-    return float(sums.square().sum(0).sqrt().max()) / strength if strength > _ROUNDING * power else 0.0
+        down, right = down[:, inside].double(), right[:, inside].double()
+        square, angle = down.square() + right.square(), torch.atan2(down, right)
+        turned = [way(k * angle) for way in (torch.cos, torch.sin) for k in range(1, HARMONICS + 1)]
+        number = _squares(present.shape, size)[inside]
+        weights = [(square * part).sum(0) for part in (torch.ones(()), *turned)]
+        sums.append(torch.stack([torch.bincount(number, weight) for weight in weights]))
+        power += float(total(picture.square()))
+    strength, parts = torch.cat(sums, 1)[:1], torch.cat(sums, 1)[1:]
+    parts, strength = parts[:, strength[0] > 0], strength[:, strength[0] > 0]
+    whole = float(total(strength))
+    if whole <= _ROUNDING * power:
+        return 0.0
+    share, count = parts.sum(1, keepdim=True) / whole, parts.shape[1]
+    off = (parts - share * strength).square().sum(1) * count / max(count - 1, 1) / whole**2
+    beyond = share[:, 0].square() - CHANCE * off
+    return float(beyond.view(2, HARMONICS).sum(0).max().clamp(min=0).sqrt())
+
+
+def _squares(shape: Sequence[int], size: float) -> Tensor:
+    """The number (H, W) of the square, about so many px wide, in which each pixel of a picture lies."""
+    rows, columns = (max(round(side / size), 1) for side in shape)
+    down, right = (torch.arange(side) * n // side for side, n in zip(shape, (rows, columns), strict=True))
+    return down[:, None] * columns + right
 
 
 def _slopes(picture: Tensor, present: Tensor, sigma: float) -> tuple[Tensor, Tensor, Tensor]:

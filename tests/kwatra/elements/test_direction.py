@@ -1,7 +1,7 @@
 """Directions: none in noise, one in stripes and under light from a side, four in a grid, six in hexagons."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import pytest
@@ -11,6 +11,7 @@ from skimage import data
 from torch import Tensor
 
 from kwatra import Exemplar, direction_dependence
+from kwatra.elements import direction
 
 SIDE = 96
 
@@ -48,6 +49,26 @@ def lit() -> Tensor:
 )
 def test_it_is_large_where_edges_prefer_directions(texture: Callable[[], Tensor], least: float, most: float) -> None:
     assert least <= direction_dependence(Exemplar.of(texture())) <= most
+
+
+def bars(ways: Sequence[float], seed: int) -> Tensor:
+    """4 x 4 bars, 24 px apart, each with the angle of one of some ways, in degrees, drawn at random: (1, 96, 96)."""
+    angle = np.radians(np.random.default_rng(seed).choice(ways, (4, 4)))
+    y, x = np.mgrid[:24, :24] - 11.5
+    rows = [[np.exp(-((x * np.cos(a) + y * np.sin(a)) ** 2) / 8 - (x**2 + y**2) / 50) for a in line] for line in angle]
+    return torch.from_numpy(np.block(rows)).float()[None]
+
+
+def test_what_few_elements_have_by_chance_is_taken_off(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of 16 bars that lie anyhow edges prefer one direction by chance; of 16 that lie one way they do, and no less."""
+    pictures = [[bars(ways, seed) for seed in range(8)] for ways in (np.arange(0.0, 180.0, 5.0), (30.0,))]
+    anyhow, one_way = ([direction_dependence(Exemplar.of(image)) for image in images] for images in pictures)
+    monkeypatch.setattr(direction, "CHANCE", 0.0)
+    chance, before = ([direction_dependence(Exemplar.of(i.clone())) for i in images] for images in pictures)
+    assert sum(value > 0.1 for value in chance) >= 6
+    assert sum(value > 0.1 for value in anyhow) <= 1
+    assert min(before) > 0.5
+    assert one_way == pytest.approx(before, rel=0.01)
 
 
 def test_turning_an_exemplar_changes_nothing() -> None:
