@@ -6,13 +6,14 @@ space: a principal component counts with its variance, whichever channels it is 
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import torch
 import torch.nn.functional as F
 from torch import Tensor
 
 from kwatra.base import total
-from kwatra.elements.kept import kept
+from kwatra.elements.kept import kept_up_to
 from kwatra.exemplar import Exemplar
 
 EDGE_SIGMA = 1.0
@@ -20,6 +21,10 @@ EDGE_SIGMA = 1.0
 
 LEAST_OVERLAP = 0.1
 """Lags are looked at at which at least this share of the pictures overlaps: one and a half periods do."""
+
+SMALL = 1 << 17
+"""Up to so many pixels of an exemplar what is found here is kept, 14 MB at most: then its size is asked for, and its
+lattice. Of six megapixels it would be .6 GB, and where textures are made of these the size alone is asked for."""
 
 
 @dataclass(frozen=True)
@@ -42,22 +47,22 @@ class Correlation:
         middle = tuple(slice(far - reach, far + reach + 1) for far in self.reach)
         return Correlation(self.value[middle], self.overlap[middle])
 
+    @cached_property
+    def highest_near(self) -> Tensor:
+        """The highest value (2 R + 1, 2 Q + 1) within a pixel of each lag: a repetition need not be whole pixels."""
+        return F.max_pool2d(self.value[None], 3, 1, 1)[0]
 
-@kept
+
+@kept_up_to(SMALL)
 def of_colors(exemplar: Exemplar) -> Correlation:
     """The autocorrelation of an exemplar's colors, for all lags at which enough of it overlaps."""
-    return _of_all(pictures(exemplar))
+    return autocorrelation(pictures(exemplar))
 
 
-@kept
+@kept_up_to(SMALL)
 def of_edges(exemplar: Exemplar) -> Correlation:
     """The same of the strength of its edges."""
-    return _of_all([(edges(*image), image[1]) for image in pictures(exemplar)])
-
-
-def _of_all(images: list[tuple[Tensor, Tensor]]) -> Correlation:
-    height, width = (max(present.shape[axis] for _, present in images) for axis in (-2, -1))
-    return autocorrelation(images, (int((1 - LEAST_OVERLAP) * height), int((1 - LEAST_OVERLAP) * width)))
+    return autocorrelation([(edges(*image), image[1]) for image in pictures(exemplar)])
 
 
 def pictures(exemplar: Exemplar) -> list[tuple[Tensor, Tensor]]:
@@ -87,11 +92,14 @@ def _blurred(stack: Tensor) -> Tensor:
     return flat.view(stack.shape)
 
 
-def autocorrelation(images: list[tuple[Tensor, Tensor]], reach: tuple[int, int]) -> Correlation:
-    """The autocorrelation of pictures (C, ..., H, W), each with its `present` (..., H, W), for lags up to `reach`.
+def autocorrelation(images: list[tuple[Tensor, Tensor]]) -> Correlation:
+    """The autocorrelation of pictures (C, ..., H, W), each with its `present` (..., H, W).
 
-    Pictures, and the frames of a video, are pooled: each counts by how much of it overlaps.
+    It is that of all lags at which enough of the largest overlaps. Pictures, and the frames of a video, are pooled:
+    each counts by how much of it overlaps.
     """
+    height, width = (max(present.shape[axis] for _, present in images) for axis in (-2, -1))
+    reach = int((1 - LEAST_OVERLAP) * height), int((1 - LEAST_OVERLAP) * width)
     sums = [_products(picture, present, reach) for picture, present in images]
     together, first, second, overlap = (sum(parts[1:], parts[0]) for parts in zip(*sums, strict=True))
     scale = (first.clamp(min=0) * second.clamp(min=0)).sqrt()

@@ -212,7 +212,7 @@ def _means(found: Correlation, vectors: Tensor, noise: float) -> tuple[Tensor, T
     """
     steps = _points(torch.eye(2, dtype=vectors.dtype)[None], NEAR)[0]
     points = (steps @ vectors).round().long()
-    value = _sampled(F.max_pool2d(found.value[None], 3, 1, 1)[0], points)
+    value = _sampled(found.highest_near, points)
     overlap = _sampled(found.overlap, points)
     groups = torch.stack([steps[:, 0] == 0, steps[:, 1] == 0, (steps != 0).all(1)], 1).to(overlap)
     count = overlap @ groups
