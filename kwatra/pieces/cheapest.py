@@ -46,7 +46,7 @@ def cheapest_cut(
     laid = window.kept, window.laid, window.fixed, window.places, window.remembered, window.total
     ground = Ground(*laid, mosaic.planes, mosaic.shapes[0], mosaic.strides, sheet.cost.deep, *hidden)
     found = cheapest_of(Tries(shifts, starts, stops, costs, rates, must, extra), ground, least)
-    return None if found is None else Cut(patches[found.number], window.at, *found[1:])
+    return None if found is None else Cut(patches[found.number], window.at, *found[2:])
 
 
 def _one_by_one(sheet: Sheet[Mosaic], window: Window, offers: Iterable[Offer], least: float, must: bool) -> Cut | None:

@@ -61,21 +61,15 @@ class Ground(NamedTuple):
 
 
 class Found(NamedTuple):
-    """The number of the patch that costs least; what it takes, shows and leaves, its change and price, as in `Cut`."""
+    """The number of the patch that costs least, and what it costs; the rest is as in `Cut`."""
 
     number: int
+    cost: float
     take: Array
     places: Array
     seams: list[Array]
     change: int
     price: int
-
-
-class _Best(NamedTuple):
-    """What a thread found to cost least, of the patches it tried."""
-
-    cost: float
-    found: Found
 
 
 def cheapest_of(tries: Tries, ground: Ground, least: float) -> Found | None:
@@ -87,10 +81,10 @@ def cheapest_of(tries: Tries, ground: Ground, least: float) -> Found | None:
     threads, lowest = min(torch.get_num_threads(), len(tries.costs)), np.array([least])
     parts = shared(lambda first: _cheapest_of(tries, ground, least, lowest, first, threads), range(threads))
     found = [part for part in parts if part is not None]
-    return min(found, key=lambda part: (part.cost, part.found.number)).found if found else None
+    return min(found, key=lambda part: (part.cost, part.number), default=None)
 
 
-def _cheapest_of(tries: Tries, ground: Ground, least: float, lowest: Array, first: int, step: int) -> _Best | None:
+def _cheapest_of(tries: Tries, ground: Ground, least: float, lowest: Array, first: int, step: int) -> Found | None:
     """The same of every so many patches from the first on; lowest (1,): the least that any thread has found so far."""
     shape, axes, strides = ground.kept.shape, ground.kept.ndim, in_volume(ground.strides, 0)
     take, places = np.empty(shape, np.bool_), np.empty_like(ground.places)
@@ -105,7 +99,7 @@ def _cheapest_of(tries: Tries, ground: Ground, least: float, lowest: Array, firs
         tries.must, tries.taking, least, lowest, first, step, spare[0], spare[1], spare[2], take.ravel(),
         places.ravel(), left,
     )  # fmt: skip
-    return None if number < 0 else _Best(cost, Found(number, take, places, seams, change, price))
+    return None if number < 0 else Found(number, cost, take, places, seams, change, price)
 
 
 @jitted
@@ -114,10 +108,10 @@ def _try_every(
     hidden: Any, floor: Any, shifts: Any, starts: Any, stops: Any, costs: Any, rates: Any, must: Any, taking: Any,
     least: Any, lowest: Any, first: Any, step: Any, b: Any, c: Any, tried: Any, take: Any, places: Any, left: Any,
 ) -> Any:  # fmt: skip
-    """The number of the cheapest try, -1 for none, what it costs, its change and price; sets what it takes and shows.
+    """The number of the cheapest try, -1 for none, what it costs, its change and price.
 
-    Which tries are given up depends on what other threads have found by then, but none that is as cheap is: `most` is
-    rounded up.
+    Sets what it takes and shows, and along each axis the seams that are left with it. Which tries are given up depends
+    on what other threads have found by then, but none that is as cheap is: `most` is rounded up.
     """
     count, best, best_change, best_price = kept.size, -1, 0, 0
     choice, new, taken = np.empty(kept.shape, np.int8), np.empty(old.shape, old.dtype), np.empty(count, np.bool_)
