@@ -46,7 +46,9 @@ def cheapest_cut(
     laid = window.kept, window.laid, window.fixed, window.places, window.remembered, window.total
     ground = Ground(*laid, mosaic.planes, mosaic.shapes[0], mosaic.strides, sheet.cost.deep, *hidden)
     found = cheapest_of(Tries(shifts, starts, stops, costs, rates, must, extra), ground, least)
-    return None if found is None else Cut(patches[found.number], window.at, *found[2:])
+    if found is None:
+        return None
+    return Cut(patches[found.number], window.at, found.take, found.places, found.seams, found.change, found.price)
 
 
 def _one_by_one(sheet: Sheet[Mosaic], window: Window, offers: Iterable[Offer], least: float, must: bool) -> Cut | None:
