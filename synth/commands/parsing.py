@@ -3,11 +3,14 @@
 import argparse
 import math
 import os
-from collections.abc import Callable, Sequence
+import re
+from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
 MOST_THREADS = 256
+
+_NEGATIVE = re.compile(r"-\.?\d")
 
 Subparsers = Any
 """What argparse's `add_subparsers` returns; its class has no public name."""
@@ -21,8 +24,14 @@ class Parser(argparse.ArgumentParser):
         self.register("action", None, _Once)
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """As argparse; a switch that may be followed by the one word "nearest" takes no other word for its own."""
-        tile = self._option_string_actions.get("--tile")
+        """As argparse, but what follows an option with values is one if a digit follows its minus: a wrong size, say.
+
+        A switch that may be followed by the one word "nearest" takes no other word for its own.
+        """
+        options = self._option_string_actions
+        if args is not None:
+            args = _with_negatives(args, [name for name, action in options.items() if action.nargs is None])
+        tile = options.get("--tile")
         read, rest = super().parse_known_args(
             _with_values(args) if tile is not None and tile.choices else args, namespace
         )
@@ -46,6 +55,20 @@ class _Once(argparse.Action):
             raise argparse.ArgumentError(self, "it is given twice; give it once")
         before.update([option] if option else [])
         setattr(namespace, self.dest, values)
+
+
+def _with_negatives(args: Sequence[str], options: Collection[str]) -> list[str]:
+    """The arguments with --size=-5x10 for --size -5x10, and so for all of these options that have two dashes.
+
+    argparse takes a word that begins with a minus for a value only if it is a number.
+    """
+    made: list[str] = []
+    for argument in args:
+        if made and made[-1] in options and made[-1].startswith("--") and _NEGATIVE.match(argument):
+            made[-1] += f"={argument}"
+        else:
+            made.append(argument)
+    return made
 
 
 def _with_values(args: Sequence[str] | None) -> list[str] | None:
