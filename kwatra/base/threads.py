@@ -21,7 +21,31 @@ def shared(call: Callable[[Item], Made], items: Sequence[Item]) -> list[Made]:
 
     The calling thread is one of them. Where the others are busy, as when calls share work of their own, it does all.
     """
+    return _by_threads(torch.get_num_threads(), call, items)
+
+
+def apart(call: Callable[[Item], Made], items: Sequence[Item], together: int | None = None) -> list[Made]:
+    """As `shared`, of few and long calls, which themselves share work: torch's threads are divided among them.
+
+    together: how many calls are under way at a time; None for as many as there are threads.
+    """
     threads = torch.get_num_threads()
+    together = min(threads if together is None else together, len(items))
+    if threads == 1 or together < 2:
+        return [call(item) for item in items]
+
+    def alone(item: Item) -> Made:
+        torch.set_num_threads(max(threads // together, 1))  # which each thread has to be told
+        return call(item)
+
+    try:
+        return _by_threads(together, alone, items)
+    finally:
+        torch.set_num_threads(threads)
+
+
+def _by_threads(threads: int, call: Callable[[Item], Made], items: Sequence[Item]) -> list[Made]:
+    """What a call makes of each item, in their order, on so many threads."""
     if threads == 1 or len(items) < 2:
         return [call(item) for item in items]
     made: dict[int, Made] = {}
@@ -42,22 +66,6 @@ def shared(call: Callable[[Item], Made], items: Sequence[Item]) -> list[Made]:
             if not helper.cancel():
                 helper.result()
     return [made[number] for number in range(len(items))]
-
-
-def apart(call: Callable[[Item], Made], items: Sequence[Item]) -> list[Made]:
-    """As `shared`, of few and long calls, which themselves share work: torch's threads are divided among them."""
-    threads = torch.get_num_threads()
-
-    def alone(item: Item) -> Made:
-        torch.set_num_threads(max(threads // len(items), 1))  # which each thread has to be told
-        return call(item)
-
-    if threads == 1 or len(items) < 2:
-        return [call(item) for item in items]
-    try:
-        return shared(alone, items)
-    finally:
-        torch.set_num_threads(threads)
 
 
 @cache

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from threading import Lock
 
+import torch
 from torch import Tensor
 
 from kwatra.scoring.joint import JointStatistics, largest_side
@@ -53,23 +54,37 @@ class Ranking:
 
     def __call__(self, output: Tensor) -> float:
         """The figure of an output (C, H, W), or (C, T, H, W)."""
-        shortest = min(min(image.shape[-2:]) for image in (output, *self._images))
-        times = -(-WINDOW // shortest)
-        shown, *images = (_enlarged(image[:CHANNELS], times) for image in (output, *self._images))
+        times, (shown, *images) = self._enlarged_to_fit(output)
         if output.ndim == 4:
             return measure(shown, images)["overall"]
         frames, sources = read(shown, images)
-        scale = _scale(shown, images)
+        sight, joint = self._described(times, frames, sources)
+        figure = sight.figure(frames)
+        return figure if joint is None else (1 - JOINT) * figure + JOINT * joint.distance(frames)
+
+    def describe(self, shape: Sequence[int]) -> None:
+        """Describe the exemplar for images of a shape (C, H, W): else done for the first that is told about."""
+        times, (shown, *images) = self._enlarged_to_fit(torch.zeros(*shape))
+        self._described(times, *read(shown, images))
+
+    def _enlarged_to_fit(self, output: Tensor) -> tuple[int, list[Tensor]]:
+        """How many times an output and the exemplar's images are enlarged, so that windows fit, and they so."""
+        shortest = min(min(image.shape[-2:]) for image in (output, *self._images))
+        times = -(-WINDOW // shortest)
+        return times, [_enlarged(image[:CHANNELS], times) for image in (output, *self._images)]
+
+    def _described(
+        self, times: int, frames: Sequence[Tensor], sources: Sequence[Tensor]
+    ) -> tuple["_Sight", JointStatistics | None]:
+        """The exemplar's images as they are seen beside such frames, and their joint statistics where these count."""
+        scale = _scale(frames[0], sources)
         side = largest_side([*frames, *sources]) if self._thorough else None
         with self._describing:
             if (times, scale) not in self._sights:
                 self._sights[times, scale] = _Sight(sources, scale)
             if side is not None and side not in self._joint:
                 self._joint[side] = JointStatistics(sources, side)
-        figure = self._sights[times, scale].figure(frames)
-        if side is None:
-            return figure
-        return (1 - JOINT) * figure + JOINT * self._joint[side].distance(frames)
+        return self._sights[times, scale], None if side is None else self._joint[side]
 
 
 class _Sight:

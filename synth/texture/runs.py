@@ -1,7 +1,7 @@
 """Several tries of which the best is kept."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from threading import Lock
 
@@ -27,7 +27,11 @@ The best of 24 of a panel of 16 textures copy .285, .251, .246, .238 and .235 of
 .03, .04 and .05, and score .0470, .0479, .0479, .0479 and .0482; those of another, with .03, .231 and .0476."""
 
 BESIDE = 2**20
-"""Runs are made side by side, a thread each, of so many pixels together: memory stays that of one of 1024 a side."""
+"""Runs are made side by side, a thread each, of so many pixels together: memory stays that of one of 1024 a side.
+
+They are one more than there are threads: one mostly waits for the interpreter, and of three tries by two threads none
+is left to be made alone. Stills of 256x256 by two threads are so made 1.46 to 1.6 times as fast as by one, in place of
+1.34 to 1.44."""
 
 
 def share_of(callback: Callable[[Progress], None], number: int, count: int) -> Callable[[Progress], None]:
@@ -36,7 +40,7 @@ def share_of(callback: Callable[[Progress], None], number: int, count: int) -> C
 
 
 class Runs:
-    """Several runs of `pixels` each of which the best is kept; of images, only the first `channels` are.
+    """Several runs of a `size` (*S) of which the best is kept; of images, only the first `channels` are.
 
     finish: done to each result. copied: whether how large copies are counts, and what is seen of their seams. callback:
     called from one thread at a time, not always the same.
@@ -45,14 +49,14 @@ class Runs:
     def __init__(
         self,
         count: int,
-        pixels: int,
+        size: Sequence[int],
         seed: int,
         callback: Callable[[Progress], None] | None,
         channels: int,
         finish: Callable[[Result], Result] | None = None,
         copied: bool = False,
     ) -> None:
-        self.count, self.pixels, self.seed, self.callback, self.channels = count, pixels, seed, callback, channels
+        self.count, self.size, self.seed, self.callback, self.channels = count, size, seed, callback, channels
         self.finish, self.copied = finish, copied
         self._done, self._telling = [0.0] * count, Lock()
 
@@ -63,24 +67,26 @@ class Runs:
         pictures = [picture[: self.channels] for picture in source.pictures()]
         figure, area = Ranking(pictures, thorough=self.count >= MANY), sum(picture[0].numel() for picture in pictures)
 
-        def made(number: int) -> tuple[Result, float]:
+        best: tuple[float, int, Result] | None = None
+
+        def make(number: int) -> None:
+            nonlocal best
+            if number == 1 and len(self.size) == 2:  # meanwhile the first looks at the texture
+                figure.describe((len(pictures[0]), *self.size))
             result = self._image_of(run(seed=self.seed + 1000 * number, callback=self._part(number)))
             overall = figure(result.image.cpu())
             if self.copied:
                 overall += PASTED * pasted(result.where, area)
                 overall += TORN * math.log(visible_seams(source, result.where) + LEAST_TORN)
             self._done[number] = 1.0
-            return result, overall
+            with self._telling:
+                if best is None or (overall, number) < best[:2]:
+                    best = overall, number, result
 
-        best, least, left = None, float("inf"), range(self.count)
-        while left:
-            beside = min(torch.get_num_threads(), max(BESIDE // self.pixels, 1))
-            for result, overall in apart(made, left[:beside]):
-                if best is None or overall < least:
-                    best, least = result, overall
-            left = left[beside:]
+        beside = min(torch.get_num_threads() + 1, max(BESIDE // math.prod(self.size), 1))
+        apart(make, range(self.count), beside)
         assert best is not None
-        return best
+        return best[2]
 
     def _image_of(self, result: Result) -> Result:
         """The result, finished, without guide channels."""

@@ -149,7 +149,7 @@ class Work(Generic[Image]):
         )  # fmt: skip
         even = None if len(size) == 2 or self.steered else partial(self._evened, part, settings)
         copied = len(size) == 2 and not self.steered
-        runs = Runs(self.tries, math.prod(size), part.seed(seed), callback, self.channels, even, copied)
+        runs = Runs(self.tries, size, part.seed(seed), callback, self.channels, even, copied)
         return runs.best(run, self.source)
 
     def _evened(self, part: Stretch, settings: Settings, result: Result) -> Result:

@@ -53,9 +53,27 @@ def test_long_calls_divide_threads_among_them_and_leave_their_number_as_it_was(t
     assert apart(lambda _: torch.get_num_threads(), [0]) == [threads]
     assert apart(lambda _: torch.get_num_threads(), range(2)) == [max(threads // 2, 1)] * 2
     assert apart(lambda n: n + 1, range(5)) == [1, 2, 3, 4, 5]
+    assert apart(lambda _: torch.get_num_threads(), range(7), together=1) == [threads] * 7
     with pytest.raises(ValueError, match="no 1"):
         apart(refuse, range(3))
     assert torch.get_num_threads() == threads
+
+
+@pytest.mark.parametrize("together", [2, 3])
+def test_so_many_long_calls_are_under_way_at_a_time(together):
+    torch.set_num_threads(2)
+    meeting, under_way, most = threading.Barrier(together), [], []
+
+    def call(number):
+        under_way.append(number)
+        meeting.wait(timeout=20)  # of fewer nobody would go on
+        most.append(len(under_way))
+        meeting.wait(timeout=20)
+        under_way.remove(number)
+
+    apart(call, range(2 * together), together)
+    assert max(most) == together
+    assert apart(lambda _: torch.get_num_threads(), range(4), together) == [1] * 4
 
 
 def refuse(number):

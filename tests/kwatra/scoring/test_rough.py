@@ -8,7 +8,7 @@ import torch
 from textures import gravel
 from torch import Tensor
 
-from kwatra.scoring import Ranking, glance, measure
+from kwatra.scoring import Ranking, glance, measure, rough
 from kwatra.scoring.nearest import Nearest, Windows
 from kwatra.scoring.rough import GLANCES, MOST
 
@@ -51,6 +51,17 @@ def test_of_many_channels_the_first_are_ranked_and_images_at_a_glance() -> None:
     assert Ranking(image.expand(64, -1, -1))(many) == pytest.approx(0, abs=1e-6)
     figure = Ranking(image)
     assert [figure(other) for other in controls(image)] == [glance(other, image) for other in controls(image)]
+
+
+def test_an_exemplar_that_was_described_is_not_described_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    image, made = gravel(96, shrunk=2), []
+    described = rough._Sight.__init__
+    monkeypatch.setattr(rough._Sight, "__init__", lambda *sight: made.append(sight[2]) or described(*sight))
+    figure = Ranking(image)
+    figure.describe((1, 48, 64))
+    assert len(made) == 1
+    assert figure(image[:, :48, :64]) == Ranking(image)(image[:, :48, :64])
+    assert len(made) == 2  # the second is the other ranking's
 
 
 def test_threads_that_search_a_large_set_at_once_find_what_each_finds_alone(monkeypatch: pytest.MonkeyPatch) -> None:
