@@ -1,5 +1,6 @@
 import math
 import sys
+from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
@@ -159,6 +160,15 @@ def test_cuts_show_the_places_of_a_scene_more_evenly(seed, monkeypatch):
     heeded = unevenness()
     monkeypatch.setattr(charges, "EVEN", 0.0)
     assert heeded < 0.97 * unevenness()
+
+
+def test_each_seed_lays_other_blocks_of_a_scene_though_few_may_come_first():
+    noise = torch.rand(1, 8, 24, 24, generator=torch.Generator().manual_seed(2))
+    exemplar = Exemplar.of(0.5 * noise + torch.linspace(0, 1, 24)[:, None])
+    shape, block = (12, 36, 36), (4, 12, 12)
+    options = {"seams": 6, "usage": 1.0, "places": [Stay(1.0).place_charge(exemplar, shape, block)]}
+    laid = [run(exemplar, shape, block, (1, 1, 1), seed=seed, **options).where for seed in range(5)]
+    assert max(float((a == b).all(0).float().mean()) for a, b in combinations(laid, 2)) < 0.5
 
 
 def checkers(height, width, cell):
