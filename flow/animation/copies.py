@@ -20,8 +20,8 @@ NEIGHBORS = 2.0
 """Neighboring pixels that show places less than so many px apart tell how their copy is turned; exact copies show
 neighbors. Not tuned."""
 
-_BESIDE = ((0, 1), (0, -1), (1, 0), (-1, 0))
-AROUND = (*_BESIDE, (1, 1), (1, -1), (-1, 1), (-1, -1))
+BESIDE = ((0, 1), (0, -1), (1, 0), (-1, 0))
+AROUND = (*BESIDE, (1, 1), (1, -1), (-1, 1), (-1, -1))
 """The steps, in rows and columns, to the eight pixels around one."""
 
 _FEW = 2
@@ -161,7 +161,7 @@ def softened(image: Tensor, source: Tensor, inside: Tensor, read: Callable[[Tens
     read: what the exemplar has at coordinates (2, N), (C, N). inside (H, W): where there is texture.
     """
     soft, shape = image.clone(), source.shape[1:]
-    seams, goes_on = parted(source, inside, turned(source, inside), _BESIDE)
+    seams, goes_on = parted(source, inside, turned(source, inside), BESIDE)
     number, row, column = seams.nonzero().T
     beside = goes_on[number, :, row, column].T
     place = row * shape[1] + column

@@ -178,6 +178,72 @@ def _joins(source: Any, inside: Any, turn: Any, steps: Any, jump: float, few: in
     return True
 
 
+@Compiled
+def hide(
+    source: Any, turn: Any, inside: Any, free: Any, depth: Any, steps: Any, jump: float, length: float, odd: int,
+    low: int, high: int,
+) -> None:  # fmt: skip
+    """Have pixels beside seams go over to the copy beside them that hides these, in rows from low to high.
+
+    source, turn (2, H, W): coordinates, and how copies are turned, as `tell_turns` sets it; both are changed. inside
+    (H, W): where there is texture; free (H, W): what may change, of every other pixel: odd (0 or 1) says of which.
+    depth (h, w): how deep in its element each place of the exemplar lies; steps (4, 2): rows and columns to the pixels
+    beside one; jump: what is between two copies, in px; length: what a seam costs besides, per pixel.
+    """
+    height, width = inside.shape
+    above, below, beside = np.zeros((3, width + 1), np.bool_)
+    for i in range(low, high):
+        up, down = max(i - 1, 0), min(i + 1, height - 1)
+        _part(source[:, up], source[:, i], turn[:, up], i - up, 0, jump, above)
+        _part(source[:, i], source[:, down], turn[:, i], down - i, 0, jump, below)
+        _part(source[:, i], source[:, i, 1:], turn[:, i], 0, 1, jump, beside[1:])
+        for j in range((i + odd) % 2, width, 2):
+            if (above[j] | below[j] | beside[j] | beside[j + 1]) and free[i, j] and inside[i, j]:
+                _hide(source, turn, inside, depth, steps, jump, length, i, j)
+
+
+@jitted
+def _hide(
+    source: Any, turn: Any, inside: Any, depth: Any, steps: Any, jump: float, length: float, i: int, j: int
+) -> None:
+    """Have a pixel go over, as `hide` says, if that makes the seams around it cost less."""
+    height, width = inside.shape
+    near, deep, there = np.empty((4, 2), source.dtype), np.empty(4, depth.dtype), np.zeros(4, np.bool_)
+    for k in range(len(steps)):
+        r, c = i + steps[k, 0], j + steps[k, 1]
+        if 0 <= r < height and 0 <= c < width and inside[r, c]:
+            near[k, 0], near[k, 1] = _onward(source, turn, r, c, i - r, j - c)
+            deep[k], there[k] = _deep(depth, source[0, r, c], source[1, r, c]), True
+    least, copy = _seams(source[0, i, j], source[1, i, j], near, deep, there, depth, jump, length), -1
+    for k in range(len(steps)):
+        cost = _seams(near[k, 0], near[k, 1], near, deep, there, depth, jump, length) if there[k] else least
+        if cost < least:
+            least, copy = cost, k
+    if copy >= 0:
+        r, c = i + steps[copy, 0], j + steps[copy, 1]
+        source[0, i, j], source[1, i, j] = near[copy, 0], near[copy, 1]
+        turn[0, i, j], turn[1, i, j] = turn[0, r, c], turn[1, r, c]
+
+
+@jitted
+def _seams(
+    x: Any, y: Any, near: Any, deep: Any, there: Any, depth: Any, jump: float, length: float
+) -> Any:
+    """What the seams around a pixel cost that shows a place, where so deep ones (4,) beside it go on to others (4, 2)."""
+    cost, own = np.float32(0), _deep(depth, x, y)
+    for k in range(4):
+        if there[k] and _apart(near[k, 0], near[k, 1], x, y) >= jump * jump:
+            cost += min(own, deep[k]) + length
+    return cost
+
+
+@jitted
+def _deep(depth: Any, x: Any, y: Any) -> Any:
+    """How deep (h, w) in its element the pixel nearest to a place lies."""
+    row, column = int(np.rint(y)), int(np.rint(x))
+    return depth[min(max(row, 0), depth.shape[0] - 1), min(max(column, 0), depth.shape[1] - 1)]
+
+
 @jitted
 def _onward(source: Any, turn: Any, i: int, j: int, down: int, right: int) -> Any:
     """Where the copy that a pixel shows goes on so many pixels down and to the right."""

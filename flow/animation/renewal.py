@@ -116,6 +116,7 @@ class Renewal:
         self.aging = Aging(film, settings.aging)
         self.read = Reading(exemplar, settings.interpolation)
         hidden = hidden_seams(film.strip) if film.motion is None else None
+        self.depth = None if hidden is None else torch.from_numpy(hidden.depth)
         self.blocks = Blocks(film, min(side_of(settings.block, hidden), *shape), hidden)
         self._share = exemplar.share
         self.stock = Coordinates(exemplar, self.wear.variance, settings.seam)

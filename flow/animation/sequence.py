@@ -31,6 +31,7 @@ from flow.animation.fading import Fading, left_of, shaded
 from flow.animation.feathering import BEYOND, feathered, strengths_of
 from flow.animation.film import Film
 from flow.animation.growing import grown
+from flow.animation.overlapping import overlapped
 from flow.animation.reading import Reading
 from flow.animation.renewal import Renewal
 from flow.animation.settings import PRESETS, VIDEO_PRESETS, Renewing
@@ -208,6 +209,8 @@ class Motion:
         moved = inside & (source != state.source).any(0)
         older = self.upright(tidied(source, moved, inside), moved)
         source = self.film.onward(older)
+        if self.renewal.depth is not None:
+            source = overlapped(source, moved, inside, self.renewal.depth, self.read.usable)
         lives = inside & (source != older).any(0)
         left = None if state.left is None else warp(state.left[None], look.coordinates, "nearest")[0] * look.known
         new, image, left, report = self.renewal(source, inside, generator, moved | lives, left)

@@ -1,0 +1,41 @@
+"""Copies that the flow drives together overlap: the one that ends there in a gap between elements lies above.
+
+A carried pixel keeps the copy that is nearest, so where two copies meet head on both lose their rims, and what was a gap
+becomes a seam through two elements. So seams are moved, a pixel at most in a frame, to where they are hidden: a pixel
+beside one goes over to the other copy if that makes
+
+    sum_pq min(d(p), d(q)) + length
+
+less, over all pairs of neighbors p and q of two copies; d is how deep in its element a pixel lies, 0 in the gaps. Of
+two elements one then stays whole and slides over the other, as things do, until that is gone or is renewed.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from flow.animation.copies import BESIDE, JUMP, NEIGHBORS
+
+_LENGTH = 0.1
+"""What a pixel of a seam costs wherever it lies, so that seams do not fray."""
+
+
+def overlapped(
+    source: Tensor, free: Tensor, inside: Tensor, depth: Tensor, usable: Callable[[Tensor], Tensor]
+) -> Tensor:
+    """Source coordinates (2, H, W), x first, with seams moved into gaps where free (H, W).
+
+    inside (H, W): where there is texture; what is elsewhere has no influence. depth (h, w): how deep in its element each
+    place of the exemplar lies, 0 to 1. usable: where (*S) coordinates (2, *S) lie in the exemplar; nothing goes over to
+    other ones.
+    """
+    from flow.animation.edges import hide, tell_turns
+
+    there, may = (values.contiguous() for values in (inside, free))
+    after, turn = source.clone(memory_format=torch.contiguous_format), torch.empty(source.shape)
+    tell_turns(len(there), after, there, NEIGHBORS, turn)
+    for odd in range(2):  # of a checkerboard, on which no two neighbors go over at once
+        hide(len(there), after, turn, there, may, depth.contiguous(), np.array(BESIDE), JUMP, _LENGTH, odd)
+    return torch.where(usable(after), after, source)
