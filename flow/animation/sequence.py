@@ -24,23 +24,19 @@ from torch import Tensor
 
 from flow.animation.asked import Mask, allowed, check, film_of
 from flow.animation.carrying import carried
-from flow.animation.colorcurve import ColorCurve
-from flow.animation.copies import replaced, tidied
+from flow.animation.copies import tidied
 from flow.animation.entering import SIDES, entered, known_of
-from flow.animation.fading import Fading, left_of, shaded
-from flow.animation.feathering import BEYOND, feathered, strengths_of
 from flow.animation.film import Film
 from flow.animation.growing import grown
 from flow.animation.overlapping import overlapped
-from flow.animation.reading import Reading
 from flow.animation.renewal import Renewal
 from flow.animation.settings import PRESETS, VIDEO_PRESETS, Renewing
+from flow.animation.showing import Showing
 from flow.animation.state import State
 from flow.animation.stock import NOWHERE
-from flow.animation.term import lasting
 from flow.animation.upright import Upright
 from flow.fields import Field
-from flow.warps import Lookup, filled, lookup, warp
+from flow.warps import Lookup, lookup, warp
 from kwatra import Exemplar, InputError, Level, Result, Settings, Stay, optimize
 from kwatra.base import generator_of
 from kwatra.result import Row
@@ -49,9 +45,6 @@ from kwatra.terms.stay import STAYING
 
 _BEGINNING = 1 << 17
 """The first frame of a video is made of frames that have about so many pixels together, and of two at least."""
-
-_SEEN = 1 / 512
-"""Of what fades seams are feathered where more than this share of it is still shown: half of one of 256 levels."""
 
 _PROJECTION = (Level(1, 16), Level(1, 8))
 """How a given first picture is brought to the exemplar: at full resolution, keeping what is texture already."""
@@ -145,19 +138,14 @@ class Motion:
         seed: int,
     ) -> None:
         renewing = renewing or (PRESETS if film.motion is None else VIDEO_PRESETS)["default"]
-        self.channels, self.device, film = len(film.strip.canvas), film.strip.canvas.device, film.to("cpu")
+        self.device, film = film.strip.canvas.device, film.to("cpu")
         self.film, self.field, self.shape, self.mask, self.enter, self.seed = film, field, shape, mask, enter, seed
         self.upright = Upright(film.strip, renewing.stiffness, film.turning)
         self.renewing, self.renewal = renewing, Renewal(film, shape, renewing)
-        self._curve = None if film.motion is None else ColorCurve(film.strip)
-        if self._curve is not None:
-            film = replace(film, strip=replace(film.strip, canvas=self._curve.of(film.strip.canvas)))
-        ways, also = (renewing.interpolation, BEYOND), film.also
-        self.read, self._beyond = (Reading(film.strip, way) for way in ways)
-        self._read_also, self._beyond_also = (None if also is None else Reading(also, way) for way in ways)
+        self.showing = Showing(film, renewing, self.renewal.wear.variance, self.renewal.blocks.size)
         self._steady: tuple[Tensor, Lookup] | None = None
         self._flowing: Tensor | None = None
-        self._whole, self._details = torch.ones(shape, dtype=torch.bool), strengths_of(film.strip)
+        self._whole = torch.ones(shape, dtype=torch.bool)
 
     def allowed(self, number: int) -> Tensor:
         """Where (H, W) texture may be in a frame."""
@@ -169,7 +157,7 @@ class Motion:
         if self.enter is not None:
             inside = torch.zeros_like(inside)
             nowhere = torch.full((2, *self.shape), NOWHERE)
-            empty = self._picture(nowhere, inside) * 0
+            empty = self.showing.picture(nowhere, inside) * 0
             return self._frame(State(0, nowhere, inside, empty), {})
         if self.film.placed is not None and first is None:
             return self._shown(self.film.middle(self.shape), inside)
@@ -186,7 +174,7 @@ class Motion:
 
     def _shown(self, source: Tensor, inside: Tensor) -> Frame:
         """Frame 0, at source coordinates (2, H, W)."""
-        return self._frame(State(0, source, inside, self._colors(self._picture(source, inside))), {})
+        return self._frame(State(0, source, inside, self.showing.first(source, inside)), {})
 
     def resumed(self, state: State) -> Frame:
         """The frame that a state shows."""
@@ -210,75 +198,12 @@ class Motion:
         older = self.upright(tidied(source, moved, inside), moved)
         source = self.film.onward(older)
         if self.renewal.depth is not None:
-            source = overlapped(source, moved, inside, self.renewal.depth, self.read.usable)
+            source = overlapped(source, moved, inside, self.renewal.depth, self.film.read.usable)
         lives = inside & (source != older).any(0)
         left = None if state.left is None else warp(state.left[None], look.coordinates, "nearest")[0] * look.known
         new, image, left, report = self.renewal(source, inside, generator, moved | lives, left)
-        copies = self._picture(new, inside, image[: self.channels])
-        if self.film.motion is None:
-            image = self._blended(copies, state, look, replaced(new, source))
-            return self._frame(State(number, new, inside, image, left=left), report)
-        shown, fading = self._dissolved(copies, state, look, source, new)
-        return self._frame(State(number, new, inside, self._colors(shown), fading.packed), report)
-
-    def _dissolved(
-        self, copies: Tensor, before: State, look: Lookup, source: Tensor, new: Tensor
-    ) -> tuple[Tensor, Fading]:
-        """A frame (C, H, W) of a video whose copies at source coordinates (2, H, W) were replaced by new ones.
-
-        It comes with what fades below them.
-        """
-        known = look.known & before.inside
-        if not bool(look.known.any()):
-            return copies, Fading.nothing(new, copies)
-        old = Fading.nothing(before.source, copies) if before.fading is None else Fading.unpacked(before.fading)
-        old = old.onward(self.film, look, before.inside)
-        changed = known & replaced(new, source) & self.read.usable(source)
-        above, below = self._picture(source, known), self._picture(old.below, known & (old.share > _SEEN))
-        wanted = old.mixed(above, below) + old.shade
-        fading = old.replaced(source, changed, left_of(self.film, self.renewing.inertia))
-        image = fading.shown(copies, torch.where(changed, above, below), known, self.channels)
-        shade = shaded(wanted, image, known, self.renewing.shades)
-        shade[self.channels :] = 0
-        return self._within(image + shade), replace(fading, shade=shade)
-
-    def _within(self, shown: Tensor) -> Tensor:
-        """Colors, and maps below them, within the exemplar's range."""
-        colors, maps = shown.tensor_split([self.channels])
-        colors = self.read.within(colors)
-        return colors if self._read_also is None else torch.cat([colors, self._read_also.within(maps)])
-
-    def _colors(self, shown: Tensor) -> Tensor:
-        """The colors, and maps below them, of a picture (C, H, W): those of a video are mixed about their curve."""
-        if self._curve is None:
-            return shown
-        mixed, maps = shown.tensor_split([self.channels])
-        return torch.cat([self.film.read.within(self._curve.colors(mixed)), maps])
-
-    def _picture(self, source: Tensor, inside: Tensor, colors: Tensor | None = None) -> Tensor:
-        """What source coordinates show: colors (C, H, W), unless they are known, and below them the maps."""
-        reach, also = self.renewing.feather, self._beyond_also
-        if reach:  # softened seams would stay in them as thin lines
-            colors = feathered(self.read(source), source, inside, self._beyond, reach, self._details)
-        elif colors is None or self._curve is not None:
-            colors = self.read.picture(source, inside)
-        if self._read_also is None or also is None:
-            return colors
-        maps = self._read_also(source) if reach else self._read_also.picture(source, inside)
-        return torch.cat([colors, feathered(maps, source, inside, also, reach, None)])
-
-    def _blended(self, copies: Tensor, before: State, look: Lookup, changed: Tensor) -> Tensor:
-        """A frame (C, H, W) that shows its copies, new where changed (H, W), and still some of the one before.
-
-        Maps below the colors go the same way.
-        """
-        if self.renewing.inertia == 0 or not bool(look.known.any()):
-            return copies
-        image = filled(before.image, before.inside)
-        carried = filled(warp(image, look.coordinates, self.renewing.interpolation), look.known)
-        off = ((carried - copies)[: self.channels].square() * self.film.strip.share).sum(0) / self.renewal.wear.variance
-        share = lasting(off, changed & look.known, self.renewing.inertia, self.renewal.blocks.size) * look.known
-        return self._within(copies + share * (carried - copies))
+        shown, fading = self.showing.next(state, look, source, new, inside, image)
+        return self._frame(State(number, new, inside, shown, fading, left), report)
 
     def _flow(self, number: int) -> Tensor:
         """The flow (2, H, W) from a frame to the next; that of a steady field is asked for once."""
@@ -294,10 +219,10 @@ class Motion:
         return look
 
     def _frame(self, state: State, report: dict[str, float]) -> Frame:
-        pixels = self.read.pixels(state.source)
+        pixels = self.film.read.pixels(state.source)
         where, origin = self.film.where(pixels), look_up(self.film.strip.origin, pixels)
         origin[:1] = torch.where(state.inside, origin[:1], -1)
         rows: list[Row] = [{"frame": state.number, **report}]
         shown = torch.where(state.inside, state.image, 0.0)
-        colors, maps = shown.tensor_split([self.channels])
+        colors, maps = shown.tensor_split([self.showing.channels])
         return Frame(colors, origin, where, rows, [], "", state, maps if len(maps) else None)

@@ -119,5 +119,5 @@ def test_fine_detail_beyond_a_seam_is_read_as_sharply_as_elsewhere() -> None:
     stripes = 0.5 + 0.4 * torch.sin(math.pi / 2 * torch.arange(SIDE + 8.0)).view(-1, 1)
     film = Film.of(Exemplar.of(stripes.expand(1, 4, SIDE + 8, 3 * SIDE)))
     motion = Motion(film, uniform(0.0), (SIDE, SIDE), None, None, None, 0)
-    steps = motion._picture(two_copies(SIDE) + 0.5, everywhere()).diff(dim=1).abs().mean((0, 1))
+    steps = motion.showing.picture(two_copies(SIDE) + 0.5, everywhere()).diff(dim=1).abs().mean((0, 1))
     assert float(steps[SIDE // 2]) > 0.9 * float(steps[0])
