@@ -226,10 +226,8 @@ def _hide(
 
 
 @jitted
-def _seams(
-    x: Any, y: Any, near: Any, deep: Any, there: Any, depth: Any, jump: float, length: float
-) -> Any:
-    """What the seams around a pixel cost that shows a place, where so deep ones (4,) beside it go on to others (4, 2)."""
+def _seams(x: Any, y: Any, near: Any, deep: Any, there: Any, depth: Any, jump: float, length: float) -> Any:
+    """What the seams around a pixel cost that shows a place, where those beside it, so deep (4,), go on to (4, 2)."""
     cost, own = np.float32(0), _deep(depth, x, y)
     for k in range(4):
         if there[k] and _apart(near[k, 0], near[k, 1], x, y) >= jump * jump:
