@@ -30,7 +30,7 @@ from kwatra.exemplar import Exemplar
 from kwatra.pieces.again import Budget, lay_again
 from kwatra.pieces.boxes import Box
 from kwatra.pieces.candidates import Asked, Candidates
-from kwatra.pieces.charges import often_shown, unevenness
+from kwatra.pieces.charges import SceneUse
 from kwatra.pieces.cheapest import cheapest_cut
 from kwatra.pieces.corners import Corners, overhang, spread
 from kwatra.pieces.fitting import continued
@@ -97,7 +97,7 @@ class BlockStart:
         self.wish = Wished.of(wish, middle, weights)
         self.variance = variance(exemplar, self.wish)
         self.contrast = 2 * self.variance**0.5 / mosaic.step
-        self.uneven = unevenness(self.shape, exemplar.shape[-2:]) if len(self.shape) > 2 and places else 0.0
+        self.scene = SceneUse(self.image, self.shape) if len(self.shape) > 2 and places else None
         heeded = aligned and self.wish is None and len(self.shape) == 2
         self.gaps = gaps(exemplar, mosaic, self.contrast / 2) if heeded else None
         if self.gaps is not None:
@@ -161,7 +161,7 @@ class BlockStart:
         """
         choosing = Lock()
         luck = torch.rand(len(boxes), generator=self.generator, dtype=torch.float64).tolist()
-        often = self.uneven * often_shown(self.used) if self.uneven else None
+        often = None if self.scene is None else self.scene.prices(self.used)
 
         def cut(number: int) -> Cut | None:
             box = boxes[number]

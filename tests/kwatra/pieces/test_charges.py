@@ -7,13 +7,14 @@ from kwatra.pieces import Box, Mosaic, Patch, SeamCost, Sheet
 from kwatra.pieces.charges import (
     AROUND,
     EVEN,
+    KINDS,
+    LIKE,
     STEP,
+    SceneUse,
     charged,
     kept_in_step,
-    often_shown,
     shown_near,
     step_cost,
-    unevenness,
 )
 
 GRID = Lattice(torch.tensor([[0.0, 8.0], [6.0, 0.0]], dtype=torch.float64), 0.5)
@@ -67,15 +68,33 @@ def test_what_is_shown_nearby_counts_by_its_distance_from_the_box():
     assert (wanted > 1).any()
 
 
-def test_places_of_a_frame_are_counted_whenever_they_are_shown():
-    used = np.random.default_rng(0).integers(0, 4, (3, 9, 11)).astype(float)
-    half, around = AROUND // 2, np.pad(used.sum(0), AROUND // 2, mode="edge")
-    often = np.array([[around[y : y + 2 * half + 1, x : x + 2 * half + 1].mean() for x in range(11)] for y in range(9)])
-    np.testing.assert_allclose(often_shown(used), np.broadcast_to(often / often.mean(), used.shape))
-    assert not often_shown(0 * used).any()
+def test_places_of_a_scene_cost_what_they_and_their_kind_are_shown_more_than_all():
+    rng = np.random.default_rng(0)
+    clip, used = rng.random((2, 3, 9, 16)), rng.integers(0, 4, (3, 9, 16)).astype(float)
+    scene = SceneUse(clip, (3, 18, 16))
+    half, often = AROUND // 2, used.sum(0)
+    around = np.pad(often, half, mode="edge")
+    near = [[around[y : y + 2 * half + 1, x : x + 2 * half + 1].mean() for x in range(16)] for y in range(9)]
+    kind = scene.kind.reshape(9, 16)
+    like = np.select([kind == k for k in range(KINDS)], [often[kind == k].mean() for k in range(KINDS)])
+    expected = (EVEN * np.array(near) + LIKE * like) / often.mean()
+    np.testing.assert_allclose(scene.prices(used), np.broadcast_to(expected, used.shape))
+    assert not scene.prices(0 * used).any()
+
+
+def test_kinds_of_places_are_as_many_each_from_calm_to_steep():
+    clip = np.zeros((1, 2, 16, 16))
+    clip[..., 8:] = np.random.default_rng(0).random((1, 2, 16, 8)) * np.linspace(0.5, 5, 16)[:, None]
+    kind = SceneUse(clip, (2, 32, 32)).kind
+    assert np.bincount(kind).tolist() == [16 * 16 // KINDS] * KINDS
+    rows = kind.reshape(16, 16)
+    assert rows[:, :5].max() < rows[:, 11:].min()
+    assert rows[12:, 11:].mean() > rows[:4, 11:].mean() + 1
 
 
 def test_uneven_use_of_places_costs_the_more_the_larger_a_scene_is_made():
-    assert unevenness((12, 90, 120), (60, 80)) == pytest.approx(1.25 * EVEN)
-    assert unevenness((24, 60, 160), (60, 80)) == pytest.approx(EVEN)
-    assert unevenness((24, 60, 80), (60, 80)) == unevenness((5, 30, 80), (60, 80)) == 0
+    clip, used = np.random.default_rng(0).random((1, 2, 6, 8)), np.ones((2, 6, 8))
+    once = EVEN + LIKE
+    np.testing.assert_allclose(SceneUse(clip, (12, 9, 12)).prices(used), 1.25 * once)
+    np.testing.assert_allclose(SceneUse(clip, (24, 6, 16)).prices(used), once)
+    assert SceneUse(clip, (24, 6, 8)).prices(used) is SceneUse(clip, (5, 3, 8)).prices(used) is None

@@ -148,17 +148,23 @@ def test_blocks_go_where_they_agree_with_a_wish():
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
-def test_cuts_show_the_places_of_a_scene_more_evenly(seed, monkeypatch):
+@pytest.mark.parametrize("price", ["EVEN", "LIKE"])
+def test_cuts_show_the_places_of_a_scene_and_their_kinds_more_evenly(price, seed, monkeypatch):
     clip = torch.rand(1, 6, 40, 40, generator=torch.Generator().manual_seed(seed)) * torch.linspace(1, 0.05, 40)
     exemplar, shape, block = Exemplar.of(clip), (6, 60, 60), (6, 18, 18)
     places = [Stay(3.0).place_charge(exemplar, shape, block)]
+    other = {"EVEN": "LIKE", "LIKE": "EVEN"}[price]
+    monkeypatch.setattr(charges, other, 0.0)
 
     def unevenness():
-        shown = run(exemplar, shape, block, (1, 1, 1), seed=seed, seams=3, usage=1.0, places=places).start.used.sum(0)
+        start = run(exemplar, shape, block, (1, 1, 1), seed=seed, seams=3, usage=1.0, places=places).start
+        shown = start.used.sum(0)
+        if price == "LIKE":
+            shown = np.bincount(start.scene.kind, shown.ravel())
         return float(shown.std() / shown.mean())
 
     heeded = unevenness()
-    monkeypatch.setattr(charges, "EVEN", 0.0)
+    monkeypatch.setattr(charges, price, 0.0)
     assert heeded < 0.97 * unevenness()
 
 
