@@ -29,7 +29,7 @@ from kwatra.elements import Lattice
 from kwatra.exemplar import Exemplar
 from kwatra.pieces.again import Budget, lay_again
 from kwatra.pieces.boxes import Box
-from kwatra.pieces.candidates import Asked, Candidates
+from kwatra.pieces.candidates import LUCK, Asked, Candidates
 from kwatra.pieces.charges import SceneUse
 from kwatra.pieces.cheapest import cheapest_cut
 from kwatra.pieces.corners import Corners, overhang, spread
@@ -106,7 +106,8 @@ class BlockStart:
         if heeded and not places and bool((exemplar.owner == 0).all()):
             needed = (0,) * len(self.shape) if self.gaps is None else self.overlap
             self.corners = self.corners.hanging(overhang(self.starts, self.corners.block, needed, self.grain))
-        asked = Asked(usage, lattice, places, exemplar.canvas.device, self.wish, self.gaps, aligned)
+        luck = LUCK if self.scene is not None and self.scene.larger > 0 else 0.0
+        asked = Asked(usage, lattice, places, exemplar.canvas.device, self.wish, self.gaps, aligned, luck)
         self.candidates = Candidates(self.sheet, self.corners, self.image, self.variance, asked)
 
     @property

@@ -26,10 +26,10 @@ TOLERANCE = 0.05
 """A block is drawn at random from those whose cost exceeds the least by at most this much."""
 
 LUCK = 0.02
-"""Where places are charged each block costs up to so much more, drawn at random: few first blocks are within TOLERANCE
+"""In a scene made larger each block costs up to so much more, drawn at random: few first blocks are within TOLERANCE
 there, and what follows them is determined, so that of smoke half as large again four seeds made two videos. Of any two
-of six seeds .04 to .36 is then the same. A waterfall of its clip's size scores .069 without (four seeds), .075 so and
-.089 with .05, of which one seed replays .56 in place of .39."""
+of six seeds .04 to .36 is then the same. At the clip's own size seeds differ without, and fish and a waterfall of twice
+the frames lose .004 in score with it; with .05 one waterfall of four replays .56 in place of .39."""
 
 CONTINUATION = 0.3
 """What a block costs more when it merely continues the copy that a neighbor began: a new texture, not a larger copy.
@@ -47,7 +47,8 @@ class Asked(NamedTuple):
 
     usage: what a block costs whose pixels were used once more than all on average. lattice: on which elements stand, if
     they do. places: what is charged for where in the exemplar a block comes from, on a device. wish: what pixels should
-    show. gaps: those that are to go on. aligned: False takes blocks at random.
+    show. gaps: those that are to go on. aligned: False takes blocks at random. luck: up to what each block costs more,
+    drawn at random.
     """
 
     usage: float
@@ -57,6 +58,7 @@ class Asked(NamedTuple):
     wish: Wished | None
     gaps: Gaps | None
     aligned: bool
+    luck: float = 0.0
 
 
 class Candidates:
@@ -75,7 +77,7 @@ class Candidates:
 
         needed (*E): the pixels of the box that a block has to fill; None for none. used (*cell): how often each place
         of the mosaic is shown. Where there is no seam to compare, or a wish decides, one block of about the least cost
-        is drawn: luck, 0 to 1, says which, and where places are charged what else blocks cost (`LUCK`).
+        is drawn: luck, 0 to 1, says which, and what else blocks cost if luck decides on that (`Asked`).
         """
         places, known = self.sheet.shown(box)
         valid = self.corners.valid if needed is None else self.corners.covering(needed)
@@ -85,8 +87,8 @@ class Candidates:
         if self.asked.lattice is not None and some:
             shown = kept_in_step(self.asked.lattice, self._out_of_step(box, known), shown, valid)
         flat = np.where(valid, cost + shown, math.inf).ravel()
-        if self.asked.places:
-            flat += LUCK * np.random.default_rng(int(luck * 2**53)).random(flat.size)
+        if self.asked.luck:
+            flat += self.asked.luck * np.random.default_rng(int(luck * 2**53)).random(flat.size)
         return self._drawn(flat, box, most if some and self.asked.aligned else 1, luck)
 
     def _drawn(self, flat: Array, box: Box, most: int, luck: float) -> tuple[Array, Array]:

@@ -42,8 +42,8 @@ LIKE, KINDS = 0.96, 8
 each, from those where the clip is calm to those of the steepest gradients.
 
 Seams go where what they part is dark and flat, so that side of a scene made larger spreads. Half as large again smoke
-scores .089, fish .078 and a waterfall .081 with it and with scenes that stay by the square of how much larger they are;
-.112, .091 and .074 without and with the cube (two seeds each). Of the clip's sharpness .98, .96 and .97 are left, .93,
+scores .089, fish .074 and a waterfall .074 with it and with scenes that stay by the square of how much larger they are;
+.112, .091 and .074 without and with the cube (two seeds each). Of the clip's sharpness .98, .96 and .98 are left, .93,
 .93 and .98 without. With .48, and stay in proportion, smoke scores .094 and fish .085. Chosen on these clips."""
 
 

@@ -8,8 +8,8 @@ from kwatra.terms.stay import SCENE, STAYING
 
 LARGEST, ENLARGED = 2.25, 2
 """A scene stays the more the larger it is made, up to so many times its clip's area, larger ones were not tried; and by
-which power of that. Half as large again smoke, fish and a waterfall score .089, .078 and .081 with 2 (two seeds each),
-.086, .077 and .084 with 1, and .97 of fish's and the waterfall's sharpness is left in place of .95; see also
+which power of that. Half as large again smoke, fish and a waterfall scored .089, .078 and .081 with 2 (two seeds each),
+.086, .077 and .084 with 1, and .96 and .97 of fish's and the waterfall's sharpness were left in place of .95; see also
 `kwatra.pieces.charges.LIKE`."""
 
 
