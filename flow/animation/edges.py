@@ -118,7 +118,7 @@ def tidy(
     px. A pixel at a seam is lone when no more than `few` of these belong to its copy. recent (H, W): what has just
     changed; where nothing has within 2 px, nothing joins. joined (H, W): set to where pixels have joined.
     """
-    height, width = inside.shape
+    width = inside.shape[1]
     above, below, beside = np.zeros((3, width + 1), np.bool_)
     for i in range(low, high):
         joined[i] = False
@@ -126,16 +126,23 @@ def tidy(
             after[0, i, j], after[1, i, j] = source[0, i, j], source[1, i, j]
         if not recent[max(i - 2, 0) : i + 3].any():
             continue
-        above[:], below[:] = False, False
-        if i > 0:
-            _part(source[:, i - 1], source[:, i], turn[:, i - 1], 1, 0, jump, above)
-        if i + 1 < height:
-            _part(source[:, i], source[:, i + 1], turn[:, i], 1, 0, jump, below)
-        _part(source[:, i], source[:, i, 1:], turn[:, i], 0, 1, jump, beside[1:])
+        _part_row(source, turn, i, jump, above, below, beside)
         for j in range(width):
             seam = above[j] | below[j] | beside[j] | beside[j + 1]
             if seam and free[i, j] and recent[max(i - 2, 0) : i + 3, max(j - 2, 0) : j + 3].any():
                 joined[i, j] = _joins(source, inside, turn, steps, jump, few, i, j, after)
+
+
+@jitted
+def _part_row(source: Any, turn: Any, i: int, jump: float, above: Any, below: Any, beside: Any) -> None:
+    """Set where row i of copies (2, H, W) is parted from the rows above and below it, and its pixels j - 1 and j.
+
+    turn (2, H, W): how they are turned; all three are (W + 1,). The first row and the last are as if copies went on.
+    """
+    up, down = max(i - 1, 0), min(i + 1, source.shape[1] - 1)
+    _part(source[:, up], source[:, i], turn[:, up], i - up, 0, jump, above)
+    _part(source[:, i], source[:, down], turn[:, i], down - i, 0, jump, below)
+    _part(source[:, i], source[:, i, 1:], turn[:, i], 0, 1, jump, beside[1:])
 
 
 @jitted
@@ -190,13 +197,10 @@ def hide(
     depth (h, w): how deep in its element each place of the exemplar lies; steps (4, 2): rows and columns to the pixels
     beside one; jump: what is between two copies, in px; length: what a seam costs besides, per pixel.
     """
-    height, width = inside.shape
+    width = inside.shape[1]
     above, below, beside = np.zeros((3, width + 1), np.bool_)
     for i in range(low, high):
-        up, down = max(i - 1, 0), min(i + 1, height - 1)
-        _part(source[:, up], source[:, i], turn[:, up], i - up, 0, jump, above)
-        _part(source[:, i], source[:, down], turn[:, i], down - i, 0, jump, below)
-        _part(source[:, i], source[:, i, 1:], turn[:, i], 0, 1, jump, beside[1:])
+        _part_row(source, turn, i, jump, above, below, beside)
         for j in range((i + odd) % 2, width, 2):
             if (above[j] | below[j] | beside[j] | beside[j + 1]) and free[i, j] and inside[i, j]:
                 _hide(source, turn, inside, depth, steps, jump, length, i, j)

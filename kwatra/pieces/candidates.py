@@ -58,7 +58,7 @@ class Asked(NamedTuple):
     wish: Wished | None
     gaps: Gaps | None
     aligned: bool
-    luck: float = 0.0
+    luck: float
 
 
 class Candidates:

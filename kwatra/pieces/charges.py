@@ -134,13 +134,14 @@ class SceneUse:
         rank = np.empty(steep.size, np.int64)
         rank[steep.argsort(axis=None, kind="stable")] = np.arange(steep.size)
         self.kind = rank * KINDS // steep.size
+        self._sizes = np.maximum(np.bincount(self.kind, minlength=KINDS), 1)
 
     def prices(self, used: Array) -> Array | None:
         """What each pixel costs (T, H, W), in variances, if pixels are shown so often; None where all cost nothing."""
         if self.larger == 0:
             return None
         often = used.sum(0)
-        kinds = np.bincount(self.kind, often.ravel(), KINDS) / np.maximum(np.bincount(self.kind, minlength=KINDS), 1)
+        kinds = np.bincount(self.kind, often.ravel(), KINDS) / self._sizes
         each = EVEN * _around(often) + LIKE * kinds[self.kind].reshape(often.shape)
         return np.broadcast_to(self.larger / max(often.mean(), 1e-12) * each, used.shape)
 
