@@ -290,7 +290,6 @@ class Renewal:
     @staticmethod
     def _inside(cut: Cut, box: Box) -> np.ndarray:
         """What a cut takes, of its box alone."""
-        first = (line.start for line in cut.at)  # nothing wraps
-        part = tuple(slice(s - f, s - f + e) for s, f, e in zip(box.start, first, box.extent, strict=True))
+        part = tuple(slice(s - f, s - f + e) for s, f, e in zip(box.start, cut.box.start, box.extent, strict=True))
         inside: np.ndarray = cut.take[part]
         return inside

@@ -32,30 +32,34 @@ class Agreement:
         self._at_places = np.stack([by_place(plane) for plane in image])
 
     def mismatch(self, places: Array, known: Array, valid: Array) -> Array:
-        """The mean squared difference of each block to what is known (*E) of a box, shaped as `corners.valid`.
+        """The mean squared difference of each block (b, *n) to what is known (b, *E) of boxes, 0 where nothing is.
 
-        places (*E): where in the exemplar that comes from, in a mosaic of it alone. What hangs over the exemplar is
-        taken to agree as a fair one of the `valid` blocks does. Something is known.
+        places (b, *E): where in the exemplar that comes from, in a mosaic of it alone. What hangs over the exemplar is
+        taken to agree as a fair one of the `valid` (b, *n) blocks does.
         """
         from kwatra.pieces.weighing import compare, take_known
 
-        channels, extent = len(self._at_places), known.shape
-        ones, against = np.empty((channels + 1, *extent), np.float32), np.empty((2, *extent))
-        flat = (values.reshape(len(values), -1) for values in (ones, against))
-        energy = take_known(self._at_places, places.ravel(), known.ravel(), *flat)
+        boxes, channels, extent = len(known), len(self._at_places), known.shape[1:]
+        ones, against = np.empty((boxes, channels + 1, *extent), np.float32), np.empty((boxes, 2, *extent))
+        pixels = (values.reshape(boxes, -1) for values in (places, known))
+        take_known(self._at_places, *pixels, *(values.reshape(*values.shape[:2], -1) for values in (ones, against)))
         raw, mismatch = self.corners.on_grain(self.fit.less_energy(ones)), np.empty(valid.shape)
         hangs = any(self.corners.hang)
-        inside = self.corners.inside(against).reshape(2, -1) if hangs else np.empty((2, 0))
+        inside = self.corners.inside(against) if hangs else np.empty((boxes, 2, 0))
+        flat = against.reshape(boxes, 2, -1), inside.reshape(boxes, 2, -1), valid.reshape(boxes, -1)
         units = self.variance, 10.0**DIGITS
-        compare(raw.ravel(), energy, int(known.sum()), inside, valid.ravel(), FAIR, *units, mismatch.ravel())
+        compare(raw.reshape(boxes, -1), *flat, FAIR, *units, mismatch.reshape(boxes, -1))
         return mismatch
 
 
-def attainable(mismatches: Array, valid: Array, same: Array) -> float:
-    """The disagreement that a texture affords, given that of all blocks (n,): what others are measured by.
+def attainable(mismatches: Array, valid: Array, same: Array) -> Array:
+    """The disagreement (b,) that a texture affords, given that of all blocks (b, *n): what others are measured by.
 
     It is that of `valid` ones that do not merely continue what is there (`same` is 0), or else of all valid ones.
     """
     from kwatra.pieces.weighing import attain
 
-    return float(attain(mismatches.ravel(), valid.ravel(), same.ravel(), GOOD, MISMATCH_FLOOR))
+    boxes, afforded = len(valid), np.empty(len(valid))
+    flat = mismatches.reshape(boxes, -1), valid.reshape(boxes, -1), same.reshape(boxes, -1)
+    attain(*flat, GOOD, MISMATCH_FLOOR, afforded)
+    return afforded

@@ -16,14 +16,13 @@ those that are there, and are larger and overlap by so much that a seam can go a
 import math
 from collections.abc import Sequence
 from functools import partial
-from itertools import product
-from threading import Lock
+from itertools import chain, product
 
 import numpy as np
 import torch
 from torch import Tensor
 
-from kwatra.base import apart, mean
+from kwatra.base import mean, shared
 from kwatra.cut import KEEP
 from kwatra.elements import Lattice
 from kwatra.exemplar import Exemplar
@@ -31,7 +30,7 @@ from kwatra.pieces.again import Budget, lay_again
 from kwatra.pieces.boxes import Box
 from kwatra.pieces.candidates import LUCK, Asked, Candidates
 from kwatra.pieces.charges import SceneUse
-from kwatra.pieces.cheapest import cheapest_cut
+from kwatra.pieces.cheapest import Offer, cheapest_cuts
 from kwatra.pieces.corners import Corners, overhang, spread
 from kwatra.pieces.fitting import continued
 from kwatra.pieces.fronts import fronts
@@ -39,8 +38,8 @@ from kwatra.pieces.gaps import LARGEST, Gaps, gaps
 from kwatra.pieces.mosaic import Mosaic
 from kwatra.pieces.regions import Regions
 from kwatra.pieces.seams import SeamCost
-from kwatra.pieces.sheet import Cut, Patch, Sheet, Window, each
-from kwatra.pieces.stock import Array
+from kwatra.pieces.sheet import Patch, Sheet, Window
+from kwatra.pieces.stock import Array, each
 from kwatra.pieces.wished import Wished, variance
 from kwatra.terms import PlaceCharge, Wish
 
@@ -53,6 +52,10 @@ AGAIN, PATIENCE = 0.3, 6
 
 TOGETHER = 8
 """So many blocks at most are laid again at once, where they lie apart: enough for as many threads."""
+
+LOOKED_AT = 2**17
+"""So many pixels of the exemplar are looked at together at most, once for each block that is chosen: what is known of
+them then stays near the processor."""
 
 
 class BlockStart:
@@ -156,36 +159,47 @@ class BlockStart:
     def _lay(self, boxes: Sequence[Box], again: bool = False) -> list[bool]:
         """Lay blocks in boxes that lie apart; of each whether it was: again one is only where that lowers seams.
 
-        Threads share the boxes, or what is tried in one, but choose one after the other: that is many short steps,
-        between which they would wait for each other, and a cut is one long one. How often pixels are shown is counted
-        when all are laid.
+        In each box the block is cut in that costs least with what is seen of its seams. Threads share the boxes, or
+        what is tried in one. How often pixels are shown is counted when all are laid.
         """
-        choosing = Lock()
         luck = torch.rand(len(boxes), generator=self.generator, dtype=torch.float64).tolist()
         often = None if self.scene is None else self.scene.prices(self.used)
 
-        def cut(number: int) -> Cut | None:
-            box = boxes[number]
-            needed = None if again else self._needed(box)
-            with choosing:
-                chosen = self.candidates.choose(box, needed, self.shown, self.seams, luck[number])
-            return self._cheapest(box, *chosen, often, again)
+        def choose(numbers: Sequence[int]) -> list[Offer]:
+            some = [boxes[number] for number in numbers]
+            needed = None if again else self._needed(some)
+            chosen = self.candidates.choose(some, needed, self.shown, self.seams, [luck[number] for number in numbers])
+            return [self._offered(box, *tried, often, again) for box, tried in zip(some, chosen, strict=True)]
 
-        cuts = apart(cut, range(len(boxes)))
-        for found in cuts:
-            if found is not None:
-                self._commit(found)
-        return [found is not None for found in cuts]
+        groups = self._groups(boxes)
+        offers = dict(zip(chain(*groups), chain(*shared(choose, groups)), strict=True))
+        cuts = cheapest_cuts(self.sheet, [offers[number] for number in range(len(boxes))])
+        for cut in cuts:
+            if cut is not None:
+                self.sheet.recount(cut, self.shown)
+                self.sheet.commit(cut)
+        return [cut is not None for cut in cuts]
 
-    def _needed(self, box: Box) -> Array:
-        """Which pixels of a box a block has to fill: empty ones, but for where it may hang over towards later blocks.
+    def _groups(self, boxes: Sequence[Box]) -> list[Sequence[int]]:
+        """Boxes, by number, of one extent and so few in each group that threads can share the groups.
 
-        That is by half of the overhang, so that something is known under those.
+        Blocks of a group are chosen together: that is many short steps, between which threads wait for each other.
         """
-        needed = ~self.sheet.filled_at(self.sheet.indices(box))
+        alike, most = dict[tuple[int, ...], list[int]](), max(LOOKED_AT // math.prod(self.exemplar.shape), 1)
+        for number, box in enumerate(boxes):
+            alike.setdefault(box.extent, []).append(number)
+        size = min(most, -(-len(boxes) // torch.get_num_threads()))
+        return [numbers[first : first + size] for numbers in alike.values() for first in range(0, len(numbers), size)]
+
+    def _needed(self, boxes: Sequence[Box]) -> Array:
+        """Which pixels of boxes of one extent (b, *E) a block has to fill, if they are empty.
+
+        It may hang over towards later blocks, by half of the overhang, so that something is known under those.
+        """
+        needed = np.ones((len(boxes), *boxes[0].extent), bool)
         for axis, (hang, starts) in enumerate(zip(self.corners.hang, self.starts, strict=True)):
-            if box.start[axis] != starts[-1]:
-                needed.swapaxes(0, axis)[box.extent[axis] - hang // 2 :] = False
+            before = [box.start[axis] != starts[-1] for box in boxes]
+            needed.swapaxes(1, axis + 1)[before, boxes[0].extent[axis] - hang // 2 :] = False
         return needed
 
     def _costly(self, regions: Regions, most: int) -> list[Box]:
@@ -209,19 +223,12 @@ class BlockStart:
             corner.append(first if wraps else min(max(first, 0), max(size - block, 0) // g * g))
         return self._box(corner)
 
-    def _commit(self, cut: Cut) -> None:
-        """Lay a block, and count what is used of the exemplar now."""
-        gone = self.sheet.places[cut.at][cut.take & (self.sheet.label[cut.at] >= 0)]
-        new, old = (np.bincount(places, minlength=self.shown.size) for places in (cut.places[cut.take], gone))
-        self.shown += (new - old).reshape(self.shown.shape)
-        self.sheet.commit(cut)
-
-    def _cheapest(self, box: Box, places: Array, costs: Array, often: Array | None, again: bool) -> Cut | None:
-        """Of blocks cut in along the cheapest seams the one that costs least with what is seen of its seams.
+    def _offered(self, box: Box, places: Array, costs: Array, often: Array | None, again: bool) -> Offer:
+        """Blocks that are tried in a box, with what they and their seams cost.
 
         That is 1 for a seam in plain sight: between unrelated pixels all along the block. Where blocks are laid again
-        it is the one that lowers most what seams cost, and a wish adds; None if none does. places (n, axes): of the
-        blocks' first pixels; costs (n,). often (T, H, W): what is charged for how often places of a scene are shown.
+        what counts is that seams cost less, with what a wish adds. places (n, axes): of the blocks' first pixels; costs
+        (n,). often (T, H, W): what is charged for how often places of a scene are shown.
         """
         window, least = self.sheet.window(box), math.inf
         patches = [self._patch(box, place) for place in places.tolist()]
@@ -231,8 +238,7 @@ class BlockStart:
             rates = np.array([1 / (self.contrast * self._length(window, patch)) for patch in patches])
         priced = self.wish is not None or often is not None
         taking = [self._taking(patch, often) for patch in patches] if priced else []
-        whole = not self.aligned
-        return cheapest_cut(self.sheet, window, patches, costs, rates, least, must=whole, taking=taking)
+        return Offer(window, patches, costs, rates, least, must=not self.aligned, taking=taking)
 
     def _patch(self, box: Box, place: Sequence[int]) -> Patch:
         """What a box shows of the exemplar if its first pixel is that at a place, which may lie outside."""

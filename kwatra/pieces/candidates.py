@@ -72,73 +72,83 @@ class Candidates:
         again = CONTINUATION if still else CONTINUATION_IN_TIME
         self._prices = asked.usage, again, NEAR if still and asked.aligned else 0.0
 
-    def choose(self, box: Box, needed: Array | None, used: Array, most: int, luck: float) -> tuple[Array, Array]:
-        """First pixels (n, axes) of at most so many blocks, and their costs (n,), the cheapest first.
+    def choose(
+        self, boxes: Sequence[Box], needed: Array | None, used: Array, most: int, luck: Sequence[float]
+    ) -> list[tuple[Array, Array]]:
+        """Of each of boxes of one extent first pixels (n, axes) of at most so many blocks, and their costs (n,).
 
-        needed (*E): the pixels of the box that a block has to fill; None for none. used (*cell): how often each place
-        of the mosaic is shown. Where there is no seam to compare, or a wish decides, one block of about the least cost
-        is drawn: luck, 0 to 1, says which, and what else blocks cost if luck decides on that (`Asked`).
+        The cheapest come first. needed (b, *E): the pixels that a block has to fill if they are empty; None for none.
+        used (*cell): how often each place of the mosaic is shown. Where there is no seam to compare, or a wish decides,
+        one block of about the least cost is drawn: luck (b,), 0 to 1, says which, and what else blocks cost if luck
+        decides on that (`Asked`). Memory is that of a few arrays of the exemplar's size for each box.
         """
-        places, known = self.sheet.shown(box)
-        valid = self.corners.valid if needed is None else self.corners.covering(needed)
-        some, same = bool(known.any()), self.corners.continuing(places, known)
-        cost = self._disagreement(box, places, known if some else None, valid, same)
-        shown = shown_before(self.sheet, box, self.corners, used, same, self._prices)
-        if self.asked.lattice is not None and some:
-            shown = kept_in_step(self.asked.lattice, self._out_of_step(box, known), shown, valid)
-        flat = np.where(valid, cost + shown, math.inf).ravel()
-        if self.asked.luck:
-            flat += self.asked.luck * np.random.default_rng(int(luck * 2**53)).random(flat.size)
-        return self._drawn(flat, box, most if some and self.asked.aligned else 1, luck)
+        places, known = self.sheet.shown(boxes)
+        if needed is None:
+            valid = np.broadcast_to(self.corners.valid, (len(boxes), *self.corners.valid.shape))
+        else:
+            valid = self.corners.covering(needed & ~known)
+        some, same = known.reshape(len(boxes), -1).any(1), self.corners.continuing(places, known)
+        cost = self._disagreement(boxes, places, known, valid, same)
+        shown = shown_before(self.sheet, boxes, self.corners, used, same, self._prices)
+        if self.asked.lattice is not None:
+            for at in np.flatnonzero(some).tolist():
+                step = self._out_of_step(self.asked.lattice, boxes[at], known[at])
+                shown[at] = kept_in_step(self.asked.lattice, step, shown[at], valid[at])
+        costs = np.where(valid, cost + shown, math.inf).reshape(len(boxes), -1)
+        seams = np.where(some, most if self.asked.aligned else 1, 1).tolist()
+        return [self._drawn(*box) for box in zip(costs, boxes, seams, luck, strict=True)]
 
-    def _drawn(self, flat: Array, box: Box, most: int, luck: float) -> tuple[Array, Array]:
+    def _drawn(self, costs: Array, box: Box, most: int, luck: float) -> tuple[Array, Array]:
+        """Of one box the blocks that are tried, given what all cost (n,)."""
         from kwatra.pieces.weighing import pick
 
+        if self.asked.luck:
+            costs = costs + self.asked.luck * np.random.default_rng(int(luck * 2**53)).random(costs.size)
         if most == 1 or (self.asked.wish is not None and self.asked.wish.anything(self.sheet.indices(box))):
-            good = np.flatnonzero(flat <= flat.min() + TOLERANCE)
+            good = np.flatnonzero(costs <= costs.min() + TOLERANCE)
             picks = good[[int(luck * len(good))]]
         else:
-            picks = pick(flat, most, ACCEPTABLE)
-        return self.corners.at(picks), flat[picks]
+            picks = pick(costs, most, ACCEPTABLE)
+        return self.corners.at(picks), costs[picks]
 
-    def _disagreement(self, box: Box, places: Array, known: Array | None, valid: Array, same: Array) -> Array:
-        """How little blocks agree with what is known (*E) of a box, and what they cost for where they come from.
+    def _disagreement(self, boxes: Sequence[Box], places: Array, known: Array, valid: Array, same: Array) -> Array:
+        """How little blocks (b, *n) agree with what is known (b, *E) of boxes, and cost for where they come from.
 
         It is counted in what agreement this texture affords: rows that can line up are not torn for the sake of even
         use.
         """
-        mismatch = self._mismatch(box, places, known, valid)
-        afforded = attainable(mismatch, valid, same)
+        each_box = (-1, *(1,) * (valid.ndim - 1))
+        mismatch = self.colors.mismatch(places, known, valid) if self.asked.aligned else np.zeros(valid.shape)
+        if self.asked.wish is not None:
+            for at, box in enumerate(boxes):
+                mismatch[at] = self._with_wish(self.asked.wish, box, mismatch[at])
+        afforded = attainable(mismatch, valid, same).reshape(each_box)
         if self.asked.places:
-            away = charged(self.asked.places, box.start, valid.shape, self.corners.grain, self.asked.device)
+            lines = valid.shape[1:], self.corners.grain, self.asked.device
+            away = np.stack([charged(self.asked.places, box.start, *lines) for box in boxes])
             mismatch = mismatch + away / self.variance
         cost: Array = mismatch / afforded
-        if self.asked.gaps is None or self.depths is None or known is None:
+        if self.asked.gaps is None or self.depths is None:
             return cost
         apart = self.depths.mismatch(places, known, valid)
-        return self.asked.gaps.weighed(cost, apart / attainable(apart, valid, same))
+        weighed = self.asked.gaps.weighed(cost, apart / attainable(apart, valid, same).reshape(each_box))
+        some: Array = known.any(tuple(range(1, known.ndim))).reshape(each_box)
+        return np.where(some, weighed, cost)
 
-    def _mismatch(self, box: Box, places: Array, known: Array | None, valid: Array) -> Array:
-        """How little the blocks at all places agree with what is known, and with the wish, relative to the variance.
+    def _with_wish(self, wish: Wished, box: Box, mismatch: Array) -> Array:
+        """How little the blocks (*n) agree with what is known of a box, and with a wish, relative to the variance.
 
         Each is a mean square of its own, so that neither is diluted by the other; weights below 1 scale the wish's.
         """
-        if self.asked.aligned and known is not None:
-            mismatch = self.colors.mismatch(places, known, valid)
-        else:
-            mismatch = np.zeros(valid.shape)
-        if self.asked.wish is None:
-            return mismatch
-        weight, value, count = self.asked.wish.at(self.sheet.indices(box))
+        weight, value, count = wish.at(self.sheet.indices(box))
         if count == 0:
             return mismatch
         missed = self.corners.on_grain(self.colors.fit.inside(value.astype(np.float32), weight.astype(np.float32)))
         return np.round(mismatch + missed / (count * self.variance), DIGITS)
 
-    def _out_of_step(self, box: Box, known: Array) -> Array:
-        """What blocks cost that are not in step with the copy which most of what is known is."""
-        assert self.asked.lattice is not None
+    def _out_of_step(self, lattice: Lattice, box: Box, known: Array) -> Array:
+        """What blocks (*n) cost that are not in step with the copy which most of what is known of a box is."""
         label = self.sheet.label[self.sheet.indices(box)][known]
         most = self.sheet.patches[int(np.bincount(label).argmax())]
         first = [float(b - s + h) for b, s, h in zip(box.start, most.shift, self.corners.hang, strict=True)]
-        return step_cost(self.asked.lattice, first, self.corners.valid.shape, self.corners.grain)
+        return step_cost(lattice, first, self.corners.valid.shape, self.corners.grain)

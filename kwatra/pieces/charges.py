@@ -89,35 +89,39 @@ def kept_in_step(lattice: Lattice, step: Array, shown: Array, valid: Array) -> A
 
 
 def shown_before(
-    sheet: Sheet[Mosaic], box: Box, corners: Corners, used: Array, same: Array, prices: tuple[float, float, float]
+    sheet: Sheet[Mosaic],
+    boxes: Sequence[Box],
+    corners: Corners,
+    used: Array,
+    same: Array,
+    prices: tuple[float, float, float],
 ) -> Array:
-    """What blocks at `corners` cost, shaped as `same`, for what was shown before.
+    """What blocks at `corners` cost in boxes (b, *n) for what was shown before.
 
-    used (*cell): how often each place of the mosaic is. same: how many pixels a block shows where they are shown
-    already: it then continues a copy. prices: what a block costs whose pixels were used once more than all on average,
-    which continues a copy, and, of stills, which is shown right beside as well.
+    used (*cell): how often each place of the mosaic is. same (b, *n): how many pixels a block shows where they are
+    shown already: it then continues a copy. prices: what a block costs whose pixels were used once more than all on
+    average, which continues a copy, and, of stills, which is shown right beside as well.
     """
     from kwatra.pieces.weighing import charge_shown
 
-    usage, again, beside = prices
-    counts = np.stack([used, shown_near(sheet, box, max(corners.block))]) if beside > 0 else used[None]
-    sums, cost = corners.sums(counts).reshape(len(counts), -1), np.empty(same.shape)
-    mean = used.sum() / math.prod(corners.shape)
-    charge_shown(sums[0], sums[-1], same.ravel(), corners.pixels.ravel(), mean, usage, again, beside, cost.ravel())
+    (usage, again, beside), count = prices, len(boxes)
+    near = corners.sums(shown_near(sheet, boxes, max(corners.block))) if beside > 0 else np.empty((count, 0))
+    mean, cost = used.sum() / math.prod(corners.shape), np.empty(same.shape)
+    sums = corners.sums(used).ravel(), near.reshape(count, -1), same.reshape(count, -1), corners.pixels.ravel()
+    charge_shown(*sums, mean, usage, again, beside, cost.reshape(count, -1))
     return cost
 
 
-def shown_near(sheet: Sheet[Mosaic], box: Box, reach: int) -> Array:
-    """How much of each place of an image's mosaic is shown around a box: 1 for a pixel in it, 0 from `reach` away."""
+def shown_near(sheet: Sheet[Mosaic], boxes: Sequence[Box], reach: int) -> Array:
+    """How much is shown around boxes of each place of an image's mosaic (b, *cell).
+
+    It is 1 for a pixel in a box, 0 from `reach` away.
+    """
     from kwatra.pieces.weighing import sum_near
 
-    low = np.maximum(np.array(box.start) - reach, 0)
-    high = np.minimum(np.array(box.stop) + reach, sheet.shape)
-    at = tuple(slice(a, b) for a, b in zip(low, high, strict=True))
-    shown = np.zeros(sheet.sources.cell)
-    around = low, np.array(box.start), np.array(box.stop), float(reach)
-    places, label = (np.ascontiguousarray(values[at]) for values in (sheet.places, sheet.label))
-    sum_near(places, label, *around, shown.ravel())
+    shown = np.zeros((len(boxes), *sheet.sources.cell))
+    starts, stops = (np.array(sides) for sides in zip(*((box.start, box.stop) for box in boxes), strict=True))
+    sum_near(sheet.places, sheet.label, starts, stops, reach, shown.reshape(len(boxes), -1))
     return shown
 
 

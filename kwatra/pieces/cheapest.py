@@ -1,43 +1,68 @@
 """Of several patches of a mosaic, tried in one window, the one to lay."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
+from functools import partial
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from kwatra.base import apart
 from kwatra.cut import MOST, solved_at_once
 from kwatra.pieces.mosaic import Mosaic
 from kwatra.pieces.sheet import Cut, Patch, Sheet, Window
 from kwatra.pieces.stock import Array
 
-Offer = tuple[Patch, float, float, Array | None]
-"""A patch, its cost and rate, and what pixels cost more that take it."""
+if TYPE_CHECKING:
+    from kwatra.pieces.tries import Found, Ground, Tries
 
 
-def cheapest_cut(
-    sheet: Sheet[Mosaic],
-    window: Window,
-    patches: Sequence[Patch],
-    costs: Array,
-    rates: Array,
-    least: float,
-    *,
-    must: bool = False,
-    taking: Sequence[Array] = (),
-) -> Cut | None:
-    """Of patches of a mosaic's first source, in a window of a sheet, the one that costs least; None if all are dearer.
+class Offer(NamedTuple):
+    """Patches of a mosaic's first source, tried in a window of a sheet.
 
-    A patch costs its own of the costs (n,) and, times its rate (n,), the price of its cut; below `least`. Of equals it
-    is the first. must: whether all of a patch is taken. taking: as for `Sheet.cut`, of each patch.
+    A patch costs its own of the costs (n,) and, times its rate (n,), the price of its cut; `least`: what it has to cost
+    less than. must: whether all of a patch is taken. taking: as for `Sheet.cut`, of each patch; () for nothing.
     """
-    if not solved_at_once(window.laid):
-        more: Sequence[Array | None] = taking or [None] * len(patches)
-        offers = zip(patches, costs.tolist(), rates.tolist(), more, strict=True)
-        return _one_by_one(sheet, window, offers, least, must)
-    from kwatra.pieces.tries import Ground, Tries, cheapest_of
 
-    origin, extra = np.array(window.box.start), np.zeros((len(taking), window.kept.size), np.int64)
-    for row, patch, priced in zip(extra, patches, taking, strict=False):
+    window: Window
+    patches: Sequence[Patch]
+    costs: Array
+    rates: Array
+    least: float
+    must: bool = False
+    taking: Sequence[Array] = ()
+
+
+def cheapest_cuts(sheet: Sheet[Mosaic], offers: Sequence[Offer]) -> list[Cut | None]:
+    """Of each offer the patch that costs least, of equals the first; None if none costs less than it has to.
+
+    Threads share the offers.
+    """
+    from kwatra.pieces.tries import cheapest_of
+
+    small = [solved_at_once(offer.window.laid) for offer in offers]
+    large = [offer for offer, at_once in zip(offers, small, strict=True) if not at_once]
+    cuts = iter(apart(partial(_one_by_one, sheet), large))
+    found = iter(cheapest_of([_tried(sheet, offer) for offer, at_once in zip(offers, small, strict=True) if at_once]))
+    chosen = zip(offers, small, strict=True)
+    return [_cut_of(offer, next(found)) if at_once else next(cuts) for offer, at_once in chosen]
+
+
+def _cut_of(offer: Offer, best: "Found | None") -> Cut | None:
+    """What was found of an offer as a cut of the sheet."""
+    if best is None:
+        return None
+    taken = best.take, best.places, best.seams, best.change, best.price
+    return Cut(offer.patches[best.number], offer.window.box, *taken)
+
+
+def _tried(sheet: Sheet[Mosaic], offer: Offer) -> tuple["Tries", "Ground", float]:
+    """An offer as arrays, counted from its window's first pixel."""
+    from kwatra.pieces.tries import Ground, Tries
+
+    window, patches = offer.window, offer.patches
+    origin, extra = np.array(window.box.start), np.zeros((len(offer.taking), window.kept.size), np.int64)
+    for row, patch, priced in zip(extra, patches, offer.taking, strict=False):
         row.reshape(window.kept.shape)[window.part(patch.box)] = priced
     corners = [patch.shift for patch in patches], [p.box.start for p in patches], [p.box.stop for p in patches]
     shifts, starts, stops = (np.array(corner) - origin for corner in corners)
@@ -45,19 +70,17 @@ def cheapest_cut(
     hidden = (1.0, 0.0) if depth is None else (depth.hidden, depth.least)
     laid = window.kept, window.laid, window.fixed, window.places, window.remembered, window.total
     ground = Ground(*laid, mosaic.planes, mosaic.shapes[0], mosaic.strides, sheet.cost.deep, *hidden)
-    found = cheapest_of(Tries(shifts, starts, stops, costs, rates, must, extra), ground, least)
-    if found is None:
-        return None
-    return Cut(patches[found.number], window.at, found.take, found.places, found.seams, found.change, found.price)
+    return Tries(shifts, starts, stops, offer.costs, offer.rates, offer.must, extra), ground, offer.least
 
 
-def _one_by_one(sheet: Sheet[Mosaic], window: Window, offers: Iterable[Offer], least: float, must: bool) -> Cut | None:
+def _one_by_one(sheet: Sheet[Mosaic], offer: Offer) -> Cut | None:
     """The same where cuts may be too large to be solved at once."""
-    best = None
-    for patch, cost, rate, taking in offers:
+    best, least = None, offer.least
+    more: Sequence[Array | None] = offer.taking or [None] * len(offer.patches)
+    for patch, cost, rate, taking in zip(offer.patches, offer.costs.tolist(), offer.rates.tolist(), more, strict=True):
         most = MOST if least == math.inf else math.ceil((least - cost) / rate)
-        whole = np.ones(patch.box.extent, bool) if must else None
-        cut = sheet.cut_below(most, patch, must=whole, taking=taking, window=window)
+        whole = np.ones(patch.box.extent, bool) if offer.must else None
+        cut = sheet.cut_below(most, patch, must=whole, taking=taking, window=offer.window)
         if cut is not None and cost + rate * cut.price < least:
             best, least = cut, cost + rate * cut.price
     return best

@@ -15,7 +15,7 @@ import numpy as np
 from kwatra.base import InputError
 from kwatra.exemplar import Exemplar
 from kwatra.pieces.boxes import span_sums
-from kwatra.pieces.stock import Array
+from kwatra.pieces.stock import Array, each
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,25 +54,27 @@ class Corners:
         return corners
 
     def continuing(self, places: Array, known: Array) -> Array:
-        """How many pixels of a box (*E) come from where each block would have them, of those that are `known`.
+        """How many pixels of boxes (b, *E) come from where each block would have them (b, *n), of those `known`.
 
-        places (*E): where they come from, in a mosaic of the exemplar alone.
+        places (b, *E): where they come from, in a mosaic of the exemplar alone.
         """
         from kwatra.pieces.weighing import count_offsets
 
-        counts, cell = np.zeros(self.valid.shape), np.array(self.shape) + 2
-        extent, hang, grain = np.array(known.shape), np.array(self.hang), np.array(self.grain)
-        count_offsets(places.ravel(), known.ravel(), extent, cell, hang, grain, np.array(counts.shape), counts.ravel())
+        boxes, counts = len(known), np.zeros((len(known), *self.valid.shape))
+        cell, hang, grain = np.array(self.shape) + 2, np.array(self.hang), np.array(self.grain)
+        flat, extent = (places.reshape(boxes, -1), known.reshape(boxes, -1)), np.array(known.shape[1:])
+        count_offsets(*flat, extent, cell, hang, grain, np.array(self.valid.shape), counts.reshape(boxes, -1))
         return counts
 
     def covering(self, needed: Array) -> Array:
-        """Of which valid blocks all pixels of a box (*E) that are `needed` lie inside of the exemplar."""
-        inside, covering = [slice(None)] * needed.ndim, np.zeros_like(self.valid)
-        for axis, (starts, size) in enumerate(zip(self._corners, self.shape, strict=True)):
-            along = np.flatnonzero(needed.any(tuple(d for d in range(needed.ndim) if d != axis)))
-            if len(along):
-                inside[axis] = slice(*np.searchsorted(starts, (-along[0], size - along[-1])))
-        covering[tuple(inside)] = self.valid[tuple(inside)]
+        """Of which valid blocks (b, *n) all pixels of boxes (b, *E) that are `needed` lie inside of the exemplar."""
+        axes, covering = range(1, needed.ndim), self.valid[None]
+        along: Array
+        for axis, starts, size in zip(axes, self._corners, self.shape, strict=True):
+            along = np.logical_or.reduce(needed, tuple(other for other in axes if other != axis))
+            first, last = along.argmax(1)[:, None], along.shape[1] - 1 - along[:, ::-1].argmax(1)[:, None]
+            inside = (starts >= -first) & (starts < size - last) | ~along.max(1)[:, None]
+            covering = covering & inside.reshape(len(needed), *(-1 if other == axis else 1 for other in axes))
         return covering
 
     def around(self, image: Array) -> Array:
@@ -116,8 +118,9 @@ class Corners:
         return [np.arange(n) * g - h for n, g, h in zip(self.valid.shape, self.grain, self.hang, strict=True)]
 
     def on_grain(self, values: Array) -> Array:
-        """Values for blocks at every pixel, of those of which blocks may start."""
-        return values[tuple(slice(None, g * n, g) for g, n in zip(self.grain, self.valid.shape, strict=True))]
+        """Values (..., *S) for blocks at every pixel, of those of which blocks may start."""
+        steps = (slice(None, g * n, g) for g, n in zip(self.grain, self.valid.shape, strict=True))
+        return values[each(steps)]
 
 
 def _within(line: Array, size: int) -> Array:

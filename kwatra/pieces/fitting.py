@@ -36,15 +36,15 @@ class Fit:
         known = there * weight
         ones = np.concatenate([known, weight if weight.ndim == content.ndim else weight[None]])
         constant = (known * there).sum(dtype=np.float64)
-        return np.maximum(self.less_energy(ones) + constant, 0)
+        return np.maximum(self.less_energy(ones[None])[0] + constant, 0)
 
     def less_energy(self, ones: np.ndarray) -> np.ndarray:
-        """What `inside` finds, less the weighted squares of the content itself.
+        """What `inside` finds of several contents (b, *(S - E + 1)), less the weighted squares of the contents.
 
-        ones: the content times its weight (C, *E), and the weight, once or for each channel.
+        ones (b, k, *E): each content times its weight (C, *E), and the weight, once or for each channel.
         """
-        shape, extent, size = self.image.shape[1:], ones.shape[1:], _fast(self.image.shape[1:])
-        single = len(ones) == len(self.image) + 1
+        shape, extent, size = self.image.shape[1:], ones.shape[2:], _fast(self.image.shape[1:])
+        single = ones.shape[1] == len(self.image) + 1
         spectrum = _correlated(_forward(ones, size), self._spectrum(size) if single else self._channel_spectrum())
         return _inverse(spectrum, size, tuple(n - e + 1 for n, e in zip(shape, extent, strict=True)))
 
@@ -55,9 +55,9 @@ class Fit:
         """
         shape = self.image.shape[1:]
         size = _fast(mask.shape)
-        spectrum = _correlated(self._spectrum(size), _forward(np.concatenate([content, mask[None]]), size))
+        spectrum = _correlated(self._spectrum(size)[None], _forward(np.concatenate([content, mask[None]]), size))
         room = tuple(n - s + 1 for n, s in zip(mask.shape, shape, strict=True))
-        cost = _inverse(spectrum, size, room) + box_sums((content**2).sum(0), shape)
+        cost = _inverse(spectrum, size, room)[0] + box_sums((content**2).sum(0), shape)
         return np.maximum(cost, 0), box_sums(mask > 0, shape)
 
     def _spectrum(self, size: tuple[int, ...]) -> np.ndarray:
@@ -87,28 +87,29 @@ def _fast(extent: tuple[int, ...]) -> tuple[int, ...]:
 
 
 def _forward(values: np.ndarray, size: tuple[int, ...]) -> np.ndarray:
-    """Transforms of several (k, *S) on a grid of some size; along the last axis no lines are transformed but theirs."""
+    """Transforms of several (..., *S) on a grid of some size; of lines along the last axis only theirs are."""
     lines = fft.rfft(values, size[-1])
-    spectrum: np.ndarray = fft.fftn(lines, size[:-1], range(1, len(size)), overwrite_x=True)
+    spectrum: np.ndarray = fft.fftn(lines, size[:-1], range(-len(size), -1), overwrite_x=True)
     return spectrum
 
 
 def _correlated(ones: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """The transform of the summed correlations of several with as many others, all transforms (k, *size)."""
+    """Transforms (b, *size) of the summed correlations of ones (b, k, *size) with others (k, *size), all transforms."""
     from kwatra.pieces.loops import correlate
 
-    total = np.empty(ones.shape[1:], np.result_type(ones, others))
-    correlate(ones.reshape(len(ones), -1), others.reshape(len(others), -1), total.ravel())
+    total = np.empty((len(ones), *others.shape[1:]), np.result_type(ones, others))
+    flat = others.reshape(len(others), -1)
+    correlate(ones.reshape(len(ones), *flat.shape), flat, total.reshape(len(ones), -1))
     return total
 
 
 def _inverse(spectrum: np.ndarray, size: tuple[int, ...], room: tuple[int, ...]) -> np.ndarray:
-    """The values of a transform from 0 to `room`; lines beyond are not transformed along the last axis.
+    """The values (..., *room) of transforms (..., *size); lines beyond are not transformed along the last axis.
 
     A spectrum may be written over.
     """
-    lines = fft.ifftn(spectrum, axes=range(len(size) - 1), norm="forward", overwrite_x=True)
-    lines = lines[tuple(slice(0, r) for r in room[:-1])]
+    lines = fft.ifftn(spectrum, axes=range(-len(size), -1), norm="forward", overwrite_x=True)
+    lines = lines[(..., *(slice(0, r) for r in room[:-1]), slice(None))]
     values: np.ndarray = fft.irfft(lines, size[-1], norm="forward")[..., : room[-1]] * (1 / math.prod(size))
     return values
 

@@ -63,11 +63,14 @@ def _sum_line(values: Any, starts: Any, stops: Any, table: Any, sums: Any) -> No
 
 @jitted
 def correlate(ones: Any, others: Any, total: Any) -> None:
-    """Sum the products (N,) of the conjugates of ones (k, N) with others (k, N)."""
-    total[:] = 0
-    for one, other in zip(ones, others):  # noqa: B905 - not in compiled loops
-        for i in range(len(total)):
-            total[i] += one[i].conjugate() * other[i]
+    """Sum the products (b, N) of the conjugates of ones (b, k, N) with others (k, N)."""
+    for box in range(len(total)):
+        row = total[box]
+        row[:] = 0
+        for k in range(len(others)):
+            one, other = ones[box, k], others[k]
+            for i in range(len(row)):
+                row[i] += one[i].conjugate() * other[i]
 
 
 @jitted

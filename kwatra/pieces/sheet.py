@@ -8,13 +8,14 @@ regions, 3.1.2).
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 
-from kwatra.cut import FREE, KEEP, MOST, TAKE, VOID, along
+from kwatra.base.axes import AXES
+from kwatra.cut import FREE, MOST, TAKE
 from kwatra.pieces.boxes import Box, in_volume, volume
 from kwatra.pieces.seams import SeamCost, summed
 from kwatra.pieces.stock import Array, Stock
@@ -48,13 +49,13 @@ class Patch:
 
 
 class Cut(NamedTuple):
-    """A patch cut for the pixels `at` (`Sheet.indices`): which of them `take` it, its `places` there, `seams` after.
+    """A patch cut for the pixels of a box: which of them `take` it, its `places` there, `seams` after.
 
     change: by how much the total of the seams changes; price: that, and what taking costs besides.
     """
 
     patch: Patch
-    at: tuple[Any, ...]
+    box: Box
     take: np.ndarray
     places: np.ndarray
     seams: list[np.ndarray]
@@ -63,7 +64,7 @@ class Cut(NamedTuple):
 
 
 class Window(NamedTuple):
-    """What a sheet shows in a box, and around it by one pixel: `at` (`Sheet.indices`) of its pixels, arrays over them.
+    """What a sheet shows in a box, which is one pixel wider than what patches are cut into: arrays over its pixels.
 
     kept: what happens to pixels that no patch is laid on (kwatra.cut); laid: to those that one is. fixed: pixels that
     keep their patch. places: what they show; remembered: per axis the cost of the seam between a pixel and the next,
@@ -71,7 +72,6 @@ class Window(NamedTuple):
     """
 
     box: Box
-    at: tuple[Any, ...]
     kept: np.ndarray
     laid: np.ndarray
     fixed: np.ndarray
@@ -119,13 +119,14 @@ class Sheet(Generic[S]):
         there: np.ndarray = self.label[at] >= 0
         return there
 
-    def shown(self, box: Box) -> tuple[Array, Array]:
-        """The places (*E) that are shown in a box, and which of them are known, of a mosaic's sheet."""
-        from kwatra.pieces.weighing import look
+    def shown(self, boxes: Sequence[Box]) -> tuple[Array, Array]:
+        """The places (b, *E) that are shown in boxes of one extent, and which are known, of a mosaic's sheet."""
+        from kwatra.pieces.pixels import look
 
-        places, known, axes = self.sources.nowhere(box.extent), np.empty(box.extent, bool), len(self.shape)
-        sheet = volume(self.label, axes), volume(self.places, axes)
-        look(*sheet, in_volume(box.start, 0), volume(places, axes), volume(known, axes))
+        shape, axes = (len(boxes), *boxes[0].extent), len(self.shape)
+        places, known = self.sources.nowhere(shape), np.empty(shape, bool)
+        sheet = volume(self.label, axes), self._numbers(self.places)
+        look(*sheet, in_volume([box.start for box in boxes], 0), volume(places, axes), volume(known, axes))
         return places, known
 
     def longest(self, axis: int) -> int:
@@ -160,17 +161,18 @@ class Sheet(Generic[S]):
 
     def window(self, box: Box) -> Window:
         """What there is to cut patches into that lie within a box."""
+        from kwatra.pieces.pixels import look_around
+
         around = Box(tuple(s - 1 for s in box.start), tuple(e + 2 for e in box.extent))
         around = around.clipped(self.shape, self.periodic)
-        at = self.indices(around)
-        filled, fixed = self.filled_at(at), np.ascontiguousarray(self.fixed[at])
-        kept = np.where(filled, np.int8(KEEP), np.int8(VOID))
-        laid = np.where(filled, np.int8(FREE), np.int8(TAKE))
-        laid[fixed] = KEEP
-        seams = (seams[at][along(k, None, -1, len(at))] for k, seams in enumerate(self.seams))
-        remembered = [np.ascontiguousarray(cost) for cost in seams]
-        places = np.ascontiguousarray(self.places[each(at)])
-        return Window(around, at, kept, laid, fixed, places, remembered, summed(remembered))
+        axes, extent = len(self.shape), around.extent
+        kept, laid, fixed = np.empty(extent, np.int8), np.empty(extent, np.int8), np.empty(extent, bool)
+        remembered = [np.empty([e - (d == axis) for d, e in enumerate(extent)], np.int32) for axis in range(axes)]
+        places = np.empty((*self.places.shape[:-axes], *extent), self.places.dtype)
+        sheet = volume(self.label, axes), self._numbers(self.places), volume(self.fixed, axes), volume(self.seams, axes)
+        made = volume(kept, axes), volume(laid, axes), volume(fixed, axes)
+        total = look_around(*sheet, in_volume(around.start, 0), *made, self._numbers(places), _as_volumes(remembered))
+        return Window(around, kept, laid, fixed, places, remembered, total)
 
     def cut(
         self,
@@ -219,19 +221,31 @@ class Sheet(Generic[S]):
         take, seams = cut
         change = summed(seams) - window.total
         price = change + (0 if extra is None else int(extra[take & (choice == FREE)].sum()))
-        return Cut(patch, window.at, take, new, seams, change, price) if price <= most else None
+        return Cut(patch, window.box, take, new, seams, change, price) if price <= most else None
 
     def commit(self, cut: Cut) -> None:
         """Lay a patch as it was cut; nothing may have been laid in between."""
-        at = cut.at
-        self.label[at] = np.where(cut.take, len(self.patches), self.label[at])
-        self.places[each(at)] = np.where(cut.take, cut.places, self.places[each(at)])
-        for axis, cost in enumerate(cut.seams):
-            seams = self.seams[axis][at]
-            seams[along(axis, None, -1, len(at))] = cost
-            self.seams[axis][at] = seams
+        from kwatra.pieces.pixels import lay
+
+        axes, number = len(self.shape), len(self.patches)
+        sheet = volume(self.label, axes), self._numbers(self.places), volume(self.seams, axes)
+        taken = volume(cut.take, axes), self._numbers(np.ascontiguousarray(cut.places)), _as_volumes(cut.seams)
+        lay(*sheet, in_volume(cut.box.start, 0), number, *taken)
         self.patches.append(cut.patch)
         self.total += cut.change
+
+    def recount(self, cut: Cut, shown: Array) -> None:
+        """Count how often each place of a mosaic is `shown` (*cell) when a cut, not yet committed, will be."""
+        from kwatra.pieces.pixels import recount
+
+        axes = len(self.shape)
+        label, places, take, new = (volume(v, axes) for v in (self.label, self.places, cut.take, cut.places))
+        recount(label, places, in_volume(cut.box.start, 0), take, new, shown.reshape(-1))
+
+    def _numbers(self, places: Array) -> Array:
+        """Places (..., *E) as so many numbers for each pixel of a volume (k, *E)."""
+        axes = len(self.shape)
+        return volume(places.reshape(-1, *places.shape[places.ndim - axes :]), axes)
 
     def _patch_places(self, patch: Patch, window: Box) -> np.ndarray:
         steps = zip(window.start, window.stop, patch.box.start, patch.box.stop, patch.shift, strict=True)
@@ -256,6 +270,7 @@ def _choice(
     return choice
 
 
-def each(at: Iterable[Any]) -> Any:
-    """The index of pixels into arrays that have further axes before those of the pixels."""
-    return (..., *at)
+def _as_volumes(seams: Sequence[Array]) -> tuple[Array, ...]:
+    """Costs of seams along each axis, as of AXES axes; of those that there are not none."""
+    missing = (np.empty((0, 0, 0), np.int32) for _ in range(AXES - len(seams)))
+    return (*missing, *(volume(np.ascontiguousarray(cost), len(seams)) for cost in seams))

@@ -1,6 +1,6 @@
 """What patches are cut from, as laying them sees it."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any, Protocol
 
 import numpy as np
@@ -65,3 +65,8 @@ def beside(axis: int, axes: int) -> tuple[Any, Any]:
     lines = [[slice(None)] * axes, [slice(None)] * axes]
     lines[0][axis], lines[1][axis] = slice(None, -1), slice(1, None)
     return (..., *lines[0]), (..., *lines[1])
+
+
+def each(at: Iterable[Any]) -> Any:
+    """The index of pixels into arrays that have further axes before those of the pixels."""
+    return (..., *at)

@@ -21,6 +21,9 @@ from kwatra.pieces.boxes import in_volume, volume
 from kwatra.pieces.matches import cut_places
 from kwatra.pieces.stock import Array
 
+PARTS = 4
+"""Offers are divided so that there are so many parts for each thread: few, and of unlike length, leave threads idle."""
+
 
 class Tries(NamedTuple):
     """Patches (n,) of a mosaic's first source, tried on a window.
@@ -72,16 +75,28 @@ class Found(NamedTuple):
     price: int
 
 
-def cheapest_of(tries: Tries, ground: Ground, least: float) -> Found | None:
-    """The patch whose cost, and price times rate, come to least; None if none comes to less than `least`.
+def cheapest_of(offers: Sequence[tuple[Tries, Ground, float]]) -> list[Found | None]:
+    """Of each offer the patch whose cost, and price times rate, come to least; None if none comes to less than a bound.
 
-    Of equals it is the first. Threads share the patches, and what none of them has found to cost less: a cut that
-    costs more need not be solved.
+    Of equals it is the first. An offer is what is tried, on what, and the bound. Threads share the offers, and where
+    these are few the patches of each, with what none of them has found to cost less: a cut that costs more need not be
+    solved.
     """
-    threads, lowest = min(torch.get_num_threads(), len(tries.costs)), np.array([least])
-    parts = shared(lambda first: _cheapest_of(tries, ground, least, lowest, first, threads), range(threads))
-    found = [part for part in parts if part is not None]
-    return min(found, key=lambda part: (part.cost, part.number), default=None)
+    threads = torch.get_num_threads()
+    steps = [min(threads, len(tries.costs), -(-PARTS * threads // len(offers))) for tries, _, _ in offers]
+    lowest = [np.array([least]) for _, _, least in offers]
+    parts = [(number, first) for number, step in enumerate(steps) for first in range(step)]
+
+    def part_of(part: tuple[int, int]) -> Found | None:
+        number, first = part
+        return _cheapest_of(*offers[number], lowest[number], first, steps[number])
+
+    best: list[Found | None] = [None] * len(offers)
+    for (number, _), found in zip(parts, shared(part_of, parts), strict=True):
+        other = best[number]
+        if found is not None and (other is None or (found.cost, found.number) < (other.cost, other.number)):
+            best[number] = found
+    return best
 
 
 def _cheapest_of(tries: Tries, ground: Ground, least: float, lowest: Array, first: int, step: int) -> Found | None:

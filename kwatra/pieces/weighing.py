@@ -1,6 +1,7 @@
-"""What is weighed where a block is chosen, in compiled loops: few and long, as they hold no lock of the interpreter's.
+"""What is weighed where blocks are chosen, in compiled loops: few and long, as they hold no lock of the interpreter's.
 
-Arrays of pixels have three axes (`kwatra.pieces.boxes.volume`), or are flat (N,); those over blocks (n,) too.
+Boxes (b,) of one extent are worked on together. Arrays of their pixels have three axes (`kwatra.pieces.boxes.volume`),
+or are flat (b, N); those over the blocks that may be laid in each (b, n) too.
 
 This module is compiled by numba when first used, so it is imported where a block is chosen.
 """
@@ -14,56 +15,41 @@ from kwatra.pieces.loops import quantile
 
 
 @jitted
-def look(label: Any, places: Any, start: Any, shown: Any, known: Any) -> None:
-    """Set the places that are `shown` in a box, and which of them are known.
+def take_known(image: Any, places: Any, known: Any, ones: Any, against: Any) -> None:
+    """Set what is known of boxes: values of an image (C, M) at their places (b, N), 0 elsewhere, and where that is.
 
-    label, places: of the whole sheet, around which a box may pass; start (3,): of the box.
-    """
-    n = label.shape
-    for i in range(shown.shape[0]):
-        for j in range(shown.shape[1]):
-            one, other = (start[0] + i) % n[0], (start[1] + j) % n[1]
-            for k in range(shown.shape[2]):
-                last = (start[2] + k) % n[2]
-                shown[i, j, k], known[i, j, k] = places[one, other, last], label[one, other, last] >= 0
-
-
-@jitted
-def take_known(image: Any, places: Any, known: Any, ones: Any, against: Any) -> Any:
-    """Set what is known of a box: values of an image (C, M) at its places (N,), 0 elsewhere, and where that is.
-
-    ones (C + 1, N): the values, last 1 where known; against (2, N): their squares' sum and the same 1. Returns the sum
-    of the squares.
+    ones (b, C + 1, N): the values, last 1 where known; against (b, 2, N): their squares' sum and the same 1.
     """
     channels = len(image)
-    for pixel in range(len(known)):
-        square = 0.0
-        for channel in range(channels):
-            value = image[channel, places[pixel]] if known[pixel] else np.float32(0)
-            ones[channel, pixel] = value
-            square += np.float64(value) * value
-        ones[channels, pixel] = against[1, pixel] = known[pixel]
-        against[0, pixel] = square
-    return against[0].sum()
+    for box in range(len(places)):
+        for pixel in range(places.shape[1]):
+            square, there = 0.0, known[box, pixel]
+            for channel in range(channels):
+                value = image[channel, places[box, pixel]] if there else np.float32(0)
+                ones[box, channel, pixel] = value
+                square += np.float64(value) * value
+            ones[box, channels, pixel] = against[box, 1, pixel] = there
+            against[box, 0, pixel] = square
 
 
 @jitted
-def compare(
-    raw: Any, energy: Any, count: Any, inside: Any, valid: Any, share: Any, scale: Any, steps: Any, mismatch: Any
-) -> None:
-    """Set the mean squared differences (n,) of blocks to `count` known pixels, in units of `scale`, to 1 / steps.
+def compare(raw: Any, against: Any, inside: Any, valid: Any, share: Any, scale: Any, steps: Any, mismatch: Any) -> None:
+    """Set the mean squared differences (b, n) of blocks to what is known of boxes, in units of `scale`, to 1 / steps.
 
-    raw (n,): the squared differences, less the pixels' own `energy`. inside (2, n): the energy of pixels, and how many,
-    that do not hang over the image with a block; (2, 0) where none hangs over. What does is taken to differ as in that
-    one of the valid (n,) blocks which a share of them are no worse than.
+    raw (b, n): the squared differences, less the energy of what is known. against (b, 2, N): of each pixel that energy,
+    and whether it is known; where none is nothing differs. inside (b, 2, n): the sum of these over pixels that do not
+    hang over the image with a block; (b, 2, 0) where none hangs over. What does is taken to differ as in that one of
+    the valid (b, n) blocks which a share of them are no worse than.
     """
-    squares = np.empty(len(mismatch))
-    for i in range(len(squares)):
-        squares[i] = max(raw[i] + energy, 0.0)
-    if inside.shape[1] > 0:
-        _take_fairly(squares, energy, count, inside, valid, share)
-    for i in range(len(squares)):
-        mismatch[i] = np.rint(squares[i] / (count * scale) * steps) / steps
+    squares = np.empty(mismatch.shape[1])
+    for box in range(len(mismatch)):
+        energy, count = against[box, 0].sum(), against[box, 1].sum()
+        for i in range(len(squares)):
+            squares[i] = max(raw[box, i] + energy, 0.0)
+        if inside.shape[2] > 0:
+            _take_fairly(squares, energy, count, inside[box], valid[box], share)
+        for i in range(len(squares)):
+            mismatch[box, i] = np.rint(squares[i] / (count * scale) * steps) / steps if count > 0 else 0.0
 
 
 @jitted
@@ -80,33 +66,44 @@ def _take_fairly(squares: Any, energy: Any, count: Any, inside: Any, valid: Any,
 
 
 @jitted
-def attain(mismatches: Any, valid: Any, same: Any, good: Any, floor: Any) -> Any:
-    """The disagreement (n,) that is afforded: the geometric mean of the least, and of what a good share stay below.
+def attain(mismatches: Any, valid: Any, same: Any, good: Any, floor: Any, afforded: Any) -> None:
+    """Set the disagreement that is `afforded` (b,) of blocks' (b, n).
 
-    Neither counts less than `floor`. Of blocks that are valid and continue nothing (`same` is 0), or all valid ones.
+    It is the geometric mean of the least, and of what a good share stay below; neither counts less than `floor`. Of
+    blocks that are valid and continue nothing (`same` is 0), or all valid ones.
     """
-    some, blocks = np.empty(len(mismatches)), 0
-    for fresh in (True, False):
-        for i in range(len(mismatches)):
-            if valid[i] and (same[i] == 0 or not fresh):
-                some[blocks] = mismatches[i]
-                blocks += 1
-        if blocks > 0:
-            break
-    some = some[:blocks]
-    return np.sqrt(max(some.min(), floor) * max(quantile(some, good), floor))
+    every = np.empty(mismatches.shape[1])
+    for box in range(len(mismatches)):
+        blocks = 0
+        for fresh in (True, False):
+            for i in range(len(every)):
+                if valid[box, i] and (same[box, i] == 0 or not fresh):
+                    every[blocks] = mismatches[box, i]
+                    blocks += 1
+            if blocks > 0:
+                break
+        some = every[:blocks]
+        afforded[box] = np.sqrt(max(some.min(), floor) * max(quantile(some, good), floor))
 
 
 @jitted
 def count_offsets(
     places: Any, known: Any, extent: Any, cell: Any, hang: Any, grain: Any, shape: Any, counts: Any
 ) -> None:
-    """Count from which corners (n,) of an exemplar the known pixels of a box come, those from elsewhere left out.
+    """Count from which corners (b, n) of an exemplar the known pixels of boxes come, those from elsewhere left out.
 
-    places (N,): of a mosaic of the exemplar alone, cells of `cell` (axes,); known (N,): whether there is one; extent,
-    shape (axes,): of the box, and of the corners. A corner's number is its place and what may `hang` over, in steps of
-    grain; it is found once for what goes on along the last axis.
+    places (b, N): of a mosaic of the exemplar alone, cells of `cell` (axes,); known (b, N): whether there is one;
+    extent, shape (axes,): of the boxes, and of the corners. A corner's number is its place and what may `hang` over, in
+    steps of grain; it is found once for what goes on along the last axis.
     """
+    for box in range(len(places)):
+        _count_offsets(places[box], known[box], extent, cell, hang, grain, shape, counts[box])
+
+
+@jitted
+def _count_offsets(
+    places: Any, known: Any, extent: Any, cell: Any, hang: Any, grain: Any, shape: Any, counts: Any
+) -> None:
     axes = len(extent)
     number, found = 0, False
     for pixel in range(len(places)):
@@ -130,31 +127,48 @@ def count_offsets(
 def charge_shown(
     used: Any, near: Any, same: Any, pixels: Any, mean: Any, usage: Any, again: Any, beside: Any, cost: Any
 ) -> None:
-    """Set what blocks cost (N,) for what was shown before, given the sums of how often and how near their pixels were.
+    """Set what blocks cost (b, n) for what was shown before.
 
-    same: how many pixels only continue a copy; pixels: how many there are. usage, again, beside: what a block costs
-    that was used once more than in the mean, that continues a copy, that is shown right beside.
+    used (n,), near (b, n): the sums of how often their pixels were, and how near to the box (b, 0): nowhere is asked.
+    same (b, n): how many pixels only continue a copy; pixels (n,): how many there are. usage, again, beside: what a
+    block costs that was used once more than in the mean, that continues a copy, that is shown right beside.
     """
-    for i in range(len(used)):
-        cost[i] = usage * (used[i] / pixels[i] - mean) + beside / pixels[i] * (near[i] - same[i])
-        if same[i] > 0:
-            cost[i] += again
+    for box in range(len(cost)):
+        for i in range(len(used)):
+            cost[box, i] = usage * (used[i] / pixels[i] - mean)
+            if near.shape[1] > 0:
+                cost[box, i] += beside / pixels[i] * (near[box, i] - same[box, i])
+            if same[box, i] > 0:
+                cost[box, i] += again
 
 
 @jitted
-def sum_near(places: Any, label: Any, corner: Any, start: Any, stop: Any, reach: Any, shown: Any) -> None:
-    """Add to each place's `shown` how near to a box it is shown: 1 in it, 0 from `reach` away.
+def sum_near(places: Any, label: Any, starts: Any, stops: Any, reach: Any, shown: Any) -> None:
+    """Add to what is `shown` (b, M) of each place how near to a box it is shown: 1 in it, 0 from `reach` away.
 
-    places, label (H, W): what pixels show, and of which patch, < 0 of none; the first of them lies at `corner`. start,
-    stop: of the box. How near the pixels of a row are is the same for all rows that are so far up or down.
+    places, label (H, W): what pixels show, and of which patch, < 0 of none. starts, stops (b, 2): of the boxes.
+    """
+    for box in range(len(starts)):
+        start, stop = starts[box], stops[box]
+        low, left = max(start[0] - reach, 0), max(start[1] - reach, 0)
+        high, right = min(stop[0] + reach, len(places)), min(stop[1] + reach, places.shape[1])
+        around = places[low:high, left:right], label[low:high, left:right]
+        _sum_near(around[0], around[1], low, left, start, stop, reach, shown[box])
+
+
+@jitted
+def _sum_near(places: Any, label: Any, top: Any, left: Any, start: Any, stop: Any, reach: Any, shown: Any) -> None:
+    """The same of one box and what lies around it, whose first pixel is (top, left).
+
+    How near the pixels of a row are is the same for all rows that are so far up or down.
     """
     share, known = np.zeros(places.shape[1]), -1
     for i in range(places.shape[0]):
-        down = max(start[0] - (corner[0] + i), corner[0] + i - (stop[0] - 1), 0)
+        down = max(start[0] - (top + i), top + i - (stop[0] - 1), 0)
         if down != known:
             known = down
             for j in range(places.shape[1]):
-                right = max(start[1] - (corner[1] + j), corner[1] + j - (stop[1] - 1), 0)
+                right = max(start[1] - (left + j), left + j - (stop[1] - 1), 0)
                 share[j] = max(1 - np.sqrt(down * down + right * right) / reach, 0)
         for j in range(places.shape[1]):
             if label[i, j] >= 0:

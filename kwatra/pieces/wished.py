@@ -8,8 +8,7 @@ from torch import Tensor
 
 from kwatra.base import total
 from kwatra.exemplar import Exemplar
-from kwatra.pieces.sheet import each
-from kwatra.pieces.stock import Array
+from kwatra.pieces.stock import Array, each
 from kwatra.terms import Wish
 
 MOST = 1000.0

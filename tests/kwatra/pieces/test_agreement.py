@@ -21,11 +21,12 @@ def agreement(hang=(0, 0)):
     return Agreement(IMAGE, Corners.fitting(exemplar, BLOCK, (1, 1)).hanging(hang), 4.0)
 
 
-def some_known():
-    """Where a box's pixels come from, row and column, (2, *BLOCK), and which are known."""
-    rng = np.random.default_rng(1)
-    place = np.stack([rng.integers(0, 16, BLOCK), rng.integers(0, 18, BLOCK)])
-    return place, rng.random(BLOCK) < 0.6
+def some_known(boxes):
+    """Where boxes' pixels come from, row and column, (2, boxes, *BLOCK), and which are known: in the last none."""
+    rng, shape = np.random.default_rng(1), (boxes, *BLOCK)
+    place, known = np.stack([rng.integers(0, 16, shape), rng.integers(0, 18, shape)]), rng.random(shape) < 0.6
+    known[-1] = False
+    return place, known
 
 
 def by_hand(place, known, corner):
@@ -43,24 +44,29 @@ def by_hand(place, known, corner):
 @pytest.mark.parametrize("hang", [(0, 0), (2, 3)])
 def test_mismatch_is_the_mean_square_over_what_is_known(hang):
     it = agreement(hang)
-    place, known = some_known()
-    valid = it.corners.valid
+    place, known = some_known(3)
+    valid = np.broadcast_to(it.corners.valid, (3, *it.corners.valid.shape))
     found = it.mismatch(Mosaic([IMAGE]).places_of(list(place)), known, valid)
-    corners = it.corners.at(np.arange(valid.size))
-    squares, seen = np.array([by_hand(place, known, corner) for corner in corners]).T
-    fair = np.quantile(squares / np.maximum(seen, 1), FAIR) if any(hang) else 0.0
-    expected = (squares + (known.sum() - seen) * fair) / (known.sum() * 4.0)
-    np.testing.assert_allclose(found.ravel(), expected, atol=0.6 * 10**-DIGITS)
+    corners = it.corners.at(np.arange(valid[0].size))
+    for box in range(2):
+        squares, seen = np.array([by_hand(place[:, box], known[box], corner) for corner in corners]).T
+        fair = np.quantile(squares / np.maximum(seen, 1), FAIR) if any(hang) else 0.0
+        expected = (squares + (known[box].sum() - seen) * fair) / (known[box].sum() * 4.0)
+        np.testing.assert_allclose(found[box].ravel(), expected, atol=0.6 * 10**-DIGITS)
     np.testing.assert_array_equal(found, found.round(DIGITS))
+    assert not found[2].any()
 
 
 def test_attainable_lies_between_the_least_and_a_good_one_and_never_at_nothing():
     values, every, none = np.linspace(1.0, 3.0, 101), np.ones(101, bool), np.zeros(101)
-    assert attainable(values, every, none) == pytest.approx(np.sqrt(1.0 * 1.1))
-    assert attainable(np.zeros(101), every, none) == pytest.approx(MISMATCH_FLOOR)
     valid, same = values > 1.5, (values < 2.0).astype(float)
-    assert attainable(values, valid, same) == pytest.approx(np.sqrt(2.0 * 2.05))  # of those from 2 to 3
-    assert attainable(values, valid, same + 1) == pytest.approx(np.sqrt(1.52 * np.quantile(values[valid], GOOD)))
+    found = attainable(
+        np.stack([values, 0 * values, values, values]),
+        np.stack([every, every, valid, valid]),
+        np.stack([none, none, same, same + 1]),
+    )
+    some = np.sqrt(2.0 * 2.05), np.sqrt(1.52 * np.quantile(values[valid], GOOD))  # of those from 2 to 3, and from 1.5
+    np.testing.assert_allclose(found, [np.sqrt(1.0 * 1.1), MISMATCH_FLOOR, *some])
 
 
 def test_blocks_are_chosen_whose_gaps_go_on_though_their_colors_do_not(monkeypatch):

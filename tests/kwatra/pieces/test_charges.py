@@ -64,7 +64,9 @@ def test_what_is_shown_nearby_counts_by_its_distance_from_the_box():
         away = np.hypot(max(2 - row, row - 4, 0), max(3 - column, column - 6, 0))
         there = mosaic.coordinates(sheet.places[row, column])[1]
         wanted[tuple(there)] += max(1 - away / reach, 0)
-    np.testing.assert_allclose(shown_near(sheet, box, reach), np.pad(wanted, 1), atol=1e-12)
+    corner, here = shown_near(sheet, [Box((6, 8), (3, 4)), box], reach)
+    np.testing.assert_allclose(here, np.pad(wanted, 1), atol=1e-12)
+    np.testing.assert_array_equal(corner, shown_near(sheet, [Box((6, 8), (3, 4))], reach)[0])
     assert (wanted > 1).any()
 
 

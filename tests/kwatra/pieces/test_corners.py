@@ -30,29 +30,32 @@ def test_corners_lie_on_the_grain_and_as_far_beyond_the_border_as_asked():
 @pytest.mark.parametrize("seed", range(3))
 def test_what_continues_a_copy_is_counted_where_a_block_would_have_it(seed):
     rng, found = np.random.default_rng(seed), corners()
-    corner = found.at(np.arange(found.valid.size))[seed * 7]
-    place = np.indices(BLOCK) + corner[:, None, None]
-    place[:, rng.random(BLOCK) < 0.4] += rng.integers(-9, 10, (2, 1))  # some are of elsewhere, or of no block
-    place %= np.array(SHAPE)[:, None, None]
-    known = rng.random(BLOCK) < 0.7
-    expected = np.zeros(found.valid.shape)
-    for pixel in np.argwhere(known):
-        first = [(p - u + h) // g for p, u, h, g in zip(place[:, *pixel], pixel, HANG, GRAIN, strict=True)]
-        if all(0 <= n < count for n, count in zip(first, found.valid.shape, strict=True)):
-            expected[tuple(first)] += 1
-    assert expected.max() > 3
+    first = found.at(np.arange(found.valid.size))[[seed * 7, seed * 5 + 3]].T
+    place = np.indices(BLOCK)[:, None] + first[:, :, None, None]
+    place[:, rng.random((2, *BLOCK)) < 0.4] += rng.integers(-9, 10, (2, 1))  # some are of elsewhere, or of no block
+    place %= np.array(SHAPE)[:, None, None, None]
+    known = rng.random((2, *BLOCK)) < 0.7
+    expected = np.zeros((2, *found.valid.shape))
+    for box, *pixel in np.argwhere(known):
+        number = [(p - u + h) // g for p, u, h, g in zip(place[:, box, *pixel], pixel, HANG, GRAIN, strict=True)]
+        if all(0 <= n < count for n, count in zip(number, found.valid.shape, strict=True)):
+            expected[box, *number] += 1
+    assert (expected.max((1, 2)) > 3).all()
     np.testing.assert_array_equal(found.continuing((place[0] + 1) * (SHAPE[1] + 2) + place[1] + 1, known), expected)
 
 
 def test_blocks_cover_what_is_needed_where_all_of_it_lies_inside():
-    found, needed = corners(), np.zeros(BLOCK, bool)
+    found, needed = corners(), np.zeros((3, *BLOCK), bool)
     assert found.covering(needed).all()
-    needed[2, 1] = needed[4, 2] = needed[3, 1] = True
-    expected = [bool(inside(at)[needed].all()) for at in found.at(np.arange(found.valid.size))]
-    np.testing.assert_array_equal(found.covering(needed).ravel(), expected)
-    assert 0 < sum(expected) < len(expected)
+    needed[0, 2, 1] = needed[0, 4, 2] = needed[0, 3, 1] = needed[2, 0, 3] = True
+    every = found.at(np.arange(found.valid.size))
+    expected = [[bool(inside(at)[box].all()) for at in every] for box in needed]
+    np.testing.assert_array_equal(found.covering(needed).reshape(3, -1), expected)
+    assert 0 < sum(expected[0]) < len(expected[0])
+    assert expected[0] != expected[2]
+    assert all(expected[1])
     found.valid[0] = False
-    assert not found.covering(needed)[0].any()
+    assert not found.covering(needed)[:, 0].any()
 
 
 def test_sums_are_those_of_what_lies_inside():

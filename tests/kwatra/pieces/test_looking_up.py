@@ -3,23 +3,24 @@
 import numpy as np
 import pytest
 
+from kwatra.cut import FREE, KEEP, TAKE, VOID
 from kwatra.pieces.boxes import Box
 from kwatra.pieces.loops import quantile
 from kwatra.pieces.mosaic import Mosaic
 from kwatra.pieces.seams import SeamCost
-from kwatra.pieces.sheet import Sheet
+from kwatra.pieces.sheet import Patch, Sheet
 from kwatra.pieces.weighing import charge_shown, pick, take_known
 
 
 def test_values_are_taken_where_they_are_known():
     rng = np.random.default_rng(0)
-    image, places, known = rng.random((3, 50)), rng.integers(0, 50, 40, np.int32), rng.random(40) < 0.6
-    ones, against = np.full((4, 40), np.nan), np.full((2, 40), np.nan)
-    energy = take_known(image, places, known, ones, against)
-    wanted = np.where(known, image[:, places], 0)
-    np.testing.assert_array_equal(ones, [*wanted, known])
-    np.testing.assert_allclose(against, [(wanted**2).sum(0), known])
-    assert energy == pytest.approx((wanted**2).sum())
+    image, places, known = rng.random((3, 50)), rng.integers(0, 50, (2, 40), np.int32), rng.random((2, 40)) < 0.6
+    ones, against = np.full((2, 4, 40), np.nan), np.full((2, 2, 40), np.nan)
+    take_known(image, places, known, ones, against)
+    for box in range(2):
+        wanted = np.where(known[box], image[:, places[box]], 0)
+        np.testing.assert_array_equal(ones[box], [*wanted, known[box]])
+        np.testing.assert_allclose(against[box], [(wanted**2).sum(0), known[box]])
 
 
 @pytest.mark.parametrize("shapes", [[(7, 9)], [(4, 5, 6), (3, 6, 4)]])
@@ -42,9 +43,48 @@ def test_a_box_may_pass_the_border_where_the_sheet_wraps(start):
     rows, columns = (np.arange(s, s + e) % n for s, e, n in zip(start, (3, 4), (6, 7), strict=True))
     np.testing.assert_array_equal(sheet.label[sheet.indices(Box(start, (3, 4)))], sheet.label[np.ix_(rows, columns)])
     sheet.places[:], sheet.label[::2] = np.arange(42).reshape(6, 7), -1
-    places, known = sheet.shown(Box(start, (3, 4)))
-    np.testing.assert_array_equal(places, sheet.places[np.ix_(rows, columns)])
-    np.testing.assert_array_equal(known, np.broadcast_to(rows[:, None] % 2 == 1, (3, 4)))
+    places, known = sheet.shown([Box((1, 1), (3, 4)), Box(start, (3, 4))])
+    np.testing.assert_array_equal(places[1], sheet.places[np.ix_(rows, columns)])
+    np.testing.assert_array_equal(places[0], sheet.places[1:4, 1:5])
+    np.testing.assert_array_equal(known[1], np.broadcast_to(rows[:, None] % 2 == 1, (3, 4)))
+
+
+@pytest.mark.parametrize("start", [(1, 2), (-2, 4), (3, -1)])
+def test_a_window_shows_what_lies_in_a_box_and_around_it(start):
+    rng, shape = np.random.default_rng(0), (7, 8)
+    mosaic = Mosaic([rng.random((2, *shape), np.float32)])
+    sheet = Sheet(mosaic, shape, (True, True), SeamCost(mosaic))
+    for first in ((0, 0), (3, 3)):
+        sheet.lay(Patch(0, first, Box(first, (4, 5))))
+    sheet.fixed[:, 3:5] = True
+    window = sheet.window(Box(start, (3, 4)))
+    rows, columns = (np.arange(s - 1, s + e + 1) % n for s, e, n in zip(start, (3, 4), shape, strict=True))
+    at = np.ix_(rows, columns)
+    filled = sheet.label[at] >= 0
+    np.testing.assert_array_equal(window.kept, np.where(filled, KEEP, VOID))
+    np.testing.assert_array_equal(window.laid, np.where(sheet.fixed[at], KEEP, np.where(filled, FREE, TAKE)))
+    np.testing.assert_array_equal(window.fixed, sheet.fixed[at])
+    np.testing.assert_array_equal(window.places, sheet.places[at])
+    seams = sheet.seams[0][at][:-1], sheet.seams[1][at][:, :-1]
+    for found, wanted in zip(window.remembered, seams, strict=True):
+        np.testing.assert_array_equal(found, wanted)
+    assert window.total == sum(int(cost.sum()) for cost in seams) > 0
+
+
+def test_a_cut_changes_the_pixels_that_take_it_and_how_often_places_are_shown():
+    rng, shape = np.random.default_rng(0), (7, 8)
+    mosaic = Mosaic([rng.random((2, *shape), np.float32)])
+    sheet, shown = Sheet(mosaic, shape, (True, True), SeamCost(mosaic)), np.zeros(mosaic.cell)
+    for first in ((0, 0), (3, 3), (-2, 5), (1, -1)):
+        before, patch = sheet.places.copy(), Patch(0, first, Box(first, (4, 5)))
+        cut = sheet.cut(patch)
+        sheet.recount(cut, shown)
+        sheet.commit(cut)
+        at = np.ix_(*(np.arange(s, e) % n for s, e, n in zip(cut.box.start, cut.box.stop, shape, strict=True)))
+        np.testing.assert_array_equal(sheet.places[at], np.where(cut.take, cut.places, before[at]))
+        np.testing.assert_array_equal(sheet.label[at] == len(sheet.patches) - 1, cut.take)
+        counts = np.bincount(sheet.places[sheet.filled], minlength=shown.size)
+        np.testing.assert_array_equal(shown.ravel(), counts)
 
 
 def test_a_quantile_is_numpys_bit_for_bit():
@@ -57,10 +97,12 @@ def test_a_quantile_is_numpys_bit_for_bit():
 
 def test_what_was_shown_costs_by_how_often_and_how_near_and_whether_it_is_continued():
     rng = np.random.default_rng(0)
-    used, near, same = rng.integers(0, 9, (3, 20)).astype(float)
-    pixels, cost = rng.integers(9, 12, 20).astype(float), np.empty(20)
+    used, pixels = rng.integers(0, 9, 20).astype(float), rng.integers(9, 12, 20).astype(float)
+    (near, same), cost = rng.integers(0, 9, (2, 3, 20)).astype(float), np.empty((3, 20))
+    by_hand = 0.5 * (used / pixels - 0.4) + 0.3 * (same > 0)
     charge_shown(used, near, same, pixels, 0.4, 0.5, 0.3, 0.2, cost)
-    by_hand = 0.5 * (used / pixels - 0.4) + 0.3 * (same > 0) + 0.2 * (near - same) / pixels
+    np.testing.assert_allclose(cost, by_hand + 0.2 * (near - same) / pixels, atol=1e-12)
+    charge_shown(used, np.empty((3, 0)), same, pixels, 0.4, 0.5, 0.3, 0.0, cost)
     np.testing.assert_allclose(cost, by_hand, atol=1e-12)
 
 

@@ -8,7 +8,7 @@ import pytest
 import torch
 
 from kwatra.pieces.boxes import Box
-from kwatra.pieces.cheapest import cheapest_cut
+from kwatra.pieces.cheapest import Offer, cheapest_cuts
 from kwatra.pieces.mosaic import LEVELS, Mosaic, by_place
 from kwatra.pieces.seams import HIDDEN, Depth, SeamCost
 from kwatra.pieces.sheet import Patch, Sheet
@@ -208,7 +208,9 @@ def test_of_several_patches_the_one_is_cut_in_that_costs_least(shape, hidden, pr
         best = int(np.argmin(worth))
         equal = [*patches, *map(replace, patches)]  # of equals the first is taken
         twice = np.tile(costs, 2), np.tile(rates, 2)
-        found = cheapest_cut(sheet, window, equal, *twice, np.inf, taking=taking * 2)
+        dearer = Offer(window, patches, costs, rates, min(worth), taking=taking)
+        none, found = cheapest_cuts(sheet, [dearer, Offer(window, equal, *twice, np.inf, taking=taking * 2)])
+        assert none is None
         assert found.patch is patches[best]
         assert (found.change, found.price) == (cuts[best].change, cuts[best].price)
         inner = tuple(
@@ -216,6 +218,6 @@ def test_of_several_patches_the_one_is_cut_in_that_costs_least(shape, hidden, pr
         )
         np.testing.assert_array_equal(found.take[inner], cuts[best].take)
         np.testing.assert_array_equal(found.places[inner][cuts[best].take], cuts[best].places[cuts[best].take])
-        assert cheapest_cut(sheet, window, patches, costs, rates, min(worth), taking=taking) is None
-    whole = cheapest_cut(sheet, window, patches[:1], costs[:1], rates[:1], np.inf, must=True, taking=taking[:1])
+    must = Offer(window, patches[:1], costs[:1], rates[:1], np.inf, must=True, taking=taking[:1])
+    (whole,) = cheapest_cuts(sheet, [must])
     assert int(whole.take.sum()) == np.prod(patches[0].box.extent)

@@ -1,0 +1,125 @@
+"""Pixels of a sheet, read in boxes and written there, in compiled loops, which may pass the borders of axes that wrap.
+
+Pixels have three axes (`kwatra.pieces.boxes.volume`): a sheet's `label` (*S), its `places` (k, *S), one or more numbers
+each, `fixed` (*S), and the cost of its `seams` (axes, *S) between a pixel and the next.
+
+This module is compiled by numba when first used, so it is imported where a sheet is looked at.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from kwatra.base.compiled import jitted
+from kwatra.cut.choices import FREE, KEEP, TAKE, VOID
+
+
+@jitted
+def look(label: Any, places: Any, starts: Any, shown: Any, known: Any) -> None:
+    """Set the places that are `shown` (b, *E) in boxes, and which of them are `known`; starts (b, 3): of the boxes."""
+    lines = _lines(shown.shape[1:])
+    for box, start in enumerate(starts):
+        _follow(start, label.shape, lines)
+        for i in range(shown.shape[1]):
+            for j in range(shown.shape[2]):
+                one, other = lines[0][i], lines[1][j]
+                for k in range(shown.shape[3]):
+                    last = lines[2][k]
+                    shown[box, i, j, k] = places[0, one, other, last]
+                    known[box, i, j, k] = label[one, other, last] >= 0
+
+
+@jitted
+def look_around(
+    label: Any, places: Any, fixed: Any, seams: Any, start: Any, kept: Any, laid: Any, held: Any, shown: Any,
+    remembered: Any,
+) -> Any:  # fmt: skip
+    """Set what a sheet shows of a box (*E) that begins at `start` (3,), as in `Window`; what its seams come to.
+
+    kept, laid, held (*E): what may happen to pixels that no patch is laid on, and that one is, and which are fixed.
+    shown (k, *E): their places. remembered: of each of three axes the seams between pixels and the next, one fewer
+    along that axis; none of axes that there are not, which come first.
+    """
+    lines = _lines(kept.shape)
+    _follow(start, label.shape, lines)
+    for i in range(kept.shape[0]):
+        for j in range(kept.shape[1]):
+            one, other = lines[0][i], lines[1][j]
+            for k in range(kept.shape[2]):
+                last = lines[2][k]
+                filled = label[one, other, last] >= 0
+                held[i, j, k] = fixed[one, other, last]
+                kept[i, j, k] = KEEP if filled else VOID
+                laid[i, j, k] = KEEP if held[i, j, k] else FREE if filled else TAKE
+                for n in range(len(places)):
+                    shown[n, i, j, k] = places[n, one, other, last]
+    total, missing = np.int64(0), len(remembered) - len(seams)
+    for axis in range(missing, len(remembered)):
+        cost, seam = remembered[axis], seams[axis - missing]
+        for i in range(cost.shape[0]):
+            for j in range(cost.shape[1]):
+                one, other = lines[0][i], lines[1][j]
+                for k in range(cost.shape[2]):
+                    cost[i, j, k] = seam[one, other, lines[2][k]]
+                    total += cost[i, j, k]
+    return total
+
+
+@jitted
+def lay(label: Any, places: Any, seams: Any, start: Any, number: Any, take: Any, shown: Any, left: Any) -> None:
+    """Have the pixels (*E) of a box that `take` a patch show its places (k, *E), and set all seams that are `left`.
+
+    number: of the patch; left: as `remembered` in `look_around`.
+    """
+    lines = _lines(take.shape)
+    _follow(start, label.shape, lines)
+    for i in range(take.shape[0]):
+        for j in range(take.shape[1]):
+            one, other = lines[0][i], lines[1][j]
+            for k in range(take.shape[2]):
+                if take[i, j, k]:
+                    last = lines[2][k]
+                    label[one, other, last] = number
+                    for n in range(len(places)):
+                        places[n, one, other, last] = shown[n, i, j, k]
+    missing = len(left) - len(seams)
+    for axis in range(missing, len(left)):
+        cost, seam = left[axis], seams[axis - missing]
+        for i in range(cost.shape[0]):
+            for j in range(cost.shape[1]):
+                one, other = lines[0][i], lines[1][j]
+                for k in range(cost.shape[2]):
+                    seam[one, other, lines[2][k]] = cost[i, j, k]
+
+
+@jitted
+def recount(label: Any, places: Any, start: Any, take: Any, shown: Any, counts: Any) -> None:
+    """Count each place (N,) once more for each pixel (*E) of a box that will show it, once less where it no longer is.
+
+    label, places (*S): of the sheet as it is; take, shown (*E): which pixels take a patch, and its places.
+    """
+    lines = _lines(take.shape)
+    _follow(start, label.shape, lines)
+    for i in range(take.shape[0]):
+        for j in range(take.shape[1]):
+            one, other = lines[0][i], lines[1][j]
+            for k in range(take.shape[2]):
+                if take[i, j, k]:
+                    last = lines[2][k]
+                    counts[shown[i, j, k]] += 1
+                    if label[one, other, last] >= 0:
+                        counts[places[one, other, last]] -= 1
+
+
+@jitted
+def _lines(extent: Any) -> Any:
+    """Room for the numbers of planes, rows and columns of boxes: never negative, which saves asking each time."""
+    return np.empty(extent[0], np.uint64), np.empty(extent[1], np.uint64), np.empty(extent[2], np.uint64)
+
+
+@jitted
+def _follow(start: Any, shape: Any, lines: Any) -> None:
+    """Set the numbers of a box's planes, rows and columns in a sheet of some shape."""
+    for axis in range(3):
+        for i in range(len(lines[axis])):
+            lines[axis][i] = (start[axis] + i) % shape[axis]
