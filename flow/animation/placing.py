@@ -1,6 +1,7 @@
 """Blocks of the exemplar as they are laid into a frame: turned as the copy that is there, and exactly on it."""
 
 import math
+from collections.abc import Sequence
 
 import torch
 from torch import Tensor
@@ -8,13 +9,22 @@ from torch import Tensor
 from flow.animation.copies import JUMP, onward, rigid
 from flow.animation.stock import TURNS
 from flow.warps import pixel_coordinates, warp
-from kwatra.pieces import Patch
+from kwatra.pieces import Cut, Patch
 
 Spot = tuple[slice, slice]
 
 AGAIN = 1 / 8
 """A block is a copy found again when at least so much of it is there already. Tried: .199 with half, .201 with
 twice as much."""
+
+
+def widened(spot: Spot, reach: int, shape: Sequence[int]) -> tuple[Spot, Spot]:
+    """A spot grown by `reach` px within a frame, and where the spot lies in that."""
+    grown = [
+        slice(max(part.start - reach, 0), min(part.stop + reach, side)) for part, side in zip(spot, shape, strict=True)
+    ]
+    inner = [slice(part.start - g.start, part.stop - g.start) for part, g in zip(spot, grown, strict=True)]
+    return (grown[0], grown[1]), (inner[0], inner[1])
 
 
 def radians(turn: int) -> float:
@@ -83,3 +93,10 @@ def bounds(take: Tensor, spot: Spot) -> Spot:
         slice(spot[0].start + top, spot[0].start + bottom + 1),
         slice(spot[1].start + left, spot[1].start + right + 1),
     )
+
+
+def taken_by(cut: Cut) -> Tensor:
+    """What a cut takes of its patch's box alone, (h, w); nothing wraps."""
+    box = cut.patch.box
+    part = tuple(slice(s - f, s - f + e) for s, f, e in zip(box.start, cut.box.start, box.extent, strict=True))
+    return torch.from_numpy(cut.take[part])

@@ -90,6 +90,14 @@ class Reading:
         same = torch.stack([owner == owners[0] for owner in owners[1:]]).all(0)
         return within & same & (owners[0] >= 0)
 
+    def joined(self, source: Tensor) -> Tensor:
+        """Where (h, w) source coordinates (2, h, w) lie in the same one of an exemplar's pictures as the middle one."""
+        if self._whole:
+            return self.usable(source)
+        row, column = nearest_pixels(source, self._owner.shape)
+        owner = self._owner[row, column]
+        return self.usable(source) & (owner == owner[owner.shape[0] // 2, owner.shape[1] // 2])
+
     def lost(self, source: Tensor) -> Tensor:
         """Where (H, W) source coordinates (2, H, W) lie so far from what is usable that no texture is there."""
         lost = ~self.usable(source)

@@ -142,7 +142,7 @@ class Motion:
         self.film, self.field, self.shape, self.mask, self.enter, self.seed = film, field, shape, mask, enter, seed
         self.upright = Upright(film.strip, renewing.stiffness, film.turning)
         self.renewing, self.renewal = renewing, Renewal(film, shape, renewing)
-        self.showing = Showing(film, renewing, self.renewal.wear.variance, self.renewal.blocks.size)
+        self.showing = Showing(film, renewing, self.renewal.wear.variance)
         self._steady: tuple[Tensor, Lookup] | None = None
         self._flowing: Tensor | None = None
         self._whole = torch.ones(shape, dtype=torch.bool)

@@ -26,13 +26,13 @@ _SEEN = 1 / 512
 
 
 class Showing:
-    """Shows copies of an exemplar, whose colors vary by `variance`, renewed by blocks so many px wide, on the CPU.
+    """Shows copies of an exemplar, whose colors vary by `variance`, on the CPU.
 
     Pictures are its colors (C, H, W), `channels` of them, and of maps that go along (C + M, H, W).
     """
 
-    def __init__(self, film: Film, renewing: Renewing, variance: float, block: int) -> None:
-        self.film, self.renewing, self._variance, self._block = film, renewing, variance, block
+    def __init__(self, film: Film, renewing: Renewing, variance: float) -> None:
+        self.film, self.renewing, self._variance = film, renewing, variance
         self.channels = len(film.strip.canvas)
         self._curve = None if film.motion is None else ColorCurve(film.strip)
         strip = film.strip
@@ -83,7 +83,7 @@ class Showing:
         image = filled(before.image, before.inside)
         carried = filled(warp(image, look.coordinates, self.renewing.interpolation), look.known)
         off = ((carried - copies)[: self.channels].square() * self.film.strip.share).sum(0) / self._variance
-        share = lasting(off, changed & look.known, self.renewing.inertia, self._block) * look.known
+        share = lasting(off, changed & look.known, self.renewing.inertia) * look.known
         return self._within(copies + share * (carried - copies))
 
     def _dissolved(

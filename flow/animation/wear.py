@@ -9,6 +9,7 @@ from torch import Tensor
 from flow.animation.blur import blurred
 from flow.animation.copies import angle_of, distortion, turned
 from flow.animation.film import Film
+from flow.animation.placing import Spot, widened
 from kwatra import Grid
 from kwatra.source import SourceWindows
 from kwatra.windows import channels_last, windows_at
@@ -31,8 +32,6 @@ _TURNED = 0.02
 
 _REACH = math.ceil(4 * _BLUR)
 """How far, in px, the blur carries a change."""
-
-Spot = tuple[slice, slice]
 
 
 @dataclass(frozen=True)
@@ -91,8 +90,8 @@ class Wear:
 
     def after(self, worn: Worn, image: Tensor, source: Tensor, spot: Spot) -> Worn:
         """The wear of a frame that has changed within a spot since it was `worn`; as `of`, at less cost."""
-        around, _ = _around(spot, _REACH, source[0].shape)
-        wide, there = _around(around, _REACH, source[0].shape)
+        around, _ = widened(spot, _REACH, source[0].shape)
+        wide, there = widened(around, _REACH, source[0].shape)
         smooth, bent, angle = worn.smooth.clone(), worn.bent.clone(), worn.angle.clone()
         known = torch.ones_like(source[0][wide], dtype=torch.bool)
         smooth[(slice(None), *around)] = blurred(image[(slice(None), *wide)], known, _BLUR)[(slice(None), *there)]
@@ -109,7 +108,7 @@ class Wear:
 
     def reach(self, spot: Spot) -> Spot:
         """Where the wear may differ of a frame that has changed within a spot."""
-        return _around(spot, _REACH + max(self.grid.width), self._mass.shape)[0]
+        return widened(spot, _REACH + max(self.grid.width), self._mass.shape)[0]
 
     def _spread(self, which: Tensor, energy: Tensor, spot: Spot) -> Tensor:
         """What some windows (n,) differ by, spread over their pixels, in variances: at a spot that holds them all."""
@@ -170,12 +169,3 @@ class Wear:
         if len(worn):
             energy[worn] = energy[worn].minimum(self._found(pixels, corners[worn]))
         return energy
-
-
-def _around(spot: Spot, reach: int, shape: tuple[int, ...]) -> tuple[Spot, Spot]:
-    """A spot grown by `reach` px within a frame, and where the spot lies in that."""
-    grown = [
-        slice(max(part.start - reach, 0), min(part.stop + reach, side)) for part, side in zip(spot, shape, strict=True)
-    ]
-    inner = [slice(part.start - g.start, part.stop - g.start) for part, g in zip(spot, grown, strict=True)]
-    return (grown[0], grown[1]), (inner[0], inner[1])

@@ -5,7 +5,7 @@ import torch
 from torch import Tensor
 
 import flow
-from flow.animation.term import held, lasting
+from flow.animation.term import lasting
 from flow.animation.thesis import with_variants
 from kwatra import Exemplar, InputError, optimize
 from kwatra.terms.algebra import parts_of
@@ -55,25 +55,20 @@ def test_the_flow_terms_quadratic_has_equation_27s_gradient() -> None:
 def test_a_trace_lasts_of_what_is_unlike_and_more_of_what_agrees() -> None:
     nothing, off = torch.zeros(40, 48, dtype=torch.bool), torch.full((40, 48), 1e6)
     off[:, 24:] = 0
-    share = lasting(off, nothing, 0.25, 16)
+    share = lasting(off, nothing, 0.25)
     assert torch.allclose(share[:, :24], torch.tensor(0.2))  # 0.25 / 1.25
     assert torch.allclose(share[:, 24:], torch.tensor(3 / 7))  # 0.75 / 1.75
-    assert float(lasting(off, nothing, 0.0, 16).max()) == 0
+    assert float(lasting(off, nothing, 0.0).max()) == 0
 
 
-def test_the_middle_of_what_is_replaced_stays_a_frame_and_ends_where_the_pictures_agree() -> None:
-    changed, off = torch.zeros(60, 70, dtype=torch.bool), torch.ones(60, 70)
-    changed[6:54, 10:58] = True
-    changed[:, :5] = True  # narrower than its rim
-    ring = torch.zeros_like(changed)
-    ring[13:47, 17:51] = True
-    ring[15:45, 19:49] = False
-    off[ring] = 0
-    middle = held(off, changed, 10)
-    inner = torch.zeros_like(changed)
-    inner[15:45, 19:49] = True
-    assert torch.equal(middle & ~ring, inner)
-    assert not torch.equal(held(torch.ones(60, 70), changed, 10) & ~ring, inner)
+def test_what_is_replaced_is_half_of_what_is_seen_at_first() -> None:
+    changed, off = torch.zeros(40, 48, dtype=torch.bool), torch.full((40, 48), 1e6)
+    changed[5:30, 10:40] = True
+    off[:, 24:] = 0
+    share, trace = lasting(off, changed, 0.25), lasting(off, torch.zeros_like(changed), 0.25)
+    assert torch.allclose(share[changed], torch.tensor(0.5))
+    assert torch.equal(share[~changed], trace[~changed])
+    assert torch.allclose(lasting(off, changed, 0.5)[changed & (off == 0)], torch.tensor(0.6))  # 1.5 / 2.5
 
 
 def test_the_flow_term_counts_edges_more() -> None:

@@ -7,6 +7,7 @@ from made import MADE
 
 from flow.animation.blocks import Blocks
 from flow.animation.film import Film
+from flow.animation.reading import Reading
 from flow.animation.renewal import Renewal
 from flow.animation.settings import Renewing
 from flow.animation.stock import COUNTS, MIXING, Coordinates
@@ -63,3 +64,32 @@ def test_a_seam_through_elements_costs_more_and_along_gaps_as_much_as_anywhere()
         assert np.abs(more - once - MIXING * found.hides * 1.2 * COUNTS * depth).max() <= 1
         ahead = stock.beyond(s, axis, 1) + 0.3  # a copy that is bent a little goes on, and has no seam
         assert (dearer.seam(s, ahead, axis, 2) == plain.seam(s, ahead, axis, 2)).all()
+
+
+@pytest.mark.parametrize("gaps", [True, False])
+def test_a_block_goes_on_to_a_gap_around_it_where_there_are_gaps(gaps: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    film, shape = Film.of(stones()), (120, 120)
+    if not gaps:
+        monkeypatch.setattr("flow.animation.renewal.hidden_seams", lambda exemplar: None)
+    source = (
+        torch.rand(2, *shape, generator=torch.Generator().manual_seed(0)) * 120 + 2
+    )  # nothing that is worth keeping
+    renewal = Renewal(film, shape, Renewing(block=48))
+    frame = renewal.begin(source, torch.ones(shape, dtype=torch.bool))
+    renewal._renew(frame, [(36, 36)], torch.Generator().manual_seed(0))
+    changed = (frame.source != source).any(0)
+    changed[36 : 36 + renewal.blocks.size, 36 : 36 + renewal.blocks.size] = False
+    assert bool(changed.any()) == gaps
+    assert renewal.depth is None or not gaps or not bool(changed[:20].any())
+
+
+def test_what_lies_in_another_picture_of_an_exemplar_does_not_go_on() -> None:
+    pictures = Exemplar.of([stones().canvas, stones(20).canvas])
+    read = Reading(pictures, "bilinear")
+    owners = pictures.owner.unique()
+    places = pixel_coordinates(pictures.owner.shape)
+    assert len(owners[owners >= 0]) == 2
+    for row in (5, pictures.owner.shape[0] - 12):
+        part = places[:, row : row + 7]
+        middle = pictures.owner[row + 3, part.shape[2] // 2]
+        assert torch.equal(read.joined(part), read.usable(part) & (pictures.owner[row : row + 7] == middle))
