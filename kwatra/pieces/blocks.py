@@ -100,7 +100,7 @@ class BlockStart:
         self.wish = Wished.of(wish, middle, weights)
         self.variance = variance(exemplar, self.wish)
         self.contrast = 2 * self.variance**0.5 / mosaic.step
-        self.scene = SceneUse(self.image, self.shape) if len(self.shape) > 2 and places else None
+        self.scene = SceneUse.of(self.image, self.shape) if len(self.shape) > 2 and places else None
         heeded = aligned and self.wish is None and len(self.shape) == 2
         self.gaps = gaps(exemplar, mosaic, self.contrast / 2) if heeded else None
         if self.gaps is not None:
@@ -109,7 +109,7 @@ class BlockStart:
         if heeded and not places and bool((exemplar.owner == 0).all()):
             needed = (0,) * len(self.shape) if self.gaps is None else self.overlap
             self.corners = self.corners.hanging(overhang(self.starts, self.corners.block, needed, self.grain))
-        luck = LUCK if self.scene is not None and self.scene.larger > 0 else 0.0
+        luck = 0.0 if self.scene is None else LUCK
         asked = Asked(usage, lattice, places, exemplar.canvas.device, self.wish, self.gaps, aligned, luck)
         self.candidates = Candidates(self.sheet, self.corners, self.image, self.variance, asked)
 

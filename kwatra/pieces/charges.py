@@ -128,11 +128,12 @@ def shown_near(sheet: Sheet[Mosaic], boxes: Sequence[Box], reach: int) -> Array:
 class SceneUse:
     """What pixels of a scene that is made larger cost cuts for how often their places in the frame are shown.
 
-    clip (C, T, H, W): at the resolution at which blocks are laid; shape (T, H, W): of the output.
+    clip (C, T, H, W): at the resolution at which blocks are laid; larger: by how much its frames are made, as a part of
+    the clip's.
     """
 
-    def __init__(self, clip: Array, shape: Sequence[int]) -> None:
-        self.larger = max(math.prod(shape[-2:]) / math.prod(clip.shape[-2:]) - 1, 0.0)
+    def __init__(self, clip: Array, larger: float) -> None:
+        self.larger = larger
         slopes = [np.abs(np.diff(clip, axis=axis, append=clip.take([-1], axis))).mean((0, 1)) for axis in (2, 3)]
         steep = _around(slopes[0] + slopes[1])
         rank = np.empty(steep.size, np.int64)
@@ -140,10 +141,14 @@ class SceneUse:
         self.kind = rank * KINDS // steep.size
         self._sizes = np.maximum(np.bincount(self.kind, minlength=KINDS), 1)
 
-    def prices(self, used: Array) -> Array | None:
-        """What each pixel costs (T, H, W), in variances, if pixels are shown so often; None where all cost nothing."""
-        if self.larger == 0:
-            return None
+    @classmethod
+    def of(cls, clip: Array, shape: Sequence[int]) -> "SceneUse | None":
+        """The same for an output (T, H, W); None where that is not larger, so that pixels cost nothing."""
+        larger = math.prod(shape[-2:]) / math.prod(clip.shape[-2:]) - 1
+        return cls(clip, larger) if larger > 0 else None
+
+    def prices(self, used: Array) -> Array:
+        """What each pixel costs (T, H, W), in variances, if pixels are shown so often."""
         often = used.sum(0)
         kinds = np.bincount(self.kind, often.ravel(), KINDS) / self._sizes
         each = EVEN * _around(often) + LIKE * kinds[self.kind].reshape(often.shape)

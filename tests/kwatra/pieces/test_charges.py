@@ -73,7 +73,7 @@ def test_what_is_shown_nearby_counts_by_its_distance_from_the_box():
 def test_places_of_a_scene_cost_what_they_and_their_kind_are_shown_more_than_all():
     rng = np.random.default_rng(0)
     clip, used = rng.random((2, 3, 9, 16)), rng.integers(0, 4, (3, 9, 16)).astype(float)
-    scene = SceneUse(clip, (3, 18, 16))
+    scene = SceneUse(clip, 1.0)
     half, often = AROUND // 2, used.sum(0)
     around = np.pad(often, half, mode="edge")
     near = [[around[y : y + 2 * half + 1, x : x + 2 * half + 1].mean() for x in range(16)] for y in range(9)]
@@ -87,7 +87,7 @@ def test_places_of_a_scene_cost_what_they_and_their_kind_are_shown_more_than_all
 def test_kinds_of_places_are_as_many_each_from_calm_to_steep():
     clip = np.zeros((1, 2, 16, 16))
     clip[..., 8:] = np.random.default_rng(0).random((1, 2, 16, 8)) * np.linspace(0.5, 5, 16)[:, None]
-    kind = SceneUse(clip, (2, 32, 32)).kind
+    kind = SceneUse(clip, 3.0).kind
     assert np.bincount(kind).tolist() == [16 * 16 // KINDS] * KINDS
     rows = kind.reshape(16, 16)
     assert rows[:, :5].max() < rows[:, 11:].min()
@@ -97,6 +97,6 @@ def test_kinds_of_places_are_as_many_each_from_calm_to_steep():
 def test_uneven_use_of_places_costs_the_more_the_larger_a_scene_is_made():
     clip, used = np.random.default_rng(0).random((1, 2, 6, 8)), np.ones((2, 6, 8))
     once = EVEN + LIKE
-    np.testing.assert_allclose(SceneUse(clip, (12, 9, 12)).prices(used), 1.25 * once)
-    np.testing.assert_allclose(SceneUse(clip, (24, 6, 16)).prices(used), once)
-    assert SceneUse(clip, (24, 6, 8)).prices(used) is SceneUse(clip, (5, 3, 8)).prices(used) is None
+    np.testing.assert_allclose(SceneUse.of(clip, (12, 9, 12)).prices(used), 1.25 * once)
+    np.testing.assert_allclose(SceneUse.of(clip, (24, 6, 16)).prices(used), once)
+    assert SceneUse.of(clip, (24, 6, 8)) is SceneUse.of(clip, (5, 3, 8)) is None
