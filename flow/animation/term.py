@@ -1,7 +1,7 @@
 """The flow term: a frame is wanted close to the frame before it, carried along (thesis section 6.2.1).
 
 With the texture's copies given, the frame of least energy is a weighted mean of them and of that frame, pixel by pixel;
-what is replaced passes over into what replaces it, in a frame of which both are seen alike, and leaves a trace.
+what is replaced passes over into what replaces it: in one frame a third of it is seen, and then a trace.
 """
 
 import torch
@@ -12,11 +12,12 @@ from flow.warps import Lookup, filled, warp
 from kwatra import SoftPixels
 from kwatra.base import mean
 
-_HALFWAY = 1.0
-"""So much the frame before counts at least where copies were replaced just now: as much as they. Of made stones, coins,
-radishes and nuts in a pair of vortices motion is off by .225 px and frames flicker by .0746 without, .193 and .073 with
-.67, .184 and .0725 so, .182 and .072 with 1.5; over one more frame .177 and .071, but then twice as much is
-seen twice."""
+_AT_FIRST = 0.5
+"""So much the frame before counts at least where copies were replaced just now, beside 1 for them. Of colored stones,
+radishes and nuts in a pair of vortices motion is off by .203 px and frames flicker by .0680 so, .191 and .0675 with
+.67, .181 and .0670 with 1, with which stills show what is replaced as much as what replaces it. Of these, coins and
+other stones it is .225 and .0746 without, .184 and .0725 with 1; over one more frame .177 and .071, but then twice as
+much is seen twice."""
 
 _UNLIKE = 0.15
 """What differs by so many deviations of the exemplar counts for half of what it counts where both agree."""
@@ -43,10 +44,10 @@ def lasting(off: Tensor, changed: Tensor, weight: float) -> Tensor:
     off (H, W): the squared difference of the two, in the exemplar's variances. The share is w / (1 + w), which makes
     |x - copies|^2 + w |x - x+|^2 least, where w is `weight` if they are unlike and _ALIKE times that if they agree: the
     flow counts robustly, as under a Lorentzian (Black and Anandan 1996), or what is replaced would be seen for long
-    through what replaces it. In the frame in which it is replaced w is _HALFWAY at least.
+    through what replaces it. In the frame in which it is replaced w is _AT_FIRST at least.
     """
     counts = weight * (1 + (_ALIKE - 1) / (1 + off / _UNLIKE**2))
-    counts = torch.where(changed, counts.clamp(min=_HALFWAY), counts)
+    counts = torch.where(changed, counts.clamp(min=_AT_FIRST), counts)
     return counts / (1 + counts)
 
 

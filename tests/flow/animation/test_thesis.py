@@ -61,12 +61,13 @@ def test_a_trace_lasts_of_what_is_unlike_and_more_of_what_agrees() -> None:
     assert float(lasting(off, nothing, 0.0).max()) == 0
 
 
-def test_what_is_replaced_is_half_of_what_is_seen_at_first() -> None:
+def test_what_is_replaced_is_a_third_of_what_is_seen_at_first() -> None:
     changed, off = torch.zeros(40, 48, dtype=torch.bool), torch.full((40, 48), 1e6)
     changed[5:30, 10:40] = True
     off[:, 24:] = 0
     share, trace = lasting(off, changed, 0.25), lasting(off, torch.zeros_like(changed), 0.25)
-    assert torch.allclose(share[changed], torch.tensor(0.5))
+    assert torch.allclose(share[changed & (off > 0)], torch.tensor(1 / 3))
+    assert torch.equal(share[changed & (off == 0)], trace[changed & (off == 0)])  # it agrees, and lasts longer
     assert torch.equal(share[~changed], trace[~changed])
     assert torch.allclose(lasting(off, changed, 0.5)[changed & (off == 0)], torch.tensor(0.6))  # 1.5 / 2.5
 
