@@ -97,6 +97,4 @@ def bounds(take: Tensor, spot: Spot) -> Spot:
 
 def taken_by(cut: Cut) -> Tensor:
     """What a cut takes of its patch's box alone, (h, w); nothing wraps."""
-    box = cut.patch.box
-    part = tuple(slice(s - f, s - f + e) for s, f, e in zip(box.start, cut.box.start, box.extent, strict=True))
-    return torch.from_numpy(cut.take[part])
+    return torch.from_numpy(cut.take[cut.box.part(cut.patch.box)])

@@ -172,11 +172,12 @@ class BlockStart:
             return [self._offered(box, *tried, often, again) for box, tried in zip(some, chosen, strict=True)]
 
         groups = self._groups(boxes)
-        offers = dict(zip(chain(*groups), chain(*shared(choose, groups)), strict=True))
-        cuts = cheapest_cuts(self.sheet, [offers[number] for number in range(len(boxes))])
-        for cut in cuts:
+        made = dict(zip(chain(*groups), chain(*shared(choose, groups)), strict=True))
+        offers = [made[number] for number in range(len(boxes))]
+        cuts = cheapest_cuts(self.sheet, offers)
+        for offer, cut in zip(offers, cuts, strict=True):
             if cut is not None:
-                self.sheet.recount(cut, self.shown)
+                offer.window.recount(cut, self.shown)
                 self.sheet.commit(cut)
         return [cut is not None for cut in cuts]
 
@@ -247,7 +248,7 @@ class BlockStart:
 
     def _length(self, window: Window, patch: Patch) -> float:
         """How long the seam of a patch is, about."""
-        known = np.count_nonzero(window.kept[window.part(patch.box)] == KEEP)
+        known = np.count_nonzero(window.kept[window.box.part(patch.box)] == KEEP)
         return max(known / min(self.overlap), 1.0)
 
     def _taking(self, patch: Patch, often: Array | None) -> Array:

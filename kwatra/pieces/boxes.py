@@ -30,6 +30,11 @@ class Box:
         stop = tuple(min(pair) for pair in zip(self.stop, other.stop, strict=True))
         return Box(start, tuple(max(b - a, 0) for a, b in zip(start, stop, strict=True)))
 
+    def part(self, box: Box) -> tuple[slice, ...]:
+        """The index of a box that lies in this one, into arrays over this one."""
+        sides = zip(box.start, self.start, box.extent, strict=True)
+        return tuple(slice(start - first, start - first + extent) for start, first, extent in sides)
+
     def clipped(self, shape: tuple[int, ...], periodic: tuple[bool, ...]) -> Box:
         """The part of the box that lies on a grid of `shape`; axes that wrap are left as they are."""
         spans = [

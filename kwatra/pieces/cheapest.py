@@ -63,7 +63,7 @@ def _tried(sheet: Sheet[Mosaic], offer: Offer) -> tuple["Tries", "Ground", float
     window, patches = offer.window, offer.patches
     origin, extra = np.array(window.box.start), np.zeros((len(offer.taking), window.kept.size), np.int64)
     for row, patch, priced in zip(extra, patches, offer.taking, strict=False):
-        row.reshape(window.kept.shape)[window.part(patch.box)] = priced
+        row.reshape(window.kept.shape)[window.box.part(patch.box)] = priced
     corners = [patch.shift for patch in patches], [p.box.start for p in patches], [p.box.stop for p in patches]
     shifts, starts, stops = (np.array(corner) - origin for corner in corners)
     depth, mosaic = sheet.cost.depth, sheet.sources

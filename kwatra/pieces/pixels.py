@@ -93,22 +93,16 @@ def lay(label: Any, places: Any, seams: Any, start: Any, number: Any, take: Any,
 
 
 @jitted
-def recount(label: Any, places: Any, start: Any, take: Any, shown: Any, counts: Any) -> None:
-    """Count each place (N,) once more for each pixel (*E) of a box that will show it, once less where it no longer is.
+def recount(take: Any, new: Any, old: Any, kept: Any, counts: Any) -> None:
+    """Count each place (M,) once more for each pixel (N,) that will show it, once less for each that no longer does.
 
-    label, places (*S): of the sheet as it is; take, shown (*E): which pixels take a patch, and its places.
+    take: which pixels take a patch; new, old: its places, and those that are shown; kept: KEEP where there are any.
     """
-    lines = _lines(take.shape)
-    _follow(start, label.shape, lines)
-    for i in range(take.shape[0]):
-        for j in range(take.shape[1]):
-            one, other = lines[0][i], lines[1][j]
-            for k in range(take.shape[2]):
-                if take[i, j, k]:
-                    last = lines[2][k]
-                    counts[shown[i, j, k]] += 1
-                    if label[one, other, last] >= 0:
-                        counts[places[one, other, last]] -= 1
+    for i in range(len(take)):
+        if take[i]:
+            counts[new[i]] += 1
+            if kept[i] == KEEP:
+                counts[old[i]] -= 1
 
 
 @jitted

@@ -79,10 +79,11 @@ class Window(NamedTuple):
     remembered: list[np.ndarray]
     total: int
 
-    def part(self, box: Box) -> tuple[slice, ...]:
-        """The index of a box that lies in it."""
-        sides = zip(box.start, self.box.start, box.extent, strict=True)
-        return tuple(slice(start - first, start - first + extent) for start, first, extent in sides)
+    def recount(self, cut: Cut, shown: Array) -> None:
+        """Count how often each place of a mosaic is `shown` (*cell) once a cut into this window is committed."""
+        from kwatra.pieces.pixels import recount
+
+        recount(cut.take.ravel(), cut.places.ravel(), self.places.ravel(), self.kept.ravel(), shown.reshape(-1))
 
 
 class Sheet(Generic[S]):
@@ -208,7 +209,7 @@ class Sheet(Generic[S]):
         window = self.window(patch.box) if window is None else window
         if taking is None and -window.total > most:  # were no seam left
             return None
-        inner = window.part(patch.box)
+        inner = window.box.part(patch.box)
         choice = _choice(window, inner, must, must_not)
         new = self._patch_places(patch, window.box)
         extra = None
@@ -233,14 +234,6 @@ class Sheet(Generic[S]):
         lay(*sheet, in_volume(cut.box.start, 0), number, *taken)
         self.patches.append(cut.patch)
         self.total += cut.change
-
-    def recount(self, cut: Cut, shown: Array) -> None:
-        """Count how often each place of a mosaic is `shown` (*cell) when a cut, not yet committed, will be."""
-        from kwatra.pieces.pixels import recount
-
-        axes = len(self.shape)
-        label, places, take, new = (volume(v, axes) for v in (self.label, self.places, cut.take, cut.places))
-        recount(label, places, in_volume(cut.box.start, 0), take, new, shown.reshape(-1))
 
     def _numbers(self, places: Array) -> Array:
         """Places (..., *E) as so many numbers for each pixel of a volume (k, *E)."""

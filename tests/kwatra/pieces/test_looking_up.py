@@ -78,7 +78,7 @@ def test_a_cut_changes_the_pixels_that_take_it_and_how_often_places_are_shown():
     for first in ((0, 0), (3, 3), (-2, 5), (1, -1)):
         before, patch = sheet.places.copy(), Patch(0, first, Box(first, (4, 5)))
         cut = sheet.cut(patch)
-        sheet.recount(cut, shown)
+        sheet.window(patch.box).recount(cut, shown)
         sheet.commit(cut)
         at = np.ix_(*(np.arange(s, e) % n for s, e, n in zip(cut.box.start, cut.box.stop, shape, strict=True)))
         np.testing.assert_array_equal(sheet.places[at], np.where(cut.take, cut.places, before[at]))
