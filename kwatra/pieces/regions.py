@@ -6,6 +6,7 @@ box with the costliest seams, or with random placement any box.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -82,9 +83,13 @@ class Regions:
         at = self.sheet.indices(Box(first, tuple(counts)))
         under = self.sheet.indices(Box(first, tuple(n + e - 1 for n, e in zip(counts, self.extent, strict=True))))
         sums = box_sums(sum(seams[under].astype(np.int64) for seams in self.sheet.seams), self.extent)
-        self._scores[at] = sums * self.tried[at]
-        rows = np.arange(*spans[0]) % self.sheet.shape[0]
-        self._highest[rows] = self._scores[rows].reshape(len(rows), -1).max(1)
+        rows, scores = np.arange(*spans[0]) % self.sheet.shape[0], sums * self.tried[at]
+        old, new = (some.reshape(len(rows), -1).max(1) for some in (self._scores[at], scores))
+        self._scores[at] = scores
+        fallen = (new < old) & (old == self._highest[rows])  # only there some other score may now be the highest
+        self._highest[rows] = np.maximum(self._highest[rows], new)
+        rows = rows[fallen]
+        self._highest[rows] = self._scores[rows].reshape(len(rows), math.prod(self._scores.shape[1:])).max(1)
 
     def anywhere(self) -> Box:
         """A region drawn at random."""

@@ -4,6 +4,7 @@ import torch
 from kwatra import Exemplar, FreeWindows, Grid
 from kwatra.source import Bag, SourceWindows
 from kwatra.steps.asked import Wants
+from kwatra.steps import inplace
 from kwatra.steps.inplace import fits, nearest_in_place, sums_in_place
 from kwatra.steps.matching import Matching
 from kwatra.windows import channels_last
@@ -32,7 +33,9 @@ def setting(request):
     return source, layout, candidates, image
 
 
-def test_the_nearest_candidate_is_that_of_brute_force(setting):
+@pytest.mark.parametrize("together", [7, 2**15])
+def test_the_nearest_candidate_is_that_of_brute_force(setting, together, monkeypatch):
+    monkeypatch.setattr(inplace, "TOGETHER", together)
     source, layout, candidates, image = setting
     pixels = continued(channels_last(image), layout)
     windows = layout.gather(image)
