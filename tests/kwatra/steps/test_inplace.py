@@ -3,8 +3,8 @@ import torch
 
 from kwatra import Exemplar, FreeWindows, Grid
 from kwatra.source import Bag, SourceWindows
-from kwatra.steps.asked import Wants
 from kwatra.steps import inplace
+from kwatra.steps.asked import Wants
 from kwatra.steps.inplace import fits, nearest_in_place, sums_in_place
 from kwatra.steps.matching import Matching
 from kwatra.windows import channels_last
