@@ -6,7 +6,6 @@ box with the costliest seams, or with random placement any box.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -84,12 +83,12 @@ class Regions:
         under = self.sheet.indices(Box(first, tuple(n + e - 1 for n, e in zip(counts, self.extent, strict=True))))
         sums = box_sums(sum(seams[under].astype(np.int64) for seams in self.sheet.seams), self.extent)
         rows, scores = np.arange(*spans[0]) % self.sheet.shape[0], sums * self.tried[at]
-        old, new = (some.reshape(len(rows), -1).max(1) for some in (self._scores[at], scores))
+        across = tuple(range(1, scores.ndim))
+        old, new = self._scores[at].max(across), scores.max(across)
         self._scores[at] = scores
-        fallen = (new < old) & (old == self._highest[rows])  # only there some other score may now be the highest
         self._highest[rows] = np.maximum(self._highest[rows], new)
-        rows = rows[fallen]
-        self._highest[rows] = self._scores[rows].reshape(len(rows), math.prod(self._scores.shape[1:])).max(1)
+        fallen = rows[(new < old) & (old == self._highest[rows])]  # only there some other score may be the highest
+        self._highest[fallen] = self._scores[fallen].max(across)
 
     def anywhere(self) -> Box:
         """A region drawn at random."""

@@ -40,6 +40,8 @@ def nearest_in_place(
     """
     channels, shape = pixels.shape[-1], tuple(pixels.shape[:-1])
     canvas = tuple(source.pixels.shape[:-1])
+    rows, canvas_rows = (row_starts(sides, source.width, channels) for sides in (shape, canvas))
+    weight = source.metric.weight.flatten(0, -3).flatten(1).contiguous()
     choice = torch.empty(len(candidates), dtype=torch.long)
     squared = torch.empty(len(candidates))
     for first in range(0, len(candidates), TOGETHER):
@@ -49,11 +51,11 @@ def nearest_in_place(
             len(besides),
             pixels.view(-1),
             (corners[some] * strides(shape, channels)).sum(1),
-            row_starts(shape, source.width, channels),
+            rows,
             source.pixels.view(-1),
             (source.corners(candidates[some]) * strides(canvas, channels)).sum(-1).contiguous(),
-            row_starts(canvas, source.width, channels),
-            source.metric.weight.flatten(0, -3).flatten(1).contiguous(),
+            canvas_rows,
+            weight,
             besides,
             settled,
             choice[some],
