@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from kwatra.elements import Lattice, direction_dependence, element_size, find_lattice, place_dependence
     from kwatra.exemplar import Exemplar
     from kwatra.levels import THESIS, Level, planned_levels
-    from kwatra.loop import optimize
+    from kwatra.loop import Beginning, begin, improve, optimize
     from kwatra.result import Progress, Result, Stage
     from kwatra.scoring import measure
     from kwatra.settings import Settings, Solver
@@ -24,6 +24,7 @@ __all__ = [
     "THESIS",
     "Bags",
     "Ballot",
+    "Beginning",
     "Charge",
     "CheapestSeams",
     "Decisive",
@@ -52,10 +53,12 @@ __all__ = [
     "Sum",
     "Term",
     "TermLike",
+    "begin",
     "direction_dependence",
     "element_size",
     "find_lattice",
     "gradient",
+    "improve",
     "match_histogram",
     "mean",
     "measure",
@@ -69,6 +72,7 @@ __all__ = [
 _HOMES = {
     "Bags": "kwatra.source",
     "Ballot": "kwatra.steps",
+    "Beginning": "kwatra.loop",
     "Charge": "kwatra.terms",
     "CheapestSeams": "kwatra.steps",
     "Decisive": "kwatra.steps",
@@ -98,10 +102,12 @@ _HOMES = {
     "THESIS": "kwatra.levels",
     "Term": "kwatra.terms",
     "TermLike": "kwatra.terms",
+    "begin": "kwatra.loop",
     "direction_dependence": "kwatra.elements",
     "element_size": "kwatra.elements",
     "find_lattice": "kwatra.elements",
     "gradient": "kwatra.windows",
+    "improve": "kwatra.loop",
     "match_histogram": "kwatra.steps",
     "mean": "kwatra.steps",
     "measure": "kwatra.scoring",

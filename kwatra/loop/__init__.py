@@ -1,5 +1,6 @@
 """The EM loop."""
 
-from kwatra.loop.optimize import optimize
+from kwatra.loop.beginning import Beginning, begin
+from kwatra.loop.optimize import improve, optimize
 
-__all__ = ["optimize"]
+__all__ = ["Beginning", "begin", "improve", "optimize"]

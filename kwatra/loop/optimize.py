@@ -9,7 +9,6 @@ windows robustly, and blends: solves for the x that minimizes U with the z_p fix
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import NamedTuple
 
 import torch
 from torch import Tensor
@@ -17,9 +16,9 @@ from torch import Tensor
 from kwatra.base import enlarged
 from kwatra.exemplar import Exemplar
 from kwatra.levels import Level
+from kwatra.loop.beginning import Beginning, begin
 from kwatra.loop.scene import Estimate, Scene
-from kwatra.loop.task import Task, task_of
-from kwatra.pieces import Gaps, block_start, repeated
+from kwatra.loop.task import Task
 from kwatra.result import Progress, Result, Row, Stage
 from kwatra.settings import Settings
 from kwatra.source import Prepared, Texture, sourcemap
@@ -57,64 +56,42 @@ def optimize(
     product. Raises InputError for what cannot be done, FloatingPointError should the energy or the image cease to be
     finite.
     """
-    task = task_of(texture, shape, settings or Settings(), terms, mask, start, seed)
-    begun = _begun(task)
-    task, image, where, factors, _ = begun
+    return improve(begin(texture, shape, settings, terms, mask, start, seed), between, callback)
+
+
+def improve(
+    beginning: Beginning, between: Between | None = None, callback: Callable[[Progress], None] | None = None
+) -> Result:
+    """What the levels make of a beginning, which stays as it is; the rest is as in `optimize`."""
+    image, where, factors = beginning.image, beginning.where, beginning.factors
+    task = replace(beginning.task, generator=beginning.task.generator.clone_state())
     report, stopped = _Report(task.levels, callback), ""
     for number, level in enumerate(task.levels):
         scene = Scene(task, number)
         estimate, stopped = _iterate(scene, scene.enter(image, where, factors), report, between)
         image, where, factors = estimate.image, scene.where(estimate), scene.factors
         if where is not None and between is None and number == len(task.levels) - 1:
-            image, where = _uncut(begun, image, where, factors)
+            image, where = _uncut(beginning, image, where, factors)
         report.stages.append(Stage(number, level.factor, level.width, image))
     assert image is not None  # there is at least one level
     return _result(task, image, where, factors, report, stopped)
 
 
-class _Beginning(NamedTuple):
-    """What the first level begins with: an image, a source map, both or neither, and their resolution.
-
-    gaps: those in which the source map's seams are hidden, where elements are known.
-    """
-
-    task: Task
-    image: Tensor | None
-    where: Tensor | None
-    factors: tuple[int, ...]
-    gaps: Gaps | None = None
-
-
-def _begun(task: Task) -> _Beginning:
-    """The beginning of a task.
-
-    A picture that is exactly periodic is continued before any level, of which only the finest are left to do.
-    """
-    factors, exemplar = (1,) * len(task.shape), task.texture.exemplar
-    if exemplar is None or task.start not in ("aligned", "blocks"):
-        return _Beginning(task, task.image, None, factors)
-    where = repeated(task, exemplar)
-    if where is not None:
-        finest = tuple(level for level in task.levels if level.factor == 1)
-        return _Beginning(replace(task, levels=finest), sourcemap.look_up(exemplar.canvas, where), where, factors)
-    return _Beginning(task, None, *block_start(task, exemplar))
-
-
-def _uncut(begun: _Beginning, image: Tensor, where: Tensor, factors: tuple[int, ...]) -> tuple[Tensor, Tensor]:
+def _uncut(beginning: Beginning, image: Tensor, where: Tensor, factors: tuple[int, ...]) -> tuple[Tensor, Tensor]:
     """An image and its source map, with the copies of the beginning back wherever their seams cut elements less.
 
     Left as they are: other resolutions than the beginning's, and outputs that wrap or are steered by terms.
     """
-    task, exemplar, at_full = begun.task, begun.task.texture.exemplar, max(factors) == 1
-    if begun.gaps is None or begun.where is None or exemplar is None or begun.factors != factors or not at_full:
+    task, before, exemplar = beginning.task, beginning.where, beginning.task.texture.exemplar
+    if beginning.gaps is None or before is None or exemplar is None or not max(beginning.factors) == max(factors) == 1:
         return image, where
     if task.terms or any(task.wraps):
         return image, where
-    take = begun.gaps.cheaper(begun.where, where)
+    take = beginning.gaps.cheaper(before, where)
     if task.mask is not None:
         take = take | ~task.mask
-    copied = sourcemap.look_up(exemplar.canvas, begun.where)
-    return torch.where(take, image, copied), torch.where(take, where, begun.where)
+    copied = sourcemap.look_up(exemplar.canvas, before)
+    return torch.where(take, image, copied), torch.where(take, where, before)
 
 
 def _iterate(scene: Scene, estimate: Estimate, report: "_Report", between: Between | None) -> tuple[Estimate, str]:

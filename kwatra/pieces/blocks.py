@@ -15,6 +15,7 @@ those that are there, and are larger and overlap by so much that a seam can go a
 
 import math
 from collections.abc import Sequence
+from copy import copy
 from functools import partial
 from itertools import chain, product
 
@@ -96,7 +97,7 @@ class BlockStart:
         middle = torch.stack([mean(channel) for channel in colors]).double().view(share.shape)
         weights = share.double().sqrt()
         self.image = ((colors - middle) * weights).numpy()
-        self.shown, self.laid = np.zeros(mosaic.cell), 0
+        self.shown = np.zeros(mosaic.cell)
         self.wish = Wished.of(wish, middle, weights)
         self.variance = variance(exemplar, self.wish)
         self.contrast = 2 * self.variance**0.5 / mosaic.step
@@ -134,16 +135,38 @@ class BlockStart:
 
     def run(self) -> Tensor:
         """Lay all blocks, row by row, and again where seams cost most."""
+        self._fill([self._box(corner) for corner in product(*self.starts)])
+        return self.where
+
+    @property
+    def where(self) -> Tensor:
+        """The source map (n, *shape) of what is laid."""
+        where = self.sheet.sources.coordinates(self.sheet.places)[1]
+        return torch.from_numpy(where).long().to(self.exemplar.canvas.device)
+
+    def anew(self, part: Box, generator: torch.Generator) -> "BlockStart":
+        """Another start, in which blocks are laid anew where a part of the output is; this one stays as it is.
+
+        What lies around the part is kept, but for where seams are cheaper further out.
+        """
+        other = copy(self)
+        other.generator, other.sheet = generator, self.sheet.copy()
+        other.sheet.clear(part)
+        kept = self.sheet.places[other.sheet.filled]
+        other.shown = np.bincount(kept, minlength=self.shown.size).astype(float).reshape(self.shown.shape)
+        other.candidates = self.candidates.on(other.sheet)
         boxes = [self._box(corner) for corner in product(*self.starts)]
+        other._fill([box for box in boxes if not other.sheet.filled_at(other.sheet.indices(box)).all()])
+        return other
+
+    def _fill(self, boxes: Sequence[Box]) -> None:
+        """Lay blocks in boxes, row by row, and again where seams cost most, the more often the more boxes there are."""
         for front in self._fronts(boxes):
             self._lay([boxes[number] for number in front])
-            self.laid += len(front)
         if self.aligned:
             half = tuple(max(b // 2, 1) for b in self.corners.block)
             costly = partial(self._costly, Regions(self.sheet, half, self.generator))
-            lay_again(self.sheet, costly, partial(self._lay, again=True), Budget(round(AGAIN * self.laid), PATIENCE))
-        where = self.sheet.sources.coordinates(self.sheet.places)[1]
-        return torch.from_numpy(where).long().to(self.exemplar.canvas.device)
+            lay_again(self.sheet, costly, partial(self._lay, again=True), Budget(round(AGAIN * len(boxes)), PATIENCE))
 
     def _box(self, corner: Sequence[int]) -> Box:
         return Box(tuple(corner), self.corners.block).clipped(self.shape, self.sheet.periodic)

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from copy import copy
 from typing import NamedTuple
 
 import numpy as np
@@ -71,6 +72,12 @@ class Candidates:
         still = len(corners.block) == 2
         again = CONTINUATION if still else CONTINUATION_IN_TIME
         self._prices = asked.usage, again, NEAR if still and asked.aligned else 0.0
+
+    def on(self, sheet: Sheet[Mosaic]) -> "Candidates":
+        """The same for boxes of another sheet of the same mosaic."""
+        other = copy(self)
+        other.sheet = sheet
+        return other
 
     def choose(
         self, boxes: Sequence[Box], needed: Array | None, used: Array, most: int, luck: Sequence[float]

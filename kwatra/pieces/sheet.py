@@ -110,6 +110,23 @@ class Sheet(Generic[S]):
         self.patches: list[Patch] = []
         self.total = 0
 
+    def copy(self) -> Sheet[S]:
+        """Another sheet that shows the same, of the same sources."""
+        other = Sheet(self.sources, self.shape, self.periodic, self.cost)
+        other.label, other.places, other.seams = self.label.copy(), self.places.copy(), self.seams.copy()
+        other.fixed, other.patches, other.total = self.fixed.copy(), [*self.patches], self.total
+        return other
+
+    def clear(self, box: Box) -> None:
+        """Take away what lies in a box, which leaves no seams there nor around it."""
+        at = self.indices(box)
+        self.label[at], self.fixed[at] = -1, False
+        for axis, seams in enumerate(self.seams):
+            start = tuple(s - (d == axis) for d, s in enumerate(box.start))
+            extent = tuple(e + (d == axis) for d, e in enumerate(box.extent))
+            seams[self.indices(Box(start, extent).clipped(self.shape, self.periodic))] = 0
+        self.total = summed([*self.seams])
+
     @property
     def filled(self) -> np.ndarray:
         """The pixels that have a patch."""

@@ -11,7 +11,6 @@ from kwatra.base import factors_of
 from kwatra.elements import Lattice, continued, find_lattice, translation
 from kwatra.exemplar import Exemplar
 from kwatra.pieces.blocks import BlockStart
-from kwatra.pieces.gaps import Gaps
 
 if TYPE_CHECKING:
     from kwatra.loop.task import Task
@@ -51,15 +50,14 @@ LEAST = 8
 
 
 class Laid(NamedTuple):
-    """A source map (n, *S) of copied blocks, its resolution, and the gaps in which its seams are hidden, if any."""
+    """Blocks that are laid, and the resolution of their source map."""
 
-    where: Tensor
+    blocks: BlockStart
     factors: tuple[int, ...]
-    gaps: Gaps | None
 
 
 def block_start(task: "Task", exemplar: Exemplar) -> Laid:
-    """Copied blocks, at the finest resolution at which laying them costs little.
+    """Copied blocks, laid at the finest resolution at which that costs little.
 
     Blocks agree with what the terms want; a mask only hides that, blocks run on behind it.
     """
@@ -87,7 +85,8 @@ def block_start(task: "Task", exemplar: Exemplar) -> Laid:
         places=[*controls.place_charges(here, size).values()],
         wish=wish,
     )
-    return Laid(blocks.run(), factors, blocks.gaps)
+    blocks.run()
+    return Laid(blocks, factors)
 
 
 def _usage(exemplar: Exemplar, shape: Sequence[int], wished: bool) -> float:

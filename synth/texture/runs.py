@@ -9,22 +9,10 @@ import torch
 
 from kwatra import Exemplar, Progress, Result
 from kwatra.base import apart
-from kwatra.pieces import visible_seams
-from kwatra.scoring import Ranking, pasted
+from kwatra.scoring import Ranking
 
 MANY = 4
 """So many tries are worth a thorough ranking, which takes a second to load."""
-
-TORN, LEAST_TORN = 0.01, 1e-4
-"""How many times the logarithm of what seams show counts beside the figure that tries are ranked by, and what is added
-to it first. Figures are blind to what is torn, and like it: a tartan shows more of its exemplar then. 22 textures score
-.0486 in place of .0484, and of 20 tries of a tartan a whole one is kept in place of a torn one."""
-
-PASTED = 0.03
-"""What the mean size of copies counts, as a part of the exemplar: figures like what is pasted as a whole.
-
-The best of 24 of a panel of 16 textures copy .285, .251, .246, .238 and .235 of their exemplar at a time with 0, .02,
-.03, .04 and .05, and score .0470, .0479, .0479, .0479 and .0482; those of another, with .03, .231 and .0476."""
 
 BESIDE = 2**20
 """Runs are made side by side, a thread each, of so many pixels together: memory stays that of one of 1024 a side.
@@ -42,8 +30,7 @@ def share_of(callback: Callable[[Progress], None], number: int, count: int) -> C
 class Runs:
     """Several runs of a `size` (*S) of which the best is kept; of images, only the first `channels` are.
 
-    finish: done to each result. copied: whether how large copies are counts, and what is seen of their seams. callback:
-    called from one thread at a time, not always the same.
+    finish: done to each result. callback: called from one thread at a time, not always the same.
     """
 
     def __init__(
@@ -54,10 +41,9 @@ class Runs:
         callback: Callable[[Progress], None] | None,
         channels: int,
         finish: Callable[[Result], Result] | None = None,
-        copied: bool = False,
     ) -> None:
         self.count, self.size, self.seed, self.callback, self.channels = count, size, seed, callback, channels
-        self.finish, self.copied = finish, copied
+        self.finish = finish
         self._done, self._telling = [0.0] * count, Lock()
 
     def best(self, run: Callable[..., Result], source: Exemplar) -> Result:
@@ -65,8 +51,7 @@ class Runs:
         if self.count == 1:
             return self._image_of(run(seed=self.seed, callback=self.callback))
         pictures = [picture[: self.channels] for picture in source.pictures()]
-        figure, area = Ranking(pictures, thorough=self.count >= MANY), sum(picture[0].numel() for picture in pictures)
-
+        figure = Ranking(pictures, thorough=self.count >= MANY)
         best: tuple[float, int, Result] | None = None
 
         def make(number: int) -> None:
@@ -75,9 +60,6 @@ class Runs:
                 figure.describe((len(pictures[0]), *self.size))
             result = self._image_of(run(seed=self.seed + 1000 * number, callback=self._part(number)))
             overall = figure(result.image.cpu())
-            if self.copied:
-                overall += PASTED * pasted(result.where, area)
-                overall += TORN * math.log(visible_seams(source, result.where) + LEAST_TORN)
             self._done[number] = 1.0
             with self._telling:
                 if best is None or (overall, number) < best[:2]:

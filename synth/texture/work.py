@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, replace
 from functools import partial
 from typing import Any, Generic
 
@@ -20,6 +20,7 @@ from synth.texture.guidance import Guide
 from synth.texture.light import evened
 from synth.texture.moving import in_time
 from synth.texture.runs import Runs, share_of
+from synth.texture.search import Effort, Search
 from synth.texture.staying import staying
 from synth.texture.stretch import Memory, Stretch, planned_stretches
 from synth.texture.synthesis import Synthesis
@@ -33,9 +34,9 @@ PRESETS = {
 
 Six iterations in place of four make 12 stills of each of 32 textures no better, nor three that follow a guide."""
 
-STILLS, SMALL = {"fast": 1, "default": 3, "best": 24}, 256
-"""Of stills that nothing steers so many seeds are tried where they have SMALL pixels a side; of larger ones, whose
-parts even out, fewer in proportion.
+STILLS, SMALL = {"fast": Effort(1, 0), "default": Effort(3, 0), "best": Effort(10, 6)}, 256
+"""How stills are begun that nothing steers, where they have SMALL pixels a side; of larger ones, whose parts even out,
+fewer beginnings are tried, in proportion.
 
 Which seed it is matters as much as how well seams are cut: of 32 textures, half of which served for tuning what went
 before, one scored .0595, the best of 3 .0550, and that of 24, ranked thoroughly (`kwatra.scoring.Ranking`), .0481."""
@@ -45,7 +46,9 @@ before, one scored .0595, the best of 3 .0550, and that of 24, ranked thoroughly
 class Work(Generic[Image]):
     """What is to be made, in the engine's terms; channels: those of the exemplar, without a guide's.
 
-    steered: whether something is asked of the output's pixels, so that it can only be made as a whole.
+    tries: of how many whole results the best is kept. effort: that with which the best beginning is looked for instead,
+    of a still that nothing steers. steered: whether something is asked of the output's pixels, so that it can only be
+    made as a whole.
     """
 
     form: Form[Image]
@@ -53,6 +56,7 @@ class Work(Generic[Image]):
     size: tuple[int, ...]
     settings: Settings
     tries: int
+    effort: Effort | None
     terms: tuple[TermLike, ...]
     mask: Tensor | None
     start: Tensor | None
@@ -102,10 +106,10 @@ class Work(Generic[Image]):
         asked = (*asked, *staying(stay, source, shape, tile))
         if len(shape) > 2:
             settings = in_time(settings, source)
-        tries = _tries(preset, shape, steered)
+        effort = _effort(preset, shape) if len(shape) == 2 and not steered else None
         hidden = None if mask is None else tensor_of(mask).to(device)
         begin = None if begin is None else begin.to(device)
-        return cls(form, source, shape, settings, tries, asked, hidden, begin, channels, steered)
+        return cls(form, source, shape, settings, PRESETS[preset][1], effort, asked, hidden, begin, channels, steered)
 
     def stretches(self) -> list[Stretch]:
         """The parts in which it is made: one, or for a long video that nothing steers several."""
@@ -143,13 +147,15 @@ class Work(Generic[Image]):
             settings = replace(settings, wrap=(False, *per_axis(settings.wrap, 3)[1:]))
             terms = (*terms, part.holding(held, size))
         source = Prepared(self.source)  # its windows are described once for all tries
+        if self.effort is not None:
+            begin = partial(kwatra.begin, source, size, settings)
+            return Search(self.effort, size, part.seed(seed), callback, self.source).best(begin)
         run = partial(
             kwatra.optimize, source, size, settings=settings, terms=terms, mask=self.mask,
             start="aligned" if self.start is None else self.start,
         )  # fmt: skip
         even = None if len(size) == 2 or self.steered else partial(self._evened, part, settings)
-        copied = len(size) == 2 and not self.steered
-        runs = Runs(self.tries, size, part.seed(seed), callback, self.channels, even, copied)
+        runs = Runs(self.tries, size, part.seed(seed), callback, self.channels, even)
         return runs.best(run, self.source)
 
     def _evened(self, part: Stretch, settings: Settings, result: Result) -> Result:
@@ -186,12 +192,11 @@ def _settings(preset: str, wrap: tuple[bool, ...], levels: str | Sequence[tuple[
     return replace(PRESETS[preset][0], wrap=wrap, levels=_levels(levels))
 
 
-def _tries(preset: str, shape: Sequence[int], steered: bool) -> int:
-    """How many seeds are tried for an output (*shape)."""
-    if len(shape) > 2 or steered:
-        return PRESETS[preset][1]
-    side = math.sqrt(math.prod(shape))
-    return max(int(STILLS[preset] * min(SMALL / side, 1.0) + 0.5), 1)
+def _effort(preset: str, shape: Sequence[int]) -> Effort:
+    """With what effort a still of some shape is begun."""
+    share = min(SMALL / math.sqrt(math.prod(shape)), 1.0)
+    tries, rounds = (int(count * share + 0.5) for count in astuple(STILLS[preset]))
+    return Effort(max(tries, 1), rounds)
 
 
 def _images(exemplar: Image | Sequence[Image]) -> tuple[list[Image], Form[Image]]:

@@ -1,0 +1,83 @@
+"""What the optimization begins with: copies laid of an exemplar, something random, or an image that is given."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from torch import Tensor
+
+from kwatra.base import InputError, generator_of
+from kwatra.exemplar import Exemplar
+from kwatra.loop.task import Task, task_of
+from kwatra.pieces import BlockStart, Box, Gaps, block_start, repeated
+from kwatra.settings import Settings
+from kwatra.source import Prepared, Texture, sourcemap
+from kwatra.terms import Sum, TermLike
+
+
+@dataclass(frozen=True, eq=False)
+class Beginning:
+    """What the first level of a task begins with: an image (C, *S), a source map (n, *S), neither or both.
+
+    factors: the resolution that both have. blocks: those that the source map is of, None if it is of none.
+    """
+
+    task: Task
+    image: Tensor | None
+    where: Tensor | None
+    factors: tuple[int, ...]
+    blocks: BlockStart | None = None
+
+    @property
+    def gaps(self) -> Gaps | None:
+        """The gaps in which the blocks' seams are hidden, where elements are known."""
+        return None if self.blocks is None else self.blocks.gaps
+
+    def copied(self) -> tuple[Tensor, Tensor]:
+        """The image (C, *shape) that is copied together, and its source map (n, *shape), at full resolution.
+
+        Raises InputError where nothing is copied yet.
+        """
+        exemplar = self.task.texture.exemplar
+        if self.where is None or exemplar is None:
+            raise InputError("the optimization begins with no copies; start it as 'aligned' or 'blocks' to see some")
+        where = sourcemap.carried(self.where, self.factors, (1,) * len(self.factors), self.task.shape)
+        return sourcemap.look_up(exemplar.canvas, where), where
+
+    def anew(self, part: Box, seed: int) -> "Beginning":
+        """Another beginning, with blocks laid anew in a part of the output, given in its pixels; this one stays.
+
+        Raises InputError where no blocks are laid.
+        """
+        if self.blocks is None:
+            raise InputError("the optimization begins with no blocks to lay anew; start it as 'aligned' or 'blocks'")
+        start = tuple(s // f for s, f in zip(part.start, self.factors, strict=True))
+        stop = tuple(-(-s // f) for s, f in zip(part.stop, self.factors, strict=True))
+        box = Box(start, tuple(b - a for a, b in zip(start, stop, strict=True)))
+        generator = generator_of(seed)
+        blocks = self.blocks.anew(box.clipped(self.blocks.shape, self.blocks.wraps), generator)
+        return replace(self, task=replace(self.task, generator=generator), where=blocks.where, blocks=blocks)
+
+
+def begin(
+    texture: Exemplar | Prepared | Texture,
+    shape: Sequence[int],
+    settings: Settings | None = None,
+    terms: TermLike | Sum | Sequence[TermLike | Sum] = (),
+    mask: Tensor | None = None,
+    start: Tensor | str = "aligned",
+    seed: int = 0,
+) -> Beginning:
+    """What `optimize` begins with; arguments and errors are its.
+
+    A picture that is exactly periodic is continued before any level, of which only the finest are left to do.
+    """
+    task = task_of(texture, shape, settings or Settings(), terms, mask, start, seed)
+    factors, exemplar = (1,) * len(task.shape), task.texture.exemplar
+    if exemplar is None or task.start not in ("aligned", "blocks"):
+        return Beginning(task, task.image, None, factors)
+    where = repeated(task, exemplar)
+    if where is not None:
+        finest = tuple(level for level in task.levels if level.factor == 1)
+        return Beginning(replace(task, levels=finest), sourcemap.look_up(exemplar.canvas, where), where, factors)
+    laid = block_start(task, exemplar)
+    return Beginning(task, None, laid.blocks.where, laid.factors, laid.blocks)

@@ -1,0 +1,150 @@
+"""Stills that nothing steers: several beginnings are tried, and parts of the best laid anew, before it is optimized.
+
+What a part is replaced by counts for itself: of parts that are laid anew those few are kept with which the whole is
+better, and gains add up. Of whole tries one has to be better everywhere.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from threading import Lock
+from typing import NamedTuple
+
+import torch
+
+from kwatra import Beginning, Exemplar, Progress, Result, improve
+from kwatra.base import apart, generator_of
+from kwatra.pieces import Box, visible_seams
+from kwatra.scoring import Ranking, pasted
+from synth.texture.runs import BESIDE, MANY
+
+TORN, LEAST_TORN = 0.01, 1e-4
+"""How many times the logarithm of what seams show counts beside the figure that tries are ranked by, and what is added
+to it first. Figures are blind to what is torn, and like it: a tartan shows more of its exemplar then. 22 textures score
+.0486 in place of .0484, and of 20 tries of a tartan a whole one is kept in place of a torn one."""
+
+PASTED = 0.03
+"""What the mean size of copies counts, as a part of the exemplar: figures like what is pasted as a whole.
+
+The best of 24 of a panel of 16 textures copy .285, .251, .246, .238 and .235 of their exemplar at a time with 0, .02,
+.03, .04 and .05, and score .0470, .0479, .0479, .0479 and .0482; those of another, with .03, .231 and .0476."""
+
+PARTS = 2
+"""So many parts are laid anew in each round, each of what the round before left; the best is kept if it is better.
+
+TODO"""
+
+LEAST, MOST = 0.25, 0.5
+"""A part has between so much and so much of the output's height, and of its width; less of that at its border. TODO"""
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How many whole beginnings are tried, and in how many rounds parts of the best are then laid anew."""
+
+    tries: int
+    rounds: int
+
+    @property
+    def count(self) -> int:
+        """How often anything is laid."""
+        return self.tries + PARTS * self.rounds
+
+
+class Ranked(NamedTuple):
+    """A beginning, its figure, lower is better, and its number among all that are tried."""
+
+    figure: float
+    number: int
+    beginning: Beginning
+
+
+class Search:
+    """Looks for what best begins an output of a `size` (H, W) that resembles a source, and makes it.
+
+    callback: told after each try, from one thread at a time, not always the same, and then of the rest.
+    """
+
+    def __init__(
+        self,
+        effort: Effort,
+        size: Sequence[int],
+        seed: int,
+        callback: Callable[[Progress], None] | None,
+        source: Exemplar,
+    ) -> None:
+        self.effort, self.size, self.seed, self.callback, self.source = effort, tuple(size), seed, callback, source
+        pictures = source.pictures()
+        self._ranking = Ranking(pictures, thorough=effort.tries >= MANY)
+        self._channels, self._area = len(pictures[0]), sum(picture[0].numel() for picture in pictures)
+        self._done, self._telling = 0, Lock()
+
+    def best(self, begin: Callable[..., Beginning]) -> Result:
+        """What is made of the best beginning; each is told its seed. Memory: that of as many as are tried together."""
+
+        def begun(number: int) -> Beginning:
+            if number == 1:  # meanwhile the first looks at the texture
+                self._ranking.describe((self._channels, *self.size))
+            return begin(seed=self._seed(number))
+
+        if self.effort.count == 1:
+            return improve(begin(seed=self.seed), callback=self.callback)
+        best = self._best_of(begun, range(self.effort.tries), None)
+        for first in range(self.effort.tries, self.effort.count, PARTS):
+            if best.beginning.blocks is None:  # exactly periodic
+                break
+            best = self._best_of(partial(self._anew, best.beginning), range(first, first + PARTS), best)
+        return improve(best.beginning, callback=self._last())
+
+    def _best_of(self, make: Callable[[int], Beginning], numbers: Sequence[int], best: Ranked | None) -> Ranked:
+        """The best, or of equals the first, of the best so far and of those that are made; threads share these."""
+
+        def keep(number: int) -> None:
+            nonlocal best
+            made = self._ranked(number, make(number))
+            with self._telling:
+                best = made if best is None else min(best, made, key=lambda one: one[:2])
+                self._tell(made)
+
+        apart(keep, numbers, min(torch.get_num_threads() + 1, max(BESIDE // math.prod(self.size), 1)))
+        assert best is not None
+        return best
+
+    def _anew(self, beginning: Beginning, number: int) -> Beginning:
+        """A beginning with a part of it laid anew, anywhere."""
+        seed = self._seed(number)
+        generator = generator_of(seed)
+        first, extent = list[int](), list[int]()
+        for side, (place, share) in zip(
+            self.size, torch.rand(len(self.size), 2, generator=generator).tolist(), strict=True
+        ):
+            extent.append(max(round((LEAST + (MOST - LEAST) * share) * side), 1))
+            first.append(math.floor(place * side) - extent[-1] // 2)  # some lie across the border
+        wraps = beginning.task.wraps
+        return beginning.anew(Box(tuple(first), tuple(extent)).clipped(self.size, wraps), seed)
+
+    def _ranked(self, number: int, beginning: Beginning) -> Ranked:
+        """A beginning with its figure: of quality, of how large its copies are, and of what is seen of its seams."""
+        image, where = beginning.copied()
+        figure = self._ranking(image.cpu()) + PASTED * pasted(where, self._area)
+        figure += TORN * math.log(visible_seams(self.source, where) + LEAST_TORN)
+        return Ranked(figure, number, beginning)
+
+    def _seed(self, number: int) -> int:
+        return self.seed + 1000 * number
+
+    def _tell(self, made: Ranked) -> None:
+        """Tell the callback of a try: of one more than there are of all that are to be done."""
+        self._done += 1
+        if self.callback is not None:
+            of_all = {"attempt": made.number + 1, "tries": self.effort.count}
+            fraction = self._done / (self.effort.count + 1)
+            self.callback(Progress(fraction, 0, 0, made.figure, made.beginning.copied()[0], **of_all))
+
+    def _last(self) -> Callable[[Progress], None] | None:
+        """The callback for what is made of the best, once all are tried."""
+        callback, count = self.callback, self.effort.count
+        if callback is None:
+            return None
+        return lambda p: callback(replace(p, fraction=(count + p.fraction) / (count + 1), attempt=count, tries=count))

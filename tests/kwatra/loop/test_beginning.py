@@ -1,0 +1,60 @@
+import pytest
+import torch
+
+from kwatra import Exemplar, InputError, Level, Settings, begin, improve, optimize
+from kwatra.base import generator_of
+from kwatra.pieces import Box
+
+SMALL = Settings(levels=(Level(2, 8, 2), Level(1, 8, 2)))
+
+
+def texture(size=48, channels=1):
+    return torch.rand(channels, size, size, generator=generator_of(0))
+
+
+@pytest.mark.parametrize("start", ["aligned", "blocks", "windows"])
+def test_to_begin_and_to_improve_is_to_optimize_and_leaves_the_beginning_as_it_is(start):
+    exemplar = Exemplar.of(texture())
+    whole = optimize(exemplar, (40, 44), settings=SMALL, start=start, seed=3)
+    beginning = begin(exemplar, (40, 44), SMALL, start=start, seed=3)
+    for _ in range(2):
+        made = improve(beginning)
+        assert torch.equal(made.image, whole.image)
+        assert torch.equal(made.where, whole.where)
+
+
+@pytest.mark.parametrize(("size", "factor"), [(48, 1), (200, 2)])
+def test_what_is_copied_is_seen_at_full_resolution(size, factor):
+    exemplar = Exemplar.of(texture(size, 2))
+    beginning = begin(exemplar, (50, 61), SMALL if factor > 1 else None)
+    image, where = beginning.copied()
+    assert beginning.factors == (factor, factor)
+    assert where.shape == (2, 50, 61)
+    assert torch.equal(image, exemplar.canvas[(slice(None), *where)])
+    down, right = where[0, : 50 // factor * factor], where[1, :, : 61 // factor * factor]
+    assert bool((down.view(-1, factor, 61).diff(dim=1) == 1).all())
+    assert bool((right.view(50, -1, factor).diff(dim=2) == 1).all())
+
+
+@pytest.mark.parametrize(("size", "settings"), [(48, None), (200, SMALL)])
+def test_a_part_that_is_laid_anew_differs_and_the_rest_mostly_does_not(size, settings):
+    first = begin(Exemplar.of(texture(size)), (3 * size, 3 * size), settings, seed=1)
+    before = first.copied()[1].clone()
+    part = Box((size // 2, size), (size, size + 7))
+    other = first.anew(part, seed=5)
+    assert torch.equal(first.copied()[1], before)
+    assert torch.equal(other.copied()[1], first.anew(part, seed=5).copied()[1])
+    differs = (other.copied()[1] != before).any(0).float()
+    inside = torch.zeros_like(differs, dtype=torch.bool)
+    inside[size // 2 : size // 2 + size, size : 2 * size + 7] = True
+    assert float(differs[inside].mean()) > 0.5
+    assert float(differs[~inside].mean()) < 0.35
+    assert torch.equal(improve(other).image, improve(other).image)
+
+
+def test_where_no_blocks_are_laid_none_is_seen_nor_laid_anew():
+    beginning = begin(Exemplar.of(texture()), (40, 40), SMALL, start="windows")
+    with pytest.raises(InputError, match="begins with no copies; start it as 'aligned'"):
+        beginning.copied()
+    with pytest.raises(InputError, match="begins with no blocks to lay anew"):
+        beginning.anew(Box((0, 0), (8, 8)), seed=0)

@@ -1,0 +1,145 @@
+import math
+from unittest.mock import Mock
+
+import numpy as np
+import pytest
+import torch
+from skimage import data
+
+from kwatra import Exemplar, Settings, begin
+from kwatra.pieces import visible_seams
+from kwatra.scoring import pasted
+from synth import synthesize
+from synth.texture import search
+from synth.texture.search import LEAST, LEAST_TORN, MOST, PARTS, PASTED, TORN, Effort, Search
+
+
+def brick(size):
+    return data.brick()[:size, :size]
+
+
+@pytest.fixture
+def in_turn():
+    torch.set_num_threads(1)
+
+
+@pytest.fixture
+def ranked(monkeypatch):
+    """Has beginnings ranked by a list of figures, and gives the images and source maps that were, in turn."""
+
+    def by(figures):
+        seen, left = [], iter(figures)
+        figure = Mock(side_effect=lambda image: seen.append(image) or next(left))
+        monkeypatch.setattr(search, "Ranking", lambda pictures, thorough: figure)
+        for name in ("pasted", "visible_seams"):
+            monkeypatch.setattr(search, name, lambda *_: 0.1)
+        return seen
+
+    return by
+
+
+def searched(effort, seed=0, callback=None, exemplar=None, size=(40, 44), settings=None):
+    source = (
+        Exemplar.of(torch.rand(1, 32, 32, generator=torch.Generator().manual_seed(0))) if exemplar is None else exemplar
+    )
+    begun = []
+
+    def make(seed):
+        begun.append(begin(source, size, settings or Settings(), seed=seed))
+        return begun[-1]
+
+    return Search(effort, size, seed, callback, source).best(make), begun
+
+
+def like(one, other):
+    """The share of pixels of which two source maps say the same."""
+    return float((one == other).all(0).float().mean())
+
+
+@pytest.mark.usefixtures("in_turn")
+def test_the_beginning_of_least_rank_is_made_and_of_equals_the_first(ranked):
+    seen = ranked([0.5, 0.4, 0.3, 0.3, 0.6])
+    made, begun = searched(Effort(5, 0))
+    assert len(seen) == 5
+    alike = [like(beginning.copied()[1], made.where) for beginning in begun]
+    assert alike[2] > 0.8
+    assert max(alike[:2] + alike[3:]) < 0.5
+
+
+@pytest.mark.usefixtures("in_turn")
+def test_parts_of_the_best_are_laid_anew_and_kept_where_the_whole_is_better(ranked, monkeypatch):
+    made_of, anew = [], search.Beginning.anew
+
+    def spied(beginning, part, seed):
+        made_of.append((beginning, anew(beginning, part, seed)))
+        return made_of[-1][1]
+
+    monkeypatch.setattr(search.Beginning, "anew", spied)
+    ranked([0.5, 0.4, *[0.6] * (PARTS - 1), 0.3, *[0.3] * PARTS])  # the last part of the first round is better
+    made, begun = searched(Effort(2, 2))
+    parents, children = zip(*made_of, strict=True)
+    assert len(begun) == 2
+    assert all(parent is begun[1] for parent in parents[:PARTS])
+    assert all(parent is children[PARTS - 1] for parent in parents[PARTS:])
+    assert like(made.where, children[PARTS - 1].copied()[1]) > 0.8
+
+
+@pytest.mark.usefixtures("in_turn")
+def test_a_figure_counts_what_is_pasted_and_what_is_torn(monkeypatch):
+    figures = []
+    source = Exemplar.of(torch.rand(1, 32, 32, generator=torch.Generator().manual_seed(0)))
+    monkeypatch.setattr(search, "Ranking", lambda pictures, thorough: Mock(return_value=0.5))
+    _, begun = searched(Effort(2, 0), callback=lambda p: figures.append(p.energy), exemplar=source)
+    for figure, beginning in zip(figures[:2], begun, strict=True):
+        where = beginning.copied()[1]
+        expected = 0.5 + PASTED * pasted(where, 32 * 32) + TORN * math.log(visible_seams(source, where) + LEAST_TORN)
+        assert figure == pytest.approx(expected)
+
+
+def test_parts_lie_everywhere_and_are_a_quarter_to_half_as_long_as_the_output(ranked, monkeypatch):
+    parts, size, rounds = [], (100, 60), 100
+    monkeypatch.setattr(search.Beginning, "anew", lambda self, part, seed: parts.append(part) or self)
+    ranked([0.5] * (1 + rounds * PARTS))
+    searched(Effort(1, rounds), size=size)
+    assert len(parts) == rounds * PARTS
+    times = np.zeros(size)
+    for part in parts:
+        times[tuple(slice(a, b) for a, b in zip(part.start, part.stop, strict=True))] += 1
+        for a, b, n in zip(part.start, part.stop, size, strict=True):
+            assert 0 <= a < b <= n
+            assert b - a <= MOST * n + 1
+            assert b - a >= LEAST * n - 1 or a == 0 or b == n
+    assert times.min() > 0
+    assert times.max() < len(parts) / 2
+
+
+def test_of_an_exactly_periodic_picture_no_part_is_laid_anew():
+    tiles = np.tile(np.kron(np.eye(2), np.ones((8, 8))), (3, 3)).astype(np.float32)
+    told = []
+    made = synthesize(tiles, (80, 80), preset="best", callback=lambda p: told.append(p.attempt))
+    np.testing.assert_allclose(made.image[:64, :64], made.image[16:, 16:], atol=1e-6)
+    assert max(told[:-1]) <= 10
+
+
+def test_progress_is_told_of_each_try_and_of_the_rest():
+    told = []
+    searched(Effort(2, 1), callback=told.append)
+    fractions = [p.fraction for p in told]
+    assert fractions == sorted(fractions)
+    assert fractions[-1] == pytest.approx(1)
+    assert sorted(p.attempt for p in told[: 2 + PARTS]) == [*range(1, 3 + PARTS)]
+    assert {p.tries for p in told} == {2 + PARTS}
+
+
+@pytest.mark.parametrize(("pixels", "together"), [(40 * 44 * 2, 1), (40 * 44 * 2 - 1, 2)])
+def test_beginnings_are_tried_side_by_side_where_memory_allows_and_the_same_is_kept(pixels, together, monkeypatch):
+    used = []
+    monkeypatch.setattr(search, "BESIDE", pixels)
+    rank = Mock(side_effect=lambda image: used.append(torch.get_num_threads()) or float(image.mean()))
+    monkeypatch.setattr(search, "Ranking", lambda pictures, thorough: rank)
+    made = []
+    for threads in (1, 2):
+        torch.set_num_threads(threads)
+        made.append(searched(Effort(3, 1), seed=2)[0].image)
+    assert used == [1] * (3 + PARTS) + [together] * (3 + PARTS)
+    assert torch.equal(*made)
