@@ -34,7 +34,7 @@ PRESETS = {
 
 Six iterations in place of four make 12 stills of each of 32 textures no better, nor three that follow a guide."""
 
-STILLS, SMALL = {"fast": Effort(1, 0), "default": Effort(3, 0), "best": Effort(10, 6)}, 256
+STILLS, SMALL = {"fast": Effort(1, 0), "default": Effort(3, 0), "best": Effort(10, 12)}, 256
 """How stills are begun that nothing steers, where they have SMALL pixels a side; of larger ones, whose parts even out,
 fewer beginnings are tried, in proportion.
 
@@ -195,8 +195,8 @@ def _settings(preset: str, wrap: tuple[bool, ...], levels: str | Sequence[tuple[
 def _effort(preset: str, shape: Sequence[int]) -> Effort:
     """With what effort a still of some shape is begun."""
     share = min(SMALL / math.sqrt(math.prod(shape)), 1.0)
-    tries, rounds = (int(count * share + 0.5) for count in astuple(STILLS[preset]))
-    return Effort(max(tries, 1), rounds)
+    first, more = (int(count * share + 0.5) for count in astuple(STILLS[preset]))
+    return Effort(max(first, 1), more)
 
 
 def _images(exemplar: Image | Sequence[Image]) -> tuple[list[Image], Form[Image]]:
