@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 import torch
 
-from kwatra import Beginning, Exemplar, Progress, Result, improve
+from kwatra import Beginning, Exemplar, Progress, Result, Settings, improve
 from kwatra.base import apart, generator_of
 from kwatra.pieces import Box, visible_seams
 from kwatra.scoring import Ranking, pasted
@@ -73,37 +73,50 @@ class Search:
     def __init__(
         self,
         effort: Effort,
+        ways: Sequence[Settings],
         size: Sequence[int],
         seed: int,
         callback: Callable[[Progress], None] | None,
         source: Exemplar,
     ) -> None:
-        self.effort, self.size, self.seed, self.callback, self.source = effort, tuple(size), seed, callback, source
+        self.effort, self.ways, self.size, self.seed = effort, ways, tuple(size), seed
+        self.callback, self.source = callback, source
         pictures = source.pictures()
         self._ranking = Ranking(pictures, thorough=effort.first >= MANY)
         self._channels, self._area = len(pictures[0]), sum(picture[0].numel() for picture in pictures)
         self._figures, self._done, self._telling = dict[int, float](), 0, Lock()
 
     def best(self, begin: Callable[..., Beginning]) -> Result:
-        """What is made of the best beginning; each is told its seed. Memory: that of as many as are tried together."""
+        """What is made of the best beginning; each is told its settings and seed.
 
-        def begun(number: int) -> Beginning:
+        Memory is that of as many beginnings as are tried together.
+        """
+        first, tries = self.effort.first, self.effort.tries
+
+        def begun(number: int, settings: Settings | None = None) -> Beginning:
             if number == 1:  # meanwhile the first looks at the texture
                 self._ranking.describe((self._channels, *self.size))
-            return begin(seed=self._seed(number))
+            way = self.ways[number % len(self.ways)] if settings is None else settings
+            return begin(settings=way, seed=self._seed(number))
 
-        first, tries = self.effort.first, self.effort.tries
         if tries == 1:
-            return improve(begin(seed=self.seed), callback=self.callback)
+            return improve(begun(0), callback=self.callback)
         best = self._best_of(begun, range(first), None)
         if best.beginning.blocks is None:  # exactly periodic, so that all are the same
             pass
-        elif np.std([self._figures[number] for number in range(first)]) < ALIKE:
+        elif self._spread() < ALIKE:
             for number in range(first, first + PARTS * self.effort.more, PARTS):
                 best = self._best_of(partial(self._anew, best.beginning), range(number, number + PARTS), best, 1)
         elif self.effort.more:
-            best = self._best_of(begun, range(first, tries), best)
+            same = partial(begun, settings=best.beginning.task.settings)
+            best = self._best_of(same, range(first, tries), best)
         return improve(best.beginning, callback=self._last())
+
+    def _spread(self) -> float:
+        """The standard deviation of the first tries' figures that were begun in one way."""
+        figures = [self._figures[number] for number in range(self.effort.first)]
+        ways = [figures[way :: len(self.ways)] for way in range(len(self.ways))]
+        return float(np.sqrt(np.mean([np.var(way) for way in ways if way])))
 
     def _best_of(
         self, make: Callable[[int], Beginning], numbers: Sequence[int], best: Ranked | None, share: int = PARTS
