@@ -117,7 +117,7 @@ class _Back:
         back = stop.frame
         turned = (stop.since <= number) & back.state.inside
         take = self._seam(turned, ahead.image, back.image, ahead.state.inside)
-        inertia = self.motion.renewing.inertia
+        inertia = 0.0 if self.motion.film.motion is None else self.motion.renewing.inertia  # in pictures nothing fades
         left = (inertia / (1 + inertia)) ** (number - stop.since + 1).clamp(min=1)
 
         def turning(before: Tensor, after: Tensor) -> Tensor:

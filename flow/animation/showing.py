@@ -57,7 +57,7 @@ class Showing:
         """
         copies = self.picture(new, inside, image[: self.channels])
         if self.film.motion is None:
-            return self._blended(copies, before, look, replaced(new, source)), None
+            return self._blended(copies, before, look), None
         shown, fading = self._dissolved(copies, before, look, source, new)
         return self._colors(shown), fading.packed
 
@@ -73,8 +73,8 @@ class Showing:
         maps = self._read_also(source) if reach else self._read_also.picture(source, inside)
         return torch.cat([colors, feathered(maps, source, inside, also, reach, None)])
 
-    def _blended(self, copies: Tensor, before: State, look: Lookup, changed: Tensor) -> Tensor:
-        """A frame (C, H, W) that shows its copies, new where changed (H, W), and still some of the one before.
+    def _blended(self, copies: Tensor, before: State, look: Lookup) -> Tensor:
+        """A frame (C, H, W) that shows its copies, and still some of the one before where both are alike.
 
         Maps below the colors go the same way.
         """
@@ -83,7 +83,7 @@ class Showing:
         image = filled(before.image, before.inside)
         carried = filled(warp(image, look.coordinates, self.renewing.interpolation), look.known)
         off = ((carried - copies)[: self.channels].square() * self.film.strip.share).sum(0) / self._variance
-        share = lasting(off, changed & look.known, self.renewing.inertia) * look.known
+        share = lasting(off, self.renewing.inertia) * look.known
         return self._within(copies + share * (carried - copies))
 
     def _dissolved(
