@@ -4,7 +4,7 @@ The first frame is ordinary synthesis. Every other one is the frame before it ca
 optimized: its texture energy against the flow energy. Frames are carried as source coordinates (`flow.carrying`),
 their elements turned upright (`flow.upright`) and blocks copied where the texture has worn all the same
 (`flow.renewal`); so a sequence never wears out. What is shown is the blend of these copies and x+, as the flow term has
-it (`flow.term`): what was replaced fades within a few frames. Memory does not grow with the number of frames.
+it (`flow.term`), where both are alike. Memory does not grow with the number of frames.
 
 Where the exemplar of a picture prefers no direction, and the flow turns what it carries more than it bends it, elements
 turn with the flow and are only kept rigid; the first frame is then the middle of a larger still that takes the
