@@ -40,7 +40,10 @@ LEAST, MOST = 0.25, 0.5
 textures .15 to .35 and .4 to .8 gain a seventh less at the same cost."""
 
 ALIKE = 0.0065
-"""Figures of first tries whose standard deviation is less are alike: parts then gain more than further tries. TODO"""
+"""Figures of first tries whose standard deviation is less are alike: parts then gain more than further tries.
+
+Of 15 textures of one panel three are alike so, and score .0576 with ten tries and 22 parts, .0588 with 24 tries, which
+cost as much; the others .0482 and .0466 (two seeds)."""
 
 
 @dataclass(frozen=True)

@@ -41,10 +41,10 @@ fewer beginnings are tried, in proportion.
 Which seed it is matters as much as how well seams are cut: of 32 textures, half of which served for tuning what went
 before, one scored .0595, the best of 3 .0550, and that of 24, ranked thoroughly (`kwatra.scoring.Ranking`), .0481."""
 
-
 LARGER = 0.65
-"""Where parts or further tries follow, every other first try has blocks of so much of the exemplar: of 12 textures two
-rank better by a fifth so, eight alike and two worse, and what follows goes the better way. TODO"""
+"""Where parts or further tries follow, every other first try has blocks of so much of the exemplar, and what follows
+goes the way of the best. Of 12 textures eight rank alike so, two much better and two worse. A panel of 16 scores .0469,
+.0470 with all blocks alike; another, which was not looked at before, .0454, .0483."""
 
 
 @dataclass(frozen=True, eq=False)
