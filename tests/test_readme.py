@@ -46,9 +46,18 @@ def test_the_term_of_ones_own_that_charges_makes_the_picture_vary():
     assert variation(names["busy"].image) > 1.4 * variation(names["grass"].canvas)
 
 
+def test_a_part_of_what_is_begun_with_is_laid_anew():
+    names: dict = {}
+    exec(BLOCKS[3], names)
+    changed = (names["other"].copied()[1] != names["where"]).any(0)
+    assert names["image"].shape == (3, 96, 96)
+    assert bool(changed[40:72, 8:40].any())
+    assert names["result"].image.shape == (3, 96, 96)
+
+
 def test_the_flow_around_the_stone_is_the_one_that_is_seen():
     names: dict = {}
-    exec(BLOCKS[5], names)
+    exec(BLOCKS[6], names)
     assert names["moved"].shape == (1, 240, 320)
     assert names["error"] < 0.25
     assert names["drawn"].shape == (3, 240, 320)
@@ -59,7 +68,7 @@ def test_known_pixels_and_a_mask_are_kept():
     names: dict = {}
     with torch.random.fork_rng():
         torch.manual_seed(0)
-        exec(BLOCKS[3], names)
+        exec(BLOCKS[4], names)
     image, frame, mask = names["result"].image, names["frame"], names["mask"]
     assert torch.equal(image[frame], names["values"][frame])
     assert not bool(image[:, ~mask].any())
@@ -67,7 +76,7 @@ def test_known_pixels_and_a_mask_are_kept():
 
 def test_a_hole_is_filled_and_a_guide_followed():
     names: dict = {}
-    exec(BLOCKS[4], names)
+    exec(BLOCKS[5], names)
     hole, gravel, filled = names["hole"], names["gravel"], names["filled"]
     assert np.array_equal(filled.image[~hole], gravel[~hole])
     assert names["made"].image.shape == (160, 200)
@@ -76,7 +85,7 @@ def test_a_hole_is_filled_and_a_guide_followed():
 
 def test_the_gravel_flows_goes_on_and_loops():
     names: dict = {}
-    exec(BLOCKS[6], names)
+    exec(BLOCKS[7], names)
     assert names["shown"].shape == (1, 72, 96)
     assert not names["shown"][:, ~names["stone"]].any()
     assert [frame.state.number for frame in names["more"]] == [4, 5]
@@ -85,7 +94,7 @@ def test_the_gravel_flows_goes_on_and_loops():
 
 def test_what_lies_between_bricks_gravel_and_grass():
     names: dict = {}
-    exec(BLOCKS[7], names)
+    exec(BLOCKS[8], names)
     film, brick = names["film"].frames, names["brick"]
     assert len(film) == 5
     assert np.array_equal(film[0], brick)
@@ -98,7 +107,7 @@ def test_what_lies_between_bricks_gravel_and_grass():
 
 def test_gravel_turns_into_grass():
     names: dict = {}
-    exec(BLOCKS[8], names)
+    exec(BLOCKS[9], names)
     made, gravel, grass = (names[name] for name in ("made", "gravel", "grass"))
     assert np.array_equal(made.frames[0], gravel)
     assert np.array_equal(made.frames[4], grass)

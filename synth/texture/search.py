@@ -70,7 +70,8 @@ class Ranked(NamedTuple):
 class Search:
     """Looks for what best begins an output of a `size` (H, W) that resembles a source, and makes it.
 
-    callback: told after each try, from one thread at a time, not always the same, and then of the rest.
+    ways: the settings of first tries, in turn; what follows has those of the best. callback: told after each try, from one
+    thread at a time, not always the same, and then of the rest.
     """
 
     def __init__(
@@ -85,7 +86,7 @@ class Search:
         self.effort, self.ways, self.size, self.seed = effort, ways, tuple(size), seed
         self.callback, self.source = callback, source
         pictures = source.pictures()
-        self._ranking = Ranking(pictures, thorough=effort.first >= MANY)
+        self._ranking = Ranking(pictures, thorough=effort.tries >= MANY)
         self._channels, self._area = len(pictures[0]), sum(picture[0].numel() for picture in pictures)
         self._figures, self._done, self._telling = dict[int, float](), 0, Lock()
 

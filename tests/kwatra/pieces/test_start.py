@@ -12,7 +12,7 @@ from torch import Tensor
 from kwatra import Exemplar, InputError, Settings, SoftPixels, Stay, optimize
 from kwatra.base import generator_of
 from kwatra.loop.task import task_of
-from kwatra.pieces import BlockStart, Box, block_start, candidates, charges
+from kwatra.pieces import BlockStart, block_start, candidates, charges
 from kwatra.pieces.start import USAGE, USAGE_IN_TIME, block_size
 from kwatra.terms.controls import Wish
 
@@ -211,22 +211,6 @@ def test_use_is_counted_as_pixels_are_shown():
     _, where, start = run(Exemplar.of(image), (50, 60), (12, 12), seams=2)
     count = torch.zeros(32, 32).index_put(tuple(where), torch.ones(()), accumulate=True)
     np.testing.assert_array_equal(start.used, count.numpy())
-
-
-@pytest.mark.parametrize("wraps", [(False, False), (True, True)])
-def test_a_part_is_laid_anew_as_the_start_was_laid(wraps, recomputed_seams):
-    image = torch.rand(1, 32, 32, generator=torch.Generator().manual_seed(0))
-    _, where, start = run(Exemplar.of(image), (50, 60), (12, 12), seams=2, wraps=wraps)
-    box = Box((40, 50), (18, 18)) if wraps[0] else Box((20, 30), (15, 20))
-    other = start.anew(box, torch.Generator().manual_seed(1))
-    assert torch.equal(start.where, where)
-    assert other.sheet.filled.all()
-    assert not torch.equal(
-        other.where[(slice(None), *start.sheet.indices(box))], where[(slice(None), *start.sheet.indices(box))]
-    )
-    count = torch.zeros(32, 32).index_put(tuple(other.where), torch.ones(()), accumulate=True)
-    np.testing.assert_array_equal(other.used, count.numpy())
-    np.testing.assert_array_equal(other.sheet.seams, recomputed_seams(other.sheet))
 
 
 def laid(monkeypatch, exemplar, shape, terms=(), settings=None):

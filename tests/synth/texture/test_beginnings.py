@@ -4,7 +4,6 @@ from unittest.mock import Mock
 import numpy as np
 import pytest
 import torch
-from skimage import data
 
 from kwatra import Exemplar, Settings, begin
 from kwatra.pieces import visible_seams
@@ -12,11 +11,10 @@ from kwatra.scoring import pasted
 from synth import synthesize
 from synth.texture import search
 from synth.texture.search import ALIKE, LEAST, LEAST_TORN, MOST, PARTS, PASTED, TORN, Effort, Search
-from synth.texture.work import STILLS
+from synth.texture.work import LARGER, STILLS
 
-
-def brick(size):
-    return data.brick()[:size, :size]
+ONE = (Settings(),)
+NOISE = Exemplar.of(torch.rand(1, 32, 32, generator=torch.Generator().manual_seed(0)))
 
 
 @pytest.fixture
@@ -39,17 +37,15 @@ def ranked(monkeypatch):
     return by
 
 
-def searched(effort, seed=0, callback=None, exemplar=None, size=(40, 44), settings=None):
-    source = (
-        Exemplar.of(torch.rand(1, 32, 32, generator=torch.Generator().manual_seed(0))) if exemplar is None else exemplar
-    )
+def searched(effort, seed=0, callback=None, size=(40, 44), ways=ONE):
+    """What is made of white noise, and the beginnings that were tried."""
     begun = []
 
-    def make(seed):
-        begun.append(begin(source, size, settings or Settings(), seed=seed))
+    def make(settings, seed):
+        begun.append(begin(NOISE, size, settings, seed=seed))
         return begun[-1]
 
-    return Search(effort, size, seed, callback, source).best(make), begun
+    return Search(effort, ways, size, seed, callback, NOISE).best(make), begun
 
 
 def like(one, other):
@@ -95,15 +91,47 @@ def test_where_first_tries_differ_much_others_are_made_in_place_of_parts(ranked)
 
 
 @pytest.mark.usefixtures("in_turn")
+def test_first_tries_are_begun_in_every_way_and_others_in_that_of_the_best(ranked):
+    ranked([0.5, 0.6, 0.5, 0.5 - 2.1 * ALIKE, 0.4, 0.4])
+    one, other = Settings(), Settings(block=0.7)
+    _, begun = searched(Effort(4, 2), ways=(one, other))
+    assert [beginning.task.settings for beginning in begun] == [one, other, one, other, other, other]
+
+
+@pytest.mark.usefixtures("in_turn")
+def test_how_much_first_tries_differ_does_not_count_from_way_to_way(ranked, monkeypatch):
+    parts = []
+    monkeypatch.setattr(search.Beginning, "anew", lambda self, part, seed: parts.append(part) or self)
+    ranked([0.5, 0.9, 0.5, 0.9, *[0.6] * PARTS])
+    searched(Effort(4, 1), ways=(Settings(), Settings(block=0.7)))
+    assert len(parts) == PARTS
+
+
+@pytest.mark.usefixtures("in_turn")
 def test_a_figure_counts_what_is_pasted_and_what_is_torn(monkeypatch):
     figures = []
-    source = Exemplar.of(torch.rand(1, 32, 32, generator=torch.Generator().manual_seed(0)))
     monkeypatch.setattr(search, "Ranking", lambda pictures, thorough: Mock(return_value=0.5))
-    _, begun = searched(Effort(2, 0), callback=lambda p: figures.append(p.energy), exemplar=source)
+    _, begun = searched(Effort(2, 0), callback=lambda p: figures.append(p.energy))
     for figure, beginning in zip(figures[:2], begun, strict=True):
         where = beginning.copied()[1]
-        expected = 0.5 + PASTED * pasted(where, 32 * 32) + TORN * math.log(visible_seams(source, where) + LEAST_TORN)
+        expected = 0.5 + PASTED * pasted(where, 32 * 32) + TORN * math.log(visible_seams(NOISE, where) + LEAST_TORN)
         assert figure == pytest.approx(expected)
+
+
+@pytest.mark.usefixtures("in_turn")
+def test_blocks_are_larger_in_every_other_first_try_where_more_follows(monkeypatch):
+    noise, begun = torch.rand(1, 32, 32, generator=torch.Generator().manual_seed(0)), []
+
+    def spied(*args, settings, seed):
+        begun.append(settings.block)
+        return begin(*args, settings, seed=seed)
+
+    monkeypatch.setattr("kwatra.begin", spied)
+    synthesize(noise, (32, 32), levels=((1, 8),))
+    assert begun == [0.5] * STILLS["default"].first
+    begun.clear()
+    synthesize(noise, (32, 32), levels=((1, 8),), preset="best")
+    assert begun[: STILLS["best"].first] == [0.5, LARGER] * (STILLS["best"].first // 2)
 
 
 def test_parts_lie_everywhere_and_are_a_quarter_to_half_as_long_as_the_output(ranked, monkeypatch):
