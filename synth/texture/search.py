@@ -70,8 +70,8 @@ class Ranked(NamedTuple):
 class Search:
     """Looks for what best begins an output of a `size` (H, W) that resembles a source, and makes it.
 
-    ways: the settings of first tries, in turn; what follows has those of the best. callback: told after each try, from one
-    thread at a time, not always the same, and then of the rest.
+    ways: the settings of first tries, in turn; what follows has those of the best. callback: told after each try, from
+    one thread at a time, not always the same, and then of the rest.
     """
 
     def __init__(
