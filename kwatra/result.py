@@ -21,7 +21,8 @@ class Stage:
 class Progress:
     """Given to the callback after every iteration: share of all work done (0 to 1), where, energy, image so far.
 
-    attempt, tries: which run this is, from 1, of how many of which the best is kept.
+    attempt, tries: which run this is, from 1, of how many of which the best is kept. Where only what is begun with is
+    tried, it is given after each try, too, as iteration 0, with the figure that it is ranked by for its energy.
     """
 
     fraction: float

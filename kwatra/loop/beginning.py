@@ -18,19 +18,16 @@ from kwatra.terms import Sum, TermLike
 class Beginning:
     """What the first level of a task begins with: an image (C, *S), a source map (n, *S), neither or both.
 
-    factors: the resolution that both have. blocks: those that the source map is of, None if it is of none.
+    factors: the resolution that both have. gaps: those in which the source map's seams are hidden, where elements are
+    known. blocks: those that it is of, None if it is of none, or nothing of it is to be laid anew.
     """
 
     task: Task
     image: Tensor | None
     where: Tensor | None
     factors: tuple[int, ...]
+    gaps: Gaps | None = None
     blocks: BlockStart | None = None
-
-    @property
-    def gaps(self) -> Gaps | None:
-        """The gaps in which the blocks' seams are hidden, where elements are known."""
-        return None if self.blocks is None else self.blocks.gaps
 
     def copied(self) -> tuple[Tensor, Tensor]:
         """The image (C, *shape) that is copied together, and its source map (n, *shape), at full resolution.
@@ -57,6 +54,10 @@ class Beginning:
         blocks = self.blocks.anew(box.clipped(self.blocks.shape, self.blocks.wraps), generator)
         return replace(self, task=replace(self.task, generator=generator), where=blocks.where, blocks=blocks)
 
+    def without_blocks(self) -> "Beginning":
+        """The same, of which nothing is laid anew: the memory of its blocks is then free while it improves."""
+        return replace(self, blocks=None)
+
 
 def begin(
     texture: Exemplar | Prepared | Texture,
@@ -80,4 +81,4 @@ def begin(
         finest = tuple(level for level in task.levels if level.factor == 1)
         return Beginning(replace(task, levels=finest), sourcemap.look_up(exemplar.canvas, where), where, factors)
     laid = block_start(task, exemplar)
-    return Beginning(task, None, laid.blocks.where, laid.factors, laid.blocks)
+    return Beginning(task, None, laid.where, laid.factors, laid.blocks.gaps, laid.blocks)

@@ -56,7 +56,8 @@ def optimize(
     product. Raises InputError for what cannot be done, FloatingPointError should the energy or the image cease to be
     finite.
     """
-    return improve(begin(texture, shape, settings, terms, mask, start, seed), between, callback)
+    beginning = begin(texture, shape, settings, terms, mask, start, seed).without_blocks()
+    return improve(beginning, between, callback)
 
 
 def improve(

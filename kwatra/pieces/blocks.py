@@ -135,7 +135,7 @@ class BlockStart:
 
     def run(self) -> Tensor:
         """Lay all blocks, row by row, and again where seams cost most."""
-        self._fill([self._box(corner) for corner in product(*self.starts)])
+        self._fill(self._boxes())
         return self.where
 
     @property
@@ -155,8 +155,7 @@ class BlockStart:
         kept = self.sheet.places[other.sheet.filled]
         other.shown = np.bincount(kept, minlength=self.shown.size).astype(float).reshape(self.shown.shape)
         other.candidates = self.candidates.on(other.sheet)
-        boxes = [self._box(corner) for corner in product(*self.starts)]
-        other._fill([box for box in boxes if not other.sheet.filled_at(other.sheet.indices(box)).all()])
+        other._fill([box for box in self._boxes() if not other.sheet.filled_at(other.sheet.indices(box)).all()])
         return other
 
     def _fill(self, boxes: Sequence[Box]) -> None:
@@ -167,6 +166,10 @@ class BlockStart:
             half = tuple(max(b // 2, 1) for b in self.corners.block)
             costly = partial(self._costly, Regions(self.sheet, half, self.generator))
             lay_again(self.sheet, costly, partial(self._lay, again=True), Budget(round(AGAIN * len(boxes)), PATIENCE))
+
+    def _boxes(self) -> list[Box]:
+        """Those of all blocks, row by row."""
+        return [self._box(corner) for corner in product(*self.starts)]
 
     def _box(self, corner: Sequence[int]) -> Box:
         return Box(tuple(corner), self.corners.block).clipped(self.shape, self.sheet.periodic)

@@ -125,7 +125,7 @@ class Sheet(Generic[S]):
             start = tuple(s - (d == axis) for d, s in enumerate(box.start))
             extent = tuple(e + (d == axis) for d, e in enumerate(box.extent))
             seams[self.indices(Box(start, extent).clipped(self.shape, self.periodic))] = 0
-        self.total = summed([*self.seams])
+        self.total = summed(self.seams)
 
     @property
     def filled(self) -> np.ndarray:

@@ -50,14 +50,15 @@ LEAST = 8
 
 
 class Laid(NamedTuple):
-    """Blocks that are laid, and the resolution of their source map."""
+    """A source map (n, *S) of copied blocks, its resolution, and the blocks."""
 
-    blocks: BlockStart
+    where: Tensor
     factors: tuple[int, ...]
+    blocks: BlockStart
 
 
 def block_start(task: "Task", exemplar: Exemplar) -> Laid:
-    """Copied blocks, laid at the finest resolution at which that costs little.
+    """Copied blocks, at the finest resolution at which laying them costs little.
 
     Blocks agree with what the terms want; a mask only hides that, blocks run on behind it.
     """
@@ -85,8 +86,7 @@ def block_start(task: "Task", exemplar: Exemplar) -> Laid:
         places=[*controls.place_charges(here, size).values()],
         wish=wish,
     )
-    blocks.run()
-    return Laid(blocks, factors)
+    return Laid(blocks.run(), factors, blocks)
 
 
 def _usage(exemplar: Exemplar, shape: Sequence[int], wished: bool) -> float:

@@ -1,9 +1,11 @@
+from weakref import ref
+
 import pytest
 import torch
 
 from kwatra import Exemplar, InputError, Level, Settings, begin, improve, optimize
 from kwatra.base import generator_of
-from kwatra.pieces import Box
+from kwatra.pieces import BlockStart, Box
 
 SMALL = Settings(levels=(Level(2, 8, 2), Level(1, 8, 2)))
 
@@ -58,3 +60,20 @@ def test_where_no_blocks_are_laid_none_is_seen_nor_laid_anew():
         beginning.copied()
     with pytest.raises(InputError, match="begins with no blocks to lay anew"):
         beginning.anew(Box((0, 0), (8, 8)), seed=0)
+
+
+def test_blocks_are_not_kept_while_the_levels_improve_what_they_are_of(monkeypatch):
+    starts, run = [], BlockStart.run
+
+    def watched(self):
+        starts.append(ref(self))
+        return run(self)
+
+    monkeypatch.setattr(BlockStart, "run", watched)
+    alive = []
+    optimize(Exemplar.of(texture()), (40, 44), settings=SMALL, callback=lambda p: alive.append(starts[0]() is not None))
+    assert alive == [False] * 4
+    beginning = begin(Exemplar.of(texture()), (40, 44), SMALL)
+    assert torch.equal(improve(beginning.without_blocks()).image, improve(beginning).image)
+    with pytest.raises(InputError, match="no blocks to lay anew"):
+        beginning.without_blocks().anew(Box((0, 0), (8, 8)), seed=0)
