@@ -58,6 +58,14 @@ def _threads_as_they_were() -> Iterator[None]:
 
 
 @pytest.fixture
+def in_turn() -> None:
+    """One thread, so that what threads would share is done in turn."""
+    import torch
+
+    torch.set_num_threads(1)
+
+
+@pytest.fixture
 def recomputed_seams() -> Callable[[Any], np.ndarray]:
     """The seam costs of a sheet computed anew from its places alone: what it remembers, at every moment."""
 

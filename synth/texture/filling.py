@@ -19,6 +19,7 @@ from kwatra import Exemplar, Feature, HardPixels, InputError, Level, Prepared, P
 from kwatra.base import tensor_of
 from kwatra.scoring import WINDOW, Ranking
 from synth.texture.form import Form, Image
+from synth.texture.runs import seed_of
 from synth.texture.synthesis import Synthesis
 from synth.texture.work import PRESETS
 
@@ -136,7 +137,7 @@ class _Filling:
             shape,
             settings=self.settings,
             terms=self.rest,
-            seed=seed + 1000 * number,
+            seed=seed_of(seed, number),
             callback=self._part(number, 0.0, 0.8),
         )
         levels = self.settings.levels or ()

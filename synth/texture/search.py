@@ -14,12 +14,13 @@ from typing import NamedTuple
 
 import numpy as np
 import torch
+from torch import Tensor
 
 from kwatra import Beginning, Exemplar, Progress, Result, Settings, improve
-from kwatra.base import apart, generator_of
+from kwatra.base import generator_of
 from kwatra.pieces import Box, visible_seams
 from kwatra.scoring import Ranking, pasted
-from synth.texture.runs import BESIDE, MANY
+from synth.texture.runs import MANY, beside, seed_of, share_of
 
 TORN, LEAST_TORN = 0.01, 1e-4
 """How many times the logarithm of what seams show counts beside the figure that tries are ranked by, and what is added
@@ -88,94 +89,90 @@ class Search:
         pictures = source.pictures()
         self._ranking = Ranking(pictures, thorough=effort.tries >= MANY)
         self._channels, self._area = len(pictures[0]), sum(picture[0].numel() for picture in pictures)
-        self._figures, self._done, self._telling = dict[int, float](), 0, Lock()
+        self._done, self._telling = 0, Lock()
 
     def best(self, begin: Callable[..., Beginning]) -> Result:
         """What is made of the best beginning; each is told its settings and seed.
 
         Memory is that of as many beginnings as are tried together.
         """
+        return improve(self._found(begin).without_blocks(), callback=self._rest())
+
+    def _found(self, begin: Callable[..., Beginning]) -> Beginning:
+        """The best beginning."""
         first, tries = self.effort.first, self.effort.tries
 
         def begun(number: int, settings: Settings | None = None) -> Beginning:
             if number == 1:  # meanwhile the first looks at the texture
                 self._ranking.describe((self._channels, *self.size))
             way = self.ways[number % len(self.ways)] if settings is None else settings
-            return begin(settings=way, seed=self._seed(number))
+            return begin(settings=way, seed=seed_of(self.seed, number))
 
         if tries == 1:
-            return improve(begun(0), callback=self.callback)
-        best = self._best_of(begun, range(first), None)
-        if best.beginning.blocks is None:  # exactly periodic, so that all are the same
-            pass
-        elif self._spread() < ALIKE:
-            for number in range(first, first + PARTS * self.effort.more, PARTS):
-                best = self._best_of(partial(self._anew, best.beginning), range(number, number + PARTS), best, 1)
-        elif self.effort.more:
+            return begun(0)
+        best, figures = self._best_of(begun, range(first))
+        if tries == first or best.beginning.blocks is None:  # of what is exactly periodic all are the same
+            return best.beginning
+        if self._spread(figures) >= ALIKE:
             same = partial(begun, settings=best.beginning.task.settings)
-            best = self._best_of(same, range(first, tries), best)
-        return improve(best.beginning, callback=self._last())
+            return self._best_of(same, range(first, tries), best)[0].beginning
+        for number in range(first, first + PARTS * self.effort.more, PARTS):
+            best, _ = self._best_of(partial(self._anew, best.beginning), range(number, number + PARTS), best, 1)
+        return best.beginning
 
-    def _spread(self) -> float:
+    def _spread(self, figures: Sequence[float]) -> float:
         """The standard deviation of the first tries' figures that were begun in one way."""
-        figures = [self._figures[number] for number in range(self.effort.first)]
         ways = [figures[way :: len(self.ways)] for way in range(len(self.ways))]
         return float(np.sqrt(np.mean([np.var(way) for way in ways if way])))
 
     def _best_of(
-        self, make: Callable[[int], Beginning], numbers: Sequence[int], best: Ranked | None, share: int = PARTS
-    ) -> Ranked:
-        """The best, or of equals the first, of the best so far and of those that are made; threads share these.
+        self, make: Callable[[int], Beginning], numbers: Sequence[int], best: Ranked | None = None, share: int = PARTS
+    ) -> tuple[Ranked, list[float]]:
+        """The best, or of equals the first, of the best so far and of those that are made; and the figures of these.
 
-        share: how many of a try's PARTS each is.
+        Threads share them. share: how many of a try's PARTS each is.
         """
 
-        def keep(number: int) -> None:
+        def keep(number: int) -> float:
             nonlocal best
-            made = self._ranked(number, make(number))
+            beginning = make(number)
+            image, where = beginning.copied()
+            made = Ranked(self._figure(image, where), number, beginning)
             with self._telling:
                 best = made if best is None else min(best, made, key=lambda one: one[:2])
-                self._figures[number] = made.figure
-                self._tell(made, share)
+                self._tell(made.figure, image, share)
+            return made.figure
 
-        apart(keep, numbers, min(torch.get_num_threads() + 1, max(BESIDE // math.prod(self.size), 1)))
+        figures = beside(keep, numbers, self.size)
         assert best is not None
-        return best
+        return best, figures
 
     def _anew(self, beginning: Beginning, number: int) -> Beginning:
         """A beginning with a part of it laid anew, anywhere."""
-        seed = self._seed(number)
-        generator = generator_of(seed)
+        seed = seed_of(self.seed, number)
         first, extent = list[int](), list[int]()
-        for side, (place, share) in zip(
-            self.size, torch.rand(len(self.size), 2, generator=generator).tolist(), strict=True
-        ):
+        drawn = torch.rand(len(self.size), 2, generator=generator_of(seed)).tolist()
+        for side, (place, share) in zip(self.size, drawn, strict=True):
             extent.append(max(round((LEAST + (MOST - LEAST) * share) * side), 1))
             first.append(math.floor(place * side) - extent[-1] // 2)  # some lie across the border
         wraps = beginning.task.wraps
         return beginning.anew(Box(tuple(first), tuple(extent)).clipped(self.size, wraps), seed)
 
-    def _ranked(self, number: int, beginning: Beginning) -> Ranked:
-        """A beginning with its figure: of quality, of how large its copies are, and of what is seen of its seams."""
-        image, where = beginning.copied()
+    def _figure(self, image: Tensor, where: Tensor) -> float:
+        """Of copies and their source map: of quality, of how large copies are, and of what is seen of their seams."""
         figure = self._ranking(image.cpu()) + PASTED * pasted(where, self._area)
-        figure += TORN * math.log(visible_seams(self.source, where) + LEAST_TORN)
-        return Ranked(figure, number, beginning)
+        return figure + TORN * math.log(visible_seams(self.source, where) + LEAST_TORN)
 
-    def _seed(self, number: int) -> int:
-        return self.seed + 1000 * number
-
-    def _tell(self, made: Ranked, share: int) -> None:
+    def _tell(self, figure: float, image: Tensor, share: int) -> None:
         """Tell the callback of one more share of a try that is done; what is left then counts as one try."""
         self._done += share
         if self.callback is not None:
-            fraction, image = self._done / PARTS / (self.effort.tries + 1), made.beginning.copied()[0]
-            attempt = -(-self._done // PARTS)
-            self.callback(Progress(fraction, 0, 0, made.figure, image, attempt, self.effort.tries))
+            tries, attempt = self.effort.tries, -(-self._done // PARTS)
+            self.callback(Progress(self._done / PARTS / (tries + 1), 0, 0, figure, image, attempt, tries))
 
-    def _last(self) -> Callable[[Progress], None] | None:
+    def _rest(self) -> Callable[[Progress], None] | None:
         """The callback for what is made of the best, once all are tried."""
         callback, tries = self.callback, self.effort.tries
-        if callback is None:
-            return None
-        return lambda p: callback(replace(p, fraction=(tries + p.fraction) / (tries + 1), attempt=tries, tries=tries))
+        if callback is None or tries == 1:
+            return callback
+        return share_of(lambda p: callback(replace(p, attempt=tries, tries=tries)), tries, tries + 1)

@@ -18,11 +18,6 @@ NOISE = Exemplar.of(torch.rand(1, 32, 32, generator=torch.Generator().manual_see
 
 
 @pytest.fixture
-def in_turn():
-    torch.set_num_threads(1)
-
-
-@pytest.fixture
 def ranked(monkeypatch):
     """Has beginnings ranked by a list of figures, and gives the images and source maps that were, in turn."""
 
@@ -122,9 +117,9 @@ def test_a_figure_counts_what_is_pasted_and_what_is_torn(monkeypatch):
 def test_blocks_are_larger_in_every_other_first_try_where_more_follows(monkeypatch):
     noise, begun = torch.rand(1, 32, 32, generator=torch.Generator().manual_seed(0)), []
 
-    def spied(*args, settings, seed):
+    def spied(*args, settings, **more):
         begun.append(settings.block)
-        return begin(*args, settings, seed=seed)
+        return begin(*args, settings, **more)
 
     monkeypatch.setattr("kwatra.begin", spied)
     synthesize(noise, (32, 32), levels=((1, 8),))
@@ -172,7 +167,7 @@ def test_progress_is_told_of_each_try_and_of_the_rest():
 @pytest.mark.parametrize(("pixels", "together"), [(40 * 44 * 2, 1), (40 * 44 * 2 - 1, 2)])
 def test_beginnings_are_tried_side_by_side_where_memory_allows_and_the_same_is_kept(pixels, together, monkeypatch):
     used = []
-    monkeypatch.setattr(search, "BESIDE", pixels)
+    monkeypatch.setattr("synth.texture.runs.BESIDE", pixels)
     rank = Mock(side_effect=lambda image: used.append(torch.get_num_threads()) or float(image.mean()))
     monkeypatch.setattr(search, "Ranking", lambda pictures, thorough: rank)
     made = []

@@ -110,11 +110,6 @@ def test_the_best_of_several_runs_is_chosen_among_the_smallest_pictures_too(side
     assert set(made.image.ravel()) <= set(range(int(brick(side).min()), int(brick(side).max()) + 1))
 
 
-@pytest.fixture
-def in_turn():
-    torch.set_num_threads(1)
-
-
 def ranking(rank):
     """What ranks by a function, and needs no description."""
     figure = Mock(side_effect=rank)
