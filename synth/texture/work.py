@@ -155,7 +155,7 @@ class Work(Generic[Image]):
         if self.effort is not None:
             ways = [settings, replace(settings, block=LARGER)] if self.effort.more else [settings]
             search = Search(self.effort, ways, size, part.seed(seed), callback, self.source)
-            return search.best(partial(kwatra.begin, source, size))
+            return search.best(partial(kwatra.begin, source, size, terms=terms))
         run = partial(
             kwatra.optimize, source, size, settings=settings, terms=terms, mask=self.mask,
             start="aligned" if self.start is None else self.start,

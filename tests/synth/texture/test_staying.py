@@ -5,6 +5,7 @@ import torch
 
 from kwatra import Exemplar, InputError
 from kwatra.terms.stay import STAYING
+from synth import synthesize
 from synth.texture.staying import ENLARGED, LARGEST, staying
 
 
@@ -40,3 +41,13 @@ def test_what_has_no_places_does_not_stay():
     assert staying(None, Exemplar.of(torch.rand(1, 16, 24)), (32, 48), tile=False) == []
     with pytest.raises(InputError, match="what tiles has no places"):
         staying(0.2, Exemplar.of(scene()), (4, 16, 24), tile=True)
+
+
+@pytest.mark.parametrize("preset", ["fast", "default"])
+def test_a_still_stays_if_it_is_asked_to(preset):
+    still = torch.rand(1, 40, 40, generator=torch.Generator().manual_seed(0))
+    place = torch.stack(torch.meshgrid(torch.arange(40), torch.arange(40), indexing="ij"))
+    made = synthesize(still, (40, 40), stay=5.0, preset=preset).result
+    assert torch.equal(made.where, place)
+    assert "stay" in made.energies[-1]
+    assert not torch.equal(synthesize(still, (40, 40), preset=preset).result.where, place)
