@@ -2,9 +2,9 @@
 
 The animation is run forward from its first frame and, for the last stretch, also backward from it: that is what leads
 into the first frame exactly. During that stretch the one turns into the other region by region, each at a time of its
-own that is carried along with it, the seam around it a minimum cut; as with all that is renewed, what was there fades.
-So the end differs from the rest by a few more regions renewed per frame, and the join is a pair of frames like any
-other.
+own that is carried along with it, the seam around it a minimum cut; of a video what was there fades, as with all that
+is renewed. So the end differs from the rest by a few more regions renewed per frame, and the join is a pair of frames
+like any other.
 """
 
 from collections.abc import Iterator
