@@ -199,10 +199,14 @@ def _settings(preset: str, wrap: tuple[bool, ...], levels: str | Sequence[tuple[
 
 
 def _effort(preset: str, shape: Sequence[int]) -> Effort:
-    """With what effort a still of some shape is begun."""
+    """With what effort a still of some shape is begun.
+
+    First tries are rounded up where none follow, else down: at any size `best` takes about eight times as long as
+    `default`, or less.
+    """
     share = min(SMALL / math.sqrt(math.prod(shape)), 1.0)
-    first, more = (int(count * share + 0.5) for count in astuple(STILLS[preset]))
-    return Effort(max(first, 1), more)
+    first, more = (count * share for count in astuple(STILLS[preset]))
+    return Effort(max(math.floor(first) if more else math.ceil(first), 1), math.floor(more + 0.5))
 
 
 def _images(exemplar: Image | Sequence[Image]) -> tuple[list[Image], Form[Image]]:

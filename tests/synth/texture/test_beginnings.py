@@ -11,7 +11,7 @@ from kwatra.scoring import pasted
 from synth import synthesize
 from synth.texture import search
 from synth.texture.search import ALIKE, LEAST, LEAST_TORN, MOST, PARTS, PASTED, TORN, Effort, Search
-from synth.texture.work import LARGER, STILLS
+from synth.texture.work import LARGER, STILLS, Work
 
 ONE = (Settings(),)
 NOISE = Exemplar.of(torch.rand(1, 32, 32, generator=torch.Generator().manual_seed(0)))
@@ -127,6 +127,21 @@ def test_blocks_are_larger_in_every_other_first_try_where_more_follows(monkeypat
     begun.clear()
     synthesize(noise, (32, 32), levels=((1, 8),), preset="best")
     assert begun[: STILLS["best"].first] == [0.5, LARGER] * (STILLS["best"].first // 2)
+
+
+def test_larger_stills_begin_with_fewer_tries_and_best_with_at_most_eight_times_as_many():
+    noise = torch.rand(1, 32, 32)
+    efforts = {
+        preset: [Work.of(noise, (side, side), preset=preset).effort for side in range(64, 3000, 37)]
+        for preset in ("fast", "default", "best")
+    }
+    assert {effort.tries for effort in efforts["fast"]} == {1}
+    assert sorted({effort.tries for effort in efforts["default"]}) == [1, 2, 3]
+    for default, best in zip(efforts["default"], efforts["best"], strict=True):
+        assert default.tries < best.tries < 8 * default.tries
+    for several in efforts.values():
+        tries = [effort.tries for effort in several]
+        assert tries == sorted(tries, reverse=True)
 
 
 def test_parts_lie_everywhere_and_are_a_quarter_to_half_as_long_as_the_output(ranked, monkeypatch):
