@@ -17,13 +17,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from scipy import ndimage
 
 from kwatra.cut.bands import Arcs, solve_in_bands
 from kwatra.cut.choices import FREE, TAKE
 
 MOST_AT_ONCE = 100_000
-"""Cuts over more free pixels than this are solved coarse to fine (kwatra.cut.bands): faster, and bounded in memory. In
-three dimensions a third of it is the limit, for there a flow takes far longer."""
+"""Cuts over more free pixels than this that hang together are solved coarse to fine (kwatra.cut.bands): faster, and
+bounded in memory. In three dimensions a third of it is the limit, for there a flow takes far longer."""
 
 Costs = tuple[np.ndarray, np.ndarray, np.ndarray]
 
@@ -55,8 +56,15 @@ def best_cut(
 
 
 def solved_at_once(choice: np.ndarray) -> bool:
-    """Whether a cut is solved as one network of all its free pixels."""
-    return int(np.count_nonzero(choice == FREE)) <= _most(choice)
+    """Whether a cut is solved as one network of all its free pixels: it is where none of their parts is too large."""
+    free, most = choice == FREE, _most(choice)
+    return int(np.count_nonzero(free)) <= most or _largest_part(free) <= most
+
+
+def _largest_part(free: np.ndarray) -> int:
+    """How many pixels the largest part has of those that are free: parts are cut as if they were alone."""
+    parts, _ = ndimage.label(free)
+    return int(np.bincount(parts[free]).max())
 
 
 def _most(choice: np.ndarray) -> int:

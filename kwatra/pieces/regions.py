@@ -16,6 +16,9 @@ from kwatra.pieces.boxes import Box, box_sums, wrapped
 from kwatra.pieces.sheet import Sheet
 from kwatra.pieces.stations import Stations
 
+BAND = 4
+"""All regions are scored in bands of so many of them, whose sums then stay near the processor."""
+
 
 class Regions:
     """Picks regions of `extent`, or of as much of it as the sheet admits; remembers where it has been."""
@@ -56,7 +59,9 @@ class Regions:
         if self._scores is None:
             self._scores = np.zeros([n if w else n - e + 1 for n, e, w in self._axes])
             self._highest = np.zeros(len(self._scores))
-            self._score(Box((0,) * len(self.extent), self.sheet.shape))
+            for first in range(0, self.sheet.shape[0], BAND * self.extent[0]):
+                band = min(BAND * self.extent[0], self.sheet.shape[0] - first)
+                self._score(Box((first, *(0,) * (len(self.extent) - 1)), (band, *self.sheet.shape[1:])))
         else:  # only what patches laid since then may have changed
             for patch in self.sheet.patches[self._known :]:
                 self._score(Box(tuple(s - 1 for s in patch.box.start), tuple(e + 2 for e in patch.box.extent)))

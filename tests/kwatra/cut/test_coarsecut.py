@@ -55,3 +55,15 @@ def test_in_three_dimensions_cuts_are_banded_sooner(shape, calls, monkeypatch) -
     monkeypatch.setattr(cut, "_solve", lambda *problem: (sizes.append(problem[2].sum()), solve(*problem))[1])
     best_cut(choice, pairs)
     assert len(sizes) == calls
+
+
+def test_parts_that_do_not_touch_are_cut_exactly_however_many_they_are(monkeypatch) -> None:
+    choice, pairs = problem((40, 40), 1)
+    choice[:, 7::8], choice[9::10, 3] = KEEP, TAKE
+    taking = np.random.default_rng(0).integers(-900, 900, choice.shape)
+    exact = best_cut(choice, pairs, taking)
+    largest = 8 * 40
+    monkeypatch.setattr(cut, "MOST_AT_ONCE", largest)
+    np.testing.assert_array_equal(best_cut(choice, pairs, taking), exact)
+    monkeypatch.setattr(cut, "MOST_AT_ONCE", largest // 3)
+    assert (best_cut(choice, pairs, taking) != exact).any()
