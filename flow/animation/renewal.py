@@ -122,8 +122,7 @@ class Renewal:
         self.tones = Tones(film.strip, settings.tones, film.grain, film.pages)
         self.aging = Aging(film, settings.aging)
         self.read = Reading(exemplar, settings.interpolation)
-        hidden = hidden_seams(film.strip) if film.motion is None else None
-        self.depth = None if hidden is None else torch.from_numpy(hidden.depth)
+        self.hidden = hidden = hidden_seams(film.strip) if film.motion is None else None
         self.blocks = Blocks(film, min(side_of(settings.block, hidden), *shape), hidden)
         self._beyond, self._unsure = (0, 0.0) if hidden is None else (round(_BEYOND * self.blocks.size), _UNSURE)
         self._share = exemplar.share

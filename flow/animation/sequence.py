@@ -197,8 +197,9 @@ class Motion:
         moved = inside & (source != state.source).any(0)
         older = self.upright(tidied(source, moved, inside), moved)
         source = self.film.onward(older)
-        if self.renewal.depth is not None:
-            source = overlapped(source, moved, inside, self.renewal.depth, self.film.read.usable)
+        if self.renewal.hidden is not None:
+            depth = torch.from_numpy(self.renewal.hidden.depth)
+            source = overlapped(source, moved, inside, depth, self.film.read.usable)
         lives = inside & (source != older).any(0)
         left = None if state.left is None else warp(state.left[None], look.coordinates, "nearest")[0] * look.known
         new, image, left, report = self.renewal(source, inside, generator, moved | lives, left)

@@ -6,12 +6,15 @@ from itertools import pairwise
 import numpy as np
 import pytest
 import torch
+from made import GROUND, MADE
 from skimage import data
 from torch import Tensor
 
 import flow
+from flow.animation import looping
 from flow.animation.settings import Renewing
 from kwatra import InputError
+from kwatra.pieces import SeamCost
 
 SHAPE = (56, 60)
 QUICK = Renewing(blocks=6, block=32, window=16, step=8)
@@ -104,3 +107,21 @@ def test_a_loop_of_one_frame_is_refused() -> None:
         flow.loop(gravel(), flow.uniform(), SHAPE, frames=1)
     with pytest.raises(InputError, match="a flow is 30x20 but the frame 60x56"):
         flow.loop(gravel(), flow.sampled(torch.zeros(2, 20, 30)), SHAPE, frames=8)
+
+
+def test_seams_between_the_ways_ahead_and_back_lead_through_few_elements(monkeypatch: pytest.MonkeyPatch) -> None:
+    stones = MADE["stones"](96, 24, 0)
+
+    def through() -> int:
+        """How many pairs of neighbors are parted within stones, in all frames of the turn."""
+        count = 0
+        for frame in list(flow.loop(stones.image, flow.vortices(2.0), (64, 64), frames=12))[7:]:
+            number = stones.numbers[tuple(frame.where)]
+            for axis in range(2):
+                one, other = (number.narrow(axis, first, 63) for first in range(2))
+                count += int(((one != other) & (one != GROUND) & (other != GROUND)).sum())
+        return count
+
+    now = through()
+    monkeypatch.setattr(looping._Back, "_cost", lambda self, mosaic, sources: SeamCost(mosaic))
+    assert now < 0.5 * through()

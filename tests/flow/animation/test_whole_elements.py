@@ -80,7 +80,7 @@ def test_a_block_goes_on_to_a_gap_around_it_where_there_are_gaps(gaps: bool, mon
     changed = (frame.source != source).any(0)
     changed[36 : 36 + renewal.blocks.size, 36 : 36 + renewal.blocks.size] = False
     assert bool(changed.any()) == gaps
-    assert renewal.depth is None or not gaps or not bool(changed[:20].any())
+    assert renewal.hidden is None or not gaps or not bool(changed[:20].any())
 
 
 def test_what_lies_in_another_picture_of_an_exemplar_does_not_go_on() -> None:
