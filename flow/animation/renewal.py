@@ -34,12 +34,12 @@ from flow.animation.film import Film
 from flow.animation.needs import neediest
 from flow.animation.placing import Spot, bounds, reach, settled, shift_of, taken_by, turn_of, upright, widened
 from flow.animation.reading import Reading, nearest_pixels, where_inside
+from flow.animation.scenes import home_of
 from flow.animation.settings import Renewing
 from flow.animation.stock import COUNTS, Coordinates, counted
 from flow.animation.term import gradient_weight
 from flow.animation.tones import Tones
 from flow.animation.wear import Wear, Worn
-from flow.warps import pixel_coordinates
 from kwatra.base import mean, total
 from kwatra.cut import along
 from kwatra.pieces import Box, Patch, Sheet, hidden_seams
@@ -74,7 +74,7 @@ class Carried:
     coordinates and seams; what is not usable of it, or not inside (H, W), is empty there. counts (H, W): where wear
     counts. worn: its wear; prices: what each tone costs; costs (2, H, W): what pixels cost by their tones and by age.
     left (H, W): how worn tries of blocks left what is there, on average over a block; None for videos, of which other
-    blocks are found in each frame.
+    blocks are found in each frame. place (2, H, W): where pixels of a scene belong (`flow.animation.scenes`), or None.
     """
 
     image: Tensor
@@ -87,6 +87,7 @@ class Carried:
     prices: Tensor
     costs: Tensor
     left: Tensor | None
+    place: Tensor | None
 
     @property
     def source(self) -> Tensor:
@@ -128,7 +129,6 @@ class Renewal:
         self._share = exemplar.share
         self.stock = Coordinates(exemplar, self.wear.variance, settings.seam)
         self._seams = self.stock.whole(hidden)
-        self._pixels = pixel_coordinates(shape)
         t = (torch.arange(self.blocks.size) - (self.blocks.size - 1) / 2) / (0.4 * self.blocks.size)
         bell = torch.exp(-t.square())
         self._bell = bell[:, None] * bell
@@ -143,17 +143,18 @@ class Renewal:
         generator: torch.Generator,
         moved: Tensor | None = None,
         left: Tensor | None = None,
+        place: Tensor | None = None,
     ) -> Renewed:
         """Renew a carried frame, given by its source coordinates (2, H, W).
 
         inside (H, W): True where texture belongs; elsewhere coordinates are left alone. generator: chooses what enters
         where there is nothing to agree with. moved (H, W): where texture can have worn at all (default: everywhere).
-        left (H, W): `Renewed.left` of the frame before, carried along (default: nothing was tried).
+        left (H, W): `Renewed.left` of the frame before, carried along (default: nothing was tried). place (2, H, W):
+        where in a scene pixels belong (default: anywhere).
         """
-        frame, size, most = self.begin(source, inside, moved, left), self.blocks.size, self.settings.blocks
+        frame, size, most = self.begin(source, inside, moved, left, place), self.blocks.size, self.settings.blocks
+        worn, lost = self._worn(frame, frame.worn.wear, frame.costs), inside & self.read.lost(source)
         usable = frame.usable
-        worn = self._worn(frame, frame.worn.wear, frame.costs)
-        lost = inside & self.read.lost(source)
         self._renew(frame, neediest(worn, lost, frame.left, size, most), generator)
         while bool((lost := lost & ~frame.usable).any()):
             self._renew(frame, neediest(torch.zeros_like(worn), lost, frame.left, size, most), generator)
@@ -167,7 +168,14 @@ class Renewal:
         }
         return Renewed(after.clone(), softened(frame.image, after, inside, self.read), frame.left, report)
 
-    def begin(self, source: Tensor, inside: Tensor, moved: Tensor | None = None, left: Tensor | None = None) -> Carried:
+    def begin(
+        self,
+        source: Tensor,
+        inside: Tensor,
+        moved: Tensor | None = None,
+        left: Tensor | None = None,
+        place: Tensor | None = None,
+    ) -> Carried:
         """A carried frame ready for renewal; arguments as of a call."""
         usable = inside & self.read.usable(source)
         image = self.read(source)
@@ -189,7 +197,7 @@ class Renewal:
         worn, costs = self.wear.of(image, source), torch.stack([prices[shown], self.aging.of(source)])
         if self.film.motion is None:
             left = torch.zeros_like(image[0]) if left is None else left.clone()
-        return Carried(image.clone(), image, weight, sheet, inside, counts, worn, prices, costs, left)
+        return Carried(image.clone(), image, weight, sheet, inside, counts, worn, prices, costs, left, place)
 
     def _costs(self, prices: Tensor, source: Tensor) -> Tensor:
         """What pixels that show source (2, *S) cost by their tones, at these prices, and by age: (2, *S)."""
@@ -229,16 +237,8 @@ class Renewal:
         return turn if self.blocks.holds(reach(self.blocks.size, turn)) else 0
 
     def _home(self, frame: Carried, spot: Spot) -> Tensor | None:
-        """The corner (2,), x first, in its frame, of the exemplar's block that is most of what a spot of a scene shows.
-
-        None where texture is missing, so that what enters may come from anywhere, and where places tell nothing.
-        """
-        if not self.film.scene or not bool(frame.usable[spot].all()):
-            return None
-        here = (slice(None), *spot)
-        corner = frame.source[here] - (self._pixels[here] - self._pixels[here][:, :1, :1])
-        corner[1] -= frame.source[here][1] // self.film.pitch * self.film.pitch
-        return corner.flatten(1).median(1).values
+        """The corner (2,) of the block that belongs to a spot; None where texture is missing or places tell nothing."""
+        return None if frame.place is None or not bool(frame.usable[spot].all()) else home_of(frame.place, spot)
 
     def _in_place(self, frame: Carried, spot: Spot, patch: Patch) -> Patch:
         """A block moved to where the copy is that it was found again for, if it then lies in the exemplar."""

@@ -30,6 +30,7 @@ from flow.animation.film import Film
 from flow.animation.growing import grown
 from flow.animation.overlapping import overlapped
 from flow.animation.renewal import Renewal
+from flow.animation.scenes import places, places_onward
 from flow.animation.settings import PRESETS, VIDEO_PRESETS, Renewing
 from flow.animation.showing import Showing
 from flow.animation.state import State
@@ -202,9 +203,12 @@ class Motion:
             source = overlapped(source, moved, inside, depth, self.film.read.usable)
         lives = inside & (source != older).any(0)
         left = None if state.left is None else warp(state.left[None], look.coordinates, "nearest")[0] * look.known
-        new, image, left, report = self.renewal(source, inside, generator, moved | lives, left)
+        place = places_onward(self.film, state.place, state.source, look, state.inside)
+        new, image, left, report = self.renewal(source, inside, generator, moved | lives, left, place)
+        if place is not None:
+            place = torch.where(self.film.read.usable(source), place, places(self.film, new))
         shown, fading = self.showing.next(state, look, source, new, inside, image)
-        return self._frame(State(number, new, inside, shown, fading, left), report)
+        return self._frame(State(number, new, inside, shown, fading, left, place), report)
 
     def _flow(self, number: int) -> Tensor:
         """The flow (2, H, W) from a frame to the next; that of a steady field is asked for once."""

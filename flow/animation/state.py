@@ -14,7 +14,8 @@ class State:
     that it was grown to (`flow.animation.growing`). inside (H, W): where there is texture.
     image (C, H, W): what is shown, and of maps that go along (C + M, H, W). fading (2 + 1 + C + M, H, W): of a video
     what fades below that (`flow.animation.fading`); None where nothing does. left (H, W): of a picture how worn blocks
-    were left that were tried (`flow.animation.renewal`); None where none was.
+    were left that were tried (`flow.animation.renewal`); None where none was. place (2, H, W): of a scene where
+    each pixel belongs (`flow.animation.scenes`); None where it is its texture's own place.
     """
 
     number: int
@@ -23,3 +24,4 @@ class State:
     image: Tensor
     fading: Tensor | None = None
     left: Tensor | None = None
+    place: Tensor | None = None

@@ -25,7 +25,7 @@ from synth.io.outputs import TEMPORARY, Writer, bytes_writer, check_writable, wr
 
 _STATE = ".state.npz"
 _TENSORS = ("source", "inside", "image")
-_MAYBE = ("fading", "left")
+_MAYBE = ("fading", "left", "place")
 _FRAME = re.compile(r"(\d{6,})\.(png|tif)")
 
 

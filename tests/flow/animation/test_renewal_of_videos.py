@@ -27,16 +27,18 @@ def test_where_a_video_is_shown_without_its_grain_grainy_texture_is_cheaper() ->
     assert float(smooth) > float(grainy) + renewal.wear.variance
 
 
-def test_of_a_scene_a_block_comes_from_where_in_its_frame_that_at_its_spot_came_from() -> None:
+def test_of_a_scene_a_block_comes_from_where_its_spot_belongs() -> None:
     brick = torch.from_numpy(data.brick()[:96, :96] / 255).float()
     film = replace(Film.of(Exemplar.of(brick.expand(1, 6, 96, 96))), scene=True)
     renewal, (x, y) = Renewal(film, SHAPE, QUICK), pixel_coordinates(SHAPE)
-    frame = renewal.begin(torch.stack([x + 11, y + 3 + 2 * film.pitch]), WHOLE)
-    assert renewal._home(frame, (slice(10, 34), slice(20, 44))).tolist() == [31.0, 13.0]
-    entering = renewal.begin(torch.stack([x - 11, y + 3 + 2 * film.pitch]), WHOLE)
+    place, spot = torch.stack([x + 11, y + 3]), (slice(10, 34), slice(20, 44))
+    frame = renewal.begin(torch.stack([x + 11, y + 8 + 2 * film.pitch]), WHOLE, place=place)
+    home = renewal._home(frame, spot)
+    assert home is not None
+    assert home.tolist() == [31.0, 13.0]
+    entering = renewal.begin(torch.stack([x - 11, y + 3 + 2 * film.pitch]), WHOLE, place=place)
     assert renewal._home(entering, (slice(10, 34), slice(0, 24))) is None
-    plain = Renewal(replace(film, scene=False), SHAPE, QUICK)
-    assert plain._home(frame, (slice(10, 34), slice(20, 44))) is None
+    assert renewal._home(renewal.begin(frame.source, WHOLE), spot) is None
     asked: list[Any] = []
     renewal.blocks.nearest = lambda *given: asked.append(given[4]) or torch.zeros(1, 2)  # type: ignore
     renewal._renew(frame, [(10, 20)], torch.Generator())
