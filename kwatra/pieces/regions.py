@@ -17,8 +17,8 @@ from kwatra.pieces.sheet import Sheet
 from kwatra.pieces.stations import Stations
 
 BAND = 4
-"""At first regions are scored in bands as high as so many of them, so that sums stay near the processor: in a picture of
-2048 a side scoring takes .28 s in all, .31 with 8, and .48 in one band."""
+"""At first regions are scored in bands as high as so many of them, so that sums stay near the processor: in a picture
+of 2048 a side scoring takes .28 s in all, .31 with 8, and .48 in one band."""
 
 
 class Regions:
