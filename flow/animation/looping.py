@@ -32,9 +32,7 @@ from flow.fields import Field, Shape
 from flow.warps import lookup, pixel_coordinates, warp
 from kwatra import Exemplar, InputError, Settings
 from kwatra.base import generator_of
-from kwatra.pieces import Box, Depth, Mosaic, Patch, SeamCost, Sheet
-from kwatra.pieces.gaps import CUTTING
-from kwatra.pieces.mosaic import by_place
+from kwatra.pieces import Box, Mosaic, Patch, SeamCost, Sheet
 
 _STRETCH = 24
 """The turn takes at most so many frames, and at most half of the loop: a bound, not tuned."""
@@ -162,9 +160,8 @@ class _Back:
         if hidden is None:
             return SeamCost(mosaic)
         places = [nearest_pixels(source, hidden.depth.shape).numpy() for source in sources]
-        deep = np.concatenate([by_place(hidden.depth[tuple(place)]) for place in places])
         deviation = sum(float(np.std(plane)) for plane in mosaic.planes)
-        return SeamCost(mosaic, depth=Depth(deep.__getitem__, CUTTING * hidden.hides * deviation))
+        return hidden.cost(mosaic, [hidden.depth[tuple(place)] for place in places], deviation)
 
 
 def _reversed(field: Field, frames: int) -> Field:

@@ -95,6 +95,14 @@ class Hidden(NamedTuple):
         unlike: Array = away / max(float(away.std()), 1e-9)
         return unlike
 
+    def cost(self, mosaic: Mosaic, depths: Sequence[Array], deviation: float) -> SeamCost:
+        """What seams of a mosaic cost, more through elements.
+
+        depths (*S) each: of its sources' pixels; deviation: the standard deviation of colors, in the mosaic's units.
+        """
+        deep = np.concatenate([by_place(depth) for depth in depths])
+        return SeamCost(mosaic, depth=Depth(deep.__getitem__, CUTTING * self.hides * deviation))
+
 
 def hidden_seams(exemplar: Exemplar) -> Hidden | None:
     """Where gaps between elements of still images hide seams, None if they do nowhere."""
@@ -113,5 +121,5 @@ def gaps(exemplar: Exemplar, mosaic: Mosaic, deviation: float) -> Gaps | None:
     hidden = hidden_seams(exemplar)
     if hidden is None:
         return None
-    cost = SeamCost(mosaic, depth=Depth(by_place(hidden.depth).__getitem__, CUTTING * hidden.hides * deviation))
+    cost = hidden.cost(mosaic, [hidden.depth], deviation)
     return Gaps(mosaic, cost, round(AROUND * hidden.hides * hidden.size), hidden.unlike, hidden.hides)
