@@ -43,9 +43,9 @@ def best_cut(
     """
     from kwatra.cut.network import at_once, energy
 
-    if solved_at_once(choice):
-        return at_once(choice, pairs, taking)
     free = choice == FREE
+    if solved_at_once(choice) or _largest_part(free) <= _most(choice):
+        return at_once(choice, pairs, taking)
     unary, arcs = energy(choice, pairs)
     if taking is not None:
         unary += taking
@@ -56,13 +56,12 @@ def best_cut(
 
 
 def solved_at_once(choice: np.ndarray) -> bool:
-    """Whether a cut is solved as one network of all its free pixels: it is where none of their parts is too large."""
-    free, most = choice == FREE, _most(choice)
-    return int(np.count_nonzero(free)) <= most or _largest_part(free) <= most
+    """Whether a cut has so few free pixels that it is solved as one network, however they hang together."""
+    return int(np.count_nonzero(choice == FREE)) <= _most(choice)
 
 
 def _largest_part(free: np.ndarray) -> int:
-    """How many pixels the largest part has of those that are free: parts are cut as if they were alone."""
+    """How many free pixels hang together at most: parts that do not are cut as if each were alone."""
     parts, _ = ndimage.label(free)
     return int(np.bincount(parts[free]).max())
 

@@ -9,7 +9,7 @@ import json
 import os
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 
 import numpy as np
@@ -24,8 +24,8 @@ from synth.io.numpy_files import npz_bytes, read_npz
 from synth.io.outputs import TEMPORARY, Writer, bytes_writer, check_writable, write_files
 
 _STATE = ".state.npz"
-_TENSORS = ("source", "inside", "image")
-_MAYBE = ("fading", "left", "place")
+_MAYBE = tuple(field.name for field in fields(State) if field.default is None)
+_TENSORS = tuple(field.name for field in fields(State) if field.name not in ("number", *_MAYBE))
 _FRAME = re.compile(r"(\d{6,})\.(png|tif)")
 
 
