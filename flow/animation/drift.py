@@ -14,12 +14,12 @@ _SPACE, _TIME = 8.0, 6.0
 def drift(exemplar: Exemplar) -> Tensor:
     """The motion (2, T, H, W) of an exemplar of videos, in px per frame, x first: from each frame, and in the last one.
 
-    It is the optical flow (`flow.seen`), averaged around every place and time where there is texture; 0 in frames too
-    small for it to be seen.
+    It is the optical flow (`flow.seen`), averaged around every place and time where there is texture; 0 in a single
+    frame, and in frames too small for it to be seen.
     """
     frames, height, width = exemplar.shape
     still = torch.zeros(2, frames, height, width, device=exemplar.canvas.device)
-    if min(height, width) < BORDER:
+    if frames < 2 or min(height, width) < BORDER:
         return still
     low, high = exemplar.canvas.amin(), exemplar.canvas.amax()
     pictures = (exemplar.canvas - low) / (high - low).clamp(min=1e-12)

@@ -65,15 +65,10 @@ def read_video(path: str | Path, rate: float = 25.0) -> Clip:
 
     A file's sound, and frames that last differently long, are told of in a line on stderr: neither is kept.
 
-    Raises InputError if it is missing or damaged, if its frames differ in size or kind, or if there is but one.
+    Raises InputError if it is missing, damaged or without frames, or if its frames differ in size or kind.
     """
     path = Path(path)
-    clip = _read_folder(path, rate) if path.is_dir() else _read_file(path)
-    if clip.frames.shape[1] < 2:
-        raise InputError(
-            f"{path} has {counted(clip.frames.shape[1], 'frame')} but a video needs at least 2; give a longer one"
-        )
-    return clip
+    return _read_folder(path, rate) if path.is_dir() else _read_file(path)
 
 
 def write_video(path: str | Path, frames: Tensor, rate: float, kind: Kind = _COLORS, overwrite: bool = False) -> None:

@@ -66,6 +66,7 @@ def test_drift_is_the_motion_of_what_only_moves_and_none_where_nothing_moves() -
     assert float((moving - torch.tensor([2.0, 0.0]).view(2, 1, 1, 1)).abs().max()) < 0.3
     assert float(drift(Exemplar.of(cloud(64, 72)[:, None].expand(-1, 5, -1, -1))).abs().max()) == 0
     assert float(drift(Exemplar.of(torch.rand(1, 3, 12, 40))).abs().max()) == 0
+    assert float(drift(Exemplar.of(torch.rand(1, 1, 40, 40))).abs().max()) == 0
 
 
 def test_what_drifts_is_followed_from_page_to_page() -> None:

@@ -35,8 +35,9 @@ def test_missing_exemplar(refused: Callable[..., str]) -> None:
     assert "none.png does not exist; check the name" in refused("score", "brick.png", "none.png")
 
 
-def test_folder_as_exemplar(refused: Callable[..., str]) -> None:
-    assert "a video needs at least 2" in refused("synth", ".")
+def test_folder_of_pictures_that_are_no_video(folder: Path, refused: Callable[..., str]) -> None:
+    write_image("larger.png", texture(size=(40, 40)), RGB)
+    assert "all frames must have one size and kind" in refused("synth", ".")
 
 
 def test_empty_exemplar(folder: Path, refused: Callable[..., str]) -> None:

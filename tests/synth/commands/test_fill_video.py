@@ -26,6 +26,15 @@ def drops(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> torch.Tensor:
     return read_video("drops").frames
 
 
+def test_a_hole_in_a_single_frame(drops):
+    write_video("one", drops[:, :1], 25.0)
+    assert main(["fill", "one", "--hole", "disc.png", "-o", "out", "--preset", "fast"]) == 0
+    made, hole = read_video("out").frames[:, 0], torch.zeros(20, 24, dtype=torch.bool)
+    hole[6:12, 8:15] = True
+    assert torch.equal(made[:, ~hole], drops[:, 0, ~hole])
+    assert not torch.equal(made, drops[:, 0])
+
+
 def test_a_hole_in_every_frame_and_one_in_space_and_time(drops):
     masks = torch.zeros(1, 8, 20, 24)
     masks[:, 3:5, 4:16, 6:18] = 1

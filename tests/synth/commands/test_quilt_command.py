@@ -149,7 +149,7 @@ def test_merge_keeps_what_it_must(folder: Path) -> None:
         ("quilt clip -o x --mode time --size 20x20", "use mode spacetime"),
         ("quilt clip -o x --frames 1", "'1' is no whole number from 2 to 1000000000000"),
         ("quilt clip -o x --loop --frames 11", "no loop of this clip"),
-        ("quilt one -o x", "1 frame but a video needs at least 2"),
+        ("quilt one -o x", "the video has one frame but needs at least two; give a longer one, or quilt the frame"),
         ("quilt differing -o x", "all frames must have one size"),
         ("quilt broken.mp4", "is no video that can be read"),
         ("merge a.png b.png --keep none.png", "is empty"),

@@ -175,6 +175,14 @@ def test_a_file_that_was_cut_off_is_refused(tmp_path: Path, name: str, sentence:
         read_video(tmp_path / name)
 
 
+@pytest.mark.parametrize("name", ["clip", "clip.mp4", "clip.gif", "clip.webm", "clip.mov"])
+def test_a_video_may_have_one_frame(tmp_path: Path, name: str) -> None:
+    write_video(tmp_path / name, frames()[:, :1], 25)
+    clip = read_video(tmp_path / name)
+    assert clip.frames.shape[1] == 1
+    assert clip.rate > 0
+
+
 def test_a_file_in_an_unknown_code_is_refused(tmp_path: Path) -> None:
     write_video(tmp_path / "clip.mp4", frames(), 25)
     (tmp_path / "clip.mp4").write_bytes((tmp_path / "clip.mp4").read_bytes().replace(b"avc1", b"none"))
