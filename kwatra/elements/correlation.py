@@ -5,11 +5,13 @@ that neither a hole's content nor a picture's border counts. Sums over channels 
 space: a principal component counts with its variance, whichever channels it is mixed from.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import torch
 import torch.nn.functional as F
+from scipy import fft
 from torch import Tensor
 
 from kwatra.base import total
@@ -109,22 +111,59 @@ def autocorrelation(images: list[tuple[Tensor, Tensor]]) -> Correlation:
 
 
 def _products(picture: Tensor, present: Tensor, reach: tuple[int, int]) -> tuple[Tensor, Tensor, Tensor, Tensor]:
-    """Covariance and both variances of what overlaps at each lag, times the overlap, and the overlap."""
+    """Covariance and both variances of what overlaps at each lag, times the overlap, and the overlap.
+
+    Channels and frames are looked at one by one: memory is that of a few arrays of all lags.
+    """
     inside = total(present).clamp(min=1)
     centered = torch.stack([channel - total(channel) / inside for channel in picture]) * present
-    size = [max(2 * s, s + r, 2 * r + 1) for s, r in zip(picture.shape[-2:], reach, strict=True)]
-    there, values, squares = (torch.fft.rfft2(t, s=size) for t in (present, centered, centered.square()))
+    size = [fft.next_fast_len(s + r, real=True) for s, r in zip(picture.shape[-2:], reach, strict=True)]
+    lags = 2 * reach[0] + 1, 2 * reach[1] + 1
+    together, first, overlap = (torch.zeros(lags, dtype=picture.dtype) for _ in range(3))
+    power = torch.zeros(size[0], size[1] // 2 + 1, dtype=picture.dtype)
+    frames = centered.reshape(len(centered), -1, *present.shape[-2:]).unbind(1)
+    for frame, there in zip(frames, present.reshape(-1, *present.shape[-2:]), strict=True):
+        over = _over(there, reach, size)
+        pixels = over(there).clamp(min=0)
+        first += over(frame.square().sum(0))
+        overlap += pixels
+        for channel in frame:
+            here = over(channel)
+            # what lies a lag further is what lay here, seen from there
+            together -= here * here.flip(-2, -1) / pixels.clamp(min=0.5)
+            first -= here.square() / pixels.clamp(min=0.5)
+            spectrum = torch.view_as_real(torch.fft.rfft2(channel, s=size))
+            power += spectrum.square().sum(-1)
+    together += _at_lags(torch.fft.irfft2(power, s=size), reach)
+    return together, first, first.flip(-2, -1), overlap
 
-    def at_lags(one: Tensor, other: Tensor) -> Tensor:
-        lags = torch.fft.irfft2(one.conj() * other, s=size)
-        down, right = (torch.arange(-r, r + 1) for r in reach)
-        return lags[..., down, :][..., right].reshape(-1, len(down), len(right))
 
-    overlap = at_lags(there, there).clamp(min=0)
-    each = overlap.repeat(len(picture), 1, 1).clamp(min=0.5)
-    here = at_lags(values, there.expand_as(values))
-    first = at_lags(squares, there.expand_as(values)) - here.square() / each
-    # what lies a lag further is what lay here, seen from there
-    moved, second = here.flip(-2, -1), first.flip(-2, -1)
-    together = at_lags(values, values) - here * moved / each
-    return together.sum(0), first.sum(0), second.sum(0), overlap.sum(0)
+def _over(present: Tensor, reach: tuple[int, int], size: list[int]) -> Callable[[Tensor], Tensor]:
+    """What sums a picture (H, W) at each lag over those of its pixels that lie on others, of which a lag further are.
+
+    That is a rectangle at each lag where all are present, else a correlation with what is.
+    """
+    if bool((present == 1).all()):
+        return partial(_in_rectangles, reach=reach)
+    there = torch.fft.rfft2(present, s=size)
+
+    def correlated(values: Tensor) -> Tensor:
+        return _at_lags(torch.fft.irfft2(torch.fft.rfft2(values, s=size).conj() * there, s=size), reach)
+
+    return correlated
+
+
+def _in_rectangles(values: Tensor, reach: tuple[int, int]) -> Tensor:
+    """The sum of values (H, W) over the rectangle in which they lie on themselves, moved by each lag."""
+    table = F.pad(values.cumsum(0).cumsum(1), (1, 0, 1, 0))
+    for axis, r in enumerate(reach):
+        lags = torch.arange(-r, r + 1)
+        end = table.index_select(axis, values.shape[axis] - lags.clamp(min=0))
+        table = end - table.index_select(axis, -lags.clamp(max=0))
+    return table
+
+
+def _at_lags(periodic: Tensor, reach: tuple[int, int]) -> Tensor:
+    """The lags up to `reach` of a correlation (H, W) in which those below 0 come last."""
+    down, right = (torch.arange(-r, r + 1) for r in reach)
+    return periodic[down][:, right]
