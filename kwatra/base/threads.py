@@ -16,18 +16,11 @@ Item = TypeVar("Item")
 Made = TypeVar("Made")
 
 
-def shared(call: Callable[[Item], Made], items: Sequence[Item]) -> list[Made]:
-    """What a call makes of each item, in their order; as many threads work on them as torch has.
+def shared(call: Callable[[Item], Made], items: Sequence[Item], together: int | None = None) -> list[Made]:
+    """What a call makes of each item, in their order, by several threads, of which the calling one is one.
 
-    The calling thread is one of them. Where the others are busy, as when calls share work of their own, it does all.
-    """
-    return _by_threads(torch.get_num_threads(), call, items)
-
-
-def apart(call: Callable[[Item], Made], items: Sequence[Item], together: int | None = None) -> list[Made]:
-    """As `shared`, of few and long calls, which themselves share work: torch's threads are divided among them.
-
-    together: how many calls are under way at a time; None for as many as there are threads.
+    together: how many calls are under way at a time; None for as many as torch has threads. Those are divided among
+    them: few calls may share work of their own. Where the others are busy the calling thread does all.
     """
     threads = torch.get_num_threads()
     together = min(threads if together is None else together, len(items))
@@ -46,8 +39,6 @@ def apart(call: Callable[[Item], Made], items: Sequence[Item], together: int | N
 
 def _by_threads(threads: int, call: Callable[[Item], Made], items: Sequence[Item]) -> list[Made]:
     """What a call makes of each item, in their order, on so many threads."""
-    if threads == 1 or len(items) < 2:
-        return [call(item) for item in items]
     made: dict[int, Made] = {}
     left = iter(range(len(items)))  # the next number goes to whoever asks
 
@@ -56,7 +47,7 @@ def _by_threads(threads: int, call: Callable[[Item], Made], items: Sequence[Item
             made[number] = call(items[number])
 
     pool = _pool(os.getpid())
-    helpers = [pool.submit(work) for _ in range(min(threads, len(items)) - 1)]
+    helpers = [pool.submit(work) for _ in range(threads - 1)]
     try:
         work()
     finally:

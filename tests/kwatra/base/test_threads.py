@@ -4,7 +4,7 @@ import time
 import pytest
 import torch
 
-from kwatra.base import apart, shared
+from kwatra.base import shared
 
 
 @pytest.fixture(params=[1, 2, 3])
@@ -50,12 +50,12 @@ def test_after_an_error_nobody_goes_on(threads):
 
 
 def test_long_calls_divide_threads_among_them_and_leave_their_number_as_it_was(threads):
-    assert apart(lambda _: torch.get_num_threads(), [0]) == [threads]
-    assert apart(lambda _: torch.get_num_threads(), range(2)) == [max(threads // 2, 1)] * 2
-    assert apart(lambda n: n + 1, range(5)) == [1, 2, 3, 4, 5]
-    assert apart(lambda _: torch.get_num_threads(), range(7), together=1) == [threads] * 7
+    assert shared(lambda _: torch.get_num_threads(), [0]) == [threads]
+    assert shared(lambda _: torch.get_num_threads(), range(2)) == [max(threads // 2, 1)] * 2
+    assert shared(lambda n: n + 1, range(5)) == [1, 2, 3, 4, 5]
+    assert shared(lambda _: torch.get_num_threads(), range(7), together=1) == [threads] * 7
     with pytest.raises(ValueError, match="no 1"):
-        apart(refuse, range(3))
+        shared(refuse, range(3))
     assert torch.get_num_threads() == threads
 
 
@@ -71,9 +71,9 @@ def test_so_many_long_calls_are_under_way_at_a_time(together):
         meeting.wait(timeout=20)
         under_way.remove(number)
 
-    apart(call, range(2 * together), together)
+    shared(call, range(2 * together), together)
     assert max(most) == together
-    assert apart(lambda _: torch.get_num_threads(), range(4), together) == [1] * 4
+    assert shared(lambda _: torch.get_num_threads(), range(4), together) == [1] * 4
 
 
 def refuse(number):
