@@ -8,7 +8,6 @@ wallpaper groups", section 3.
 """
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import torch

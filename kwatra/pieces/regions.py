@@ -19,8 +19,8 @@ from kwatra.pieces.sheet import Sheet
 from kwatra.pieces.stations import Stations
 
 BAND = 4
-"""At first regions are scored in bands as high as so many of them, which threads share: in one band the sums of a picture
-of 2048 a side would take 100 MB. With 8, or in one, scoring takes as long."""
+"""At first regions are scored in bands as high as so many of them, which threads share: in one band the sums of 2048 a
+side would take 100 MB. With 8, or in one, scoring takes as long."""
 
 
 class Regions:
