@@ -5,8 +5,9 @@ made once, by one thread, so bits depend neither on the number of threads nor on
 """
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from functools import cache
 from typing import TypeVar
 
@@ -33,6 +34,17 @@ def shared(call: Callable[[Item], Made], items: Sequence[Item], together: int | 
 
     try:
         return _by_threads(together, alone, items)
+    finally:
+        torch.set_num_threads(threads)
+
+
+@contextmanager
+def by_one_thread() -> Iterator[None]:
+    """Have torch use the calling thread alone: for small work, and for what threads would round differently."""
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        yield
     finally:
         torch.set_num_threads(threads)
 

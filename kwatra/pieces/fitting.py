@@ -13,6 +13,7 @@ import numpy as np
 import torch
 from scipy import fft, ndimage
 
+from kwatra.base import by_one_thread
 from kwatra.exemplar import Exemplar
 from kwatra.pieces.boxes import box_sums
 
@@ -86,7 +87,8 @@ def _fast(extent: tuple[int, ...]) -> tuple[int, ...]:
 
 def _forward(values: np.ndarray, size: tuple[int, ...]) -> np.ndarray:
     """Transforms of several (..., *S) on a grid of some size."""
-    spectrum: np.ndarray = torch.fft.rfftn(torch.from_numpy(values), size).numpy()
+    with by_one_thread():  # to wake another takes as long
+        spectrum: np.ndarray = torch.fft.rfftn(torch.from_numpy(values), size).numpy()
     return spectrum
 
 
@@ -102,7 +104,8 @@ def _correlated(ones: np.ndarray, others: np.ndarray) -> np.ndarray:
 
 def _inverse(spectrum: np.ndarray, size: tuple[int, ...], room: tuple[int, ...]) -> np.ndarray:
     """The values (..., *room) of transforms (..., *size)."""
-    values = torch.fft.irfftn(torch.from_numpy(spectrum), size)
+    with by_one_thread():
+        values = torch.fft.irfftn(torch.from_numpy(spectrum), size)
     some: np.ndarray = values.numpy()[(..., *(slice(r) for r in room))]
     return some
 

@@ -4,7 +4,7 @@ import time
 import pytest
 import torch
 
-from kwatra.base import shared
+from kwatra.base import by_one_thread, shared
 
 
 @pytest.fixture(params=[1, 2, 3])
@@ -56,6 +56,14 @@ def test_long_calls_divide_threads_among_them_and_leave_their_number_as_it_was(t
     assert shared(lambda _: torch.get_num_threads(), range(7), together=1) == [threads] * 7
     with pytest.raises(ValueError, match="no 1"):
         shared(refuse, range(3))
+    assert torch.get_num_threads() == threads
+
+
+def test_torch_uses_one_thread_for_a_while_and_as_many_as_before_even_after_an_error(threads):
+    alone = by_one_thread()(torch.get_num_threads)
+    assert alone() == 1
+    with pytest.raises(ValueError, match="no 1"):
+        by_one_thread()(refuse)(1)
     assert torch.get_num_threads() == threads
 
 
