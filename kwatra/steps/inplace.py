@@ -107,7 +107,7 @@ def _nearest(
             distance = away[window, k]
             for r in range(len(rows)):
                 a, b = first[window] + rows[r], there[window, k] + canvas_rows[r]
-                for i in range(weight.shape[1]):  # what may be negative is asked each time, and many not done at once
+                for i in range(weight.shape[1]):  # unsigned: else each is asked whether it counts from the end
                     apart = image[np.uint64(a + i)] - canvas[np.uint64(b + i)]
                     distance += weight[r, i] * apart * apart
                 if distance >= least:
