@@ -8,7 +8,7 @@ from kwatra.base.seeds import generator_of
 from kwatra.base.sizes import whole_sizes
 from kwatra.base.solver import Solution, conjugate_gradients
 from kwatra.base.tensors import tensor_of
-from kwatra.base.threads import apart, shared
+from kwatra.base.threads import by_one_thread, shared
 
 __all__ = [
     "AVERAGE",
@@ -16,7 +16,7 @@ __all__ = [
     "LARGEST",
     "InputError",
     "Solution",
-    "apart",
+    "by_one_thread",
     "check_mask",
     "coarse_shape",
     "conjugate_gradients",

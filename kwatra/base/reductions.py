@@ -8,6 +8,8 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
+from kwatra.base.threads import by_one_thread
+
 ROW = 1024
 """Values that are summed at a time."""
 
@@ -37,14 +39,10 @@ def product(a: Tensor, b: Tensor) -> Tensor:
     Threads would share summands, or rows, of which those at the ends of a share are rounded otherwise on some
     processors.
     """
-    threads = torch.get_num_threads()
-    torch.set_num_threads(1)
-    try:
+    with by_one_thread():
         made = a[:, :_STRETCH] @ b[:_STRETCH]
         for first in range(_STRETCH, a.shape[1], _STRETCH):
             made += a[:, first : first + _STRETCH] @ b[first : first + _STRETCH]
-    finally:
-        torch.set_num_threads(threads)
     return made
 
 

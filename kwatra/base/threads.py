@@ -5,8 +5,9 @@ made once, by one thread, so bits depend neither on the number of threads nor on
 """
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from functools import cache
 from typing import TypeVar
 
@@ -16,18 +17,11 @@ Item = TypeVar("Item")
 Made = TypeVar("Made")
 
 
-def shared(call: Callable[[Item], Made], items: Sequence[Item]) -> list[Made]:
-    """What a call makes of each item, in their order; as many threads work on them as torch has.
+def shared(call: Callable[[Item], Made], items: Sequence[Item], together: int | None = None) -> list[Made]:
+    """What a call makes of each item, in their order, by several threads, of which the calling one is one.
 
-    The calling thread is one of them. Where the others are busy, as when calls share work of their own, it does all.
-    """
-    return _by_threads(torch.get_num_threads(), call, items)
-
-
-def apart(call: Callable[[Item], Made], items: Sequence[Item], together: int | None = None) -> list[Made]:
-    """As `shared`, of few and long calls, which themselves share work: torch's threads are divided among them.
-
-    together: how many calls are under way at a time; None for as many as there are threads.
+    together: how many calls are under way at a time; None for as many as torch has threads. Those are divided among
+    them: few calls may share work of their own. Where the others are busy the calling thread does all.
     """
     threads = torch.get_num_threads()
     together = min(threads if together is None else together, len(items))
@@ -44,10 +38,19 @@ def apart(call: Callable[[Item], Made], items: Sequence[Item], together: int | N
         torch.set_num_threads(threads)
 
 
+@contextmanager
+def by_one_thread() -> Iterator[None]:
+    """Have torch use the calling thread alone: for small work, and for what threads would round differently."""
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(threads)
+
+
 def _by_threads(threads: int, call: Callable[[Item], Made], items: Sequence[Item]) -> list[Made]:
     """What a call makes of each item, in their order, on so many threads."""
-    if threads == 1 or len(items) < 2:
-        return [call(item) for item in items]
     made: dict[int, Made] = {}
     left = iter(range(len(items)))  # the next number goes to whoever asks
 
@@ -56,7 +59,7 @@ def _by_threads(threads: int, call: Callable[[Item], Made], items: Sequence[Item
             made[number] = call(items[number])
 
     pool = _pool(os.getpid())
-    helpers = [pool.submit(work) for _ in range(min(threads, len(items)) - 1)]
+    helpers = [pool.submit(work) for _ in range(threads - 1)]
     try:
         work()
     finally:

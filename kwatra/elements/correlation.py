@@ -14,7 +14,7 @@ import torch.nn.functional as F
 from scipy import fft
 from torch import Tensor
 
-from kwatra.base import total
+from kwatra.base import running, total
 from kwatra.elements.kept import kept_up_to
 from kwatra.exemplar import Exemplar
 
@@ -52,7 +52,7 @@ class Correlation:
     @cached_property
     def highest_near(self) -> Tensor:
         """The highest value (2 R + 1, 2 Q + 1) within a pixel of each lag: a repetition need not be whole pixels."""
-        return F.max_pool2d(self.value[None], 3, 1, 1)[0]
+        return running(torch.maximum, F.pad(self.value, (1, 1, 1, 1), value=-1.0), (3, 3))
 
 
 @kept_up_to(SMALL)

@@ -8,7 +8,6 @@ wallpaper groups", section 3.
 """
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import torch
@@ -114,23 +113,28 @@ def _lattice(found: Correlation, noise: float, least: float) -> Lattice | None:
 
 
 def reduced(vectors: Tensor) -> Tensor:
-    """The two shortest vectors (2, 2) of the lattice that two vectors span (Lagrange and Gauss)."""
-    short, long = sorted(vectors.tolist(), key=_squared)  # numbers: hundreds of pairs are tried
+    """The two shortest vectors (..., 2, 2) of lattices that two vectors each span (Lagrange and Gauss)."""
+    first, second = vectors.unbind(-2)
+    swapped = _squared(second) < _squared(first)
+    short, long = torch.where(swapped, second, first), torch.where(swapped, first, second)
+    done = torch.zeros_like(swapped)
     while True:
-        times = round((long[0] * short[0] + long[1] * short[1]) / _squared(short))
-        longer = [long[0] - times * short[0], long[1] - times * short[1]]
-        if _squared(longer) >= _squared(short) - 1e-9:
-            return torch.tensor([_upper(short), _upper(longer)], dtype=vectors.dtype)
-        short, long = longer, short
+        times = ((long * short).sum(-1, keepdim=True) / _squared(short)).round()
+        longer = torch.where(done, long, long - times * short)
+        done = _squared(longer) >= _squared(short) - 1e-9
+        if bool(done.all()):
+            return torch.stack([_upper(short), _upper(longer)], -2)
+        short, long = torch.where(done, short, longer), torch.where(done, longer, short)
 
 
-def _squared(vector: Sequence[float]) -> float:
-    return vector[0] * vector[0] + vector[1] * vector[1]
+def _squared(vectors: Tensor) -> Tensor:
+    return vectors.square().sum(-1, keepdim=True)
 
 
-def _upper(vector: list[float]) -> list[float]:
-    """The vector or its opposite, whichever points down, or right."""
-    return [-v for v in vector] if vector < [0, 0] else vector
+def _upper(vectors: Tensor) -> Tensor:
+    """Vectors (..., 2) or their opposites, whichever point down, or right."""
+    down, right = vectors.split(1, -1)
+    return torch.where((down < 0) | ((down == 0) & (right < 0)), -vectors, vectors)
 
 
 def _blob(found: Correlation) -> float:
@@ -157,7 +161,7 @@ def _chance(found: Correlation, vectors: Tensor) -> float:
 def _strongest(found: Correlation, noise: float) -> Tensor:
     """Lags (N, 2) of the strongest peaks on one side of 0; a peak counts less where chance makes larger ones."""
     value = found.value
-    around = F.max_pool2d(value[None], 5, 1, 2)[0]
+    around = running(torch.maximum, F.pad(value, (2, 2, 2, 2), value=-1.0), (5, 5))
     inner = running(torch.minimum, F.pad(found.overlap, (1, 1, 1, 1)), (3, 3)) > 0
     peak = (value == around) & inner & (value > 0)
     lags = peak.nonzero() - torch.tensor(found.reach)
@@ -172,7 +176,7 @@ def _finest(found: Correlation, lags: Tensor, noise: float) -> Tensor | None:
     if len(lags) < 2:
         return None
     pairs = lags[torch.combinations(torch.arange(len(lags)))].double()
-    pairs = torch.stack([reduced(pair) for pair in pairs[_area(pairs) > SHORTEST]] or [pairs[0] * 0])
+    pairs = reduced(pairs[_area(pairs) > SHORTEST])
     length = pairs.norm(dim=2)
     short, long = length.amin(1), length.amax(1)
     pairs = pairs[(_area(pairs) > 0.5 * short * long) & (short >= SHORTEST) & (long <= LONGEST * short)]

@@ -10,7 +10,7 @@ from kwatra.pieces.mosaic import Mosaic
 from kwatra.pieces.regions import Regions
 from kwatra.pieces.seams import Depth, SeamCost
 from kwatra.pieces.sheet import Cut, Patch, Sheet
-from kwatra.pieces.start import block_start, repeated
+from kwatra.pieces.start import block_start, looks, repeated
 from kwatra.pieces.stock import Stock
 from kwatra.pieces.visible import visible_seams
 
@@ -35,6 +35,7 @@ __all__ = [
     "gaps",
     "hidden_seams",
     "lay_again",
+    "looks",
     "repeated",
     "totals",
     "visible_seams",

@@ -190,11 +190,12 @@ class BlockStart:
         """
         luck = torch.rand(len(boxes), generator=self.generator, dtype=torch.float64).tolist()
         often = None if self.scene is None else self.scene.prices(self.used)
+        worn = self.candidates.worn(self.shown)
 
         def choose(numbers: Sequence[int]) -> list[Offer]:
             some = [boxes[number] for number in numbers]
             needed = None if again else self._needed(some)
-            chosen = self.candidates.choose(some, needed, self.shown, self.seams, [luck[number] for number in numbers])
+            chosen = self.candidates.choose(some, needed, worn, self.seams, [luck[number] for number in numbers])
             return [self._offered(box, *tried, often, again) for box, tried in zip(some, chosen, strict=True)]
 
         groups = self._groups(boxes)

@@ -62,7 +62,7 @@ def span_sums(values: np.ndarray, spans: Sequence[tuple[np.ndarray, np.ndarray]]
     every = [(np.zeros(1, np.int64), np.ones(1, np.int64))] * (AXES - axes) + [*spans]
     four = (math.prod(values.shape[: values.ndim - axes]), *volume(values, axes).shape[-AXES:])
     starts, stops = (tuple(span[side] for span in every) for side in (0, 1))
-    sums = sum_boxes(values.astype(np.float64).reshape(four), starts, stops).reshape(shape)
+    sums = sum_boxes(values.astype(np.float64, copy=False).reshape(four), starts, stops).reshape(shape)
     return np.asarray(sums, kind)
 
 

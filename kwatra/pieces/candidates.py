@@ -71,7 +71,7 @@ class Candidates:
         self.depths = None if asked.gaps is None else Agreement(asked.gaps.depth[None], corners, 1.0)
         still = len(corners.block) == 2
         again = CONTINUATION if still else CONTINUATION_IN_TIME
-        self._prices = asked.usage, again, NEAR if still and asked.aligned else 0.0
+        self._prices = again, NEAR if still and asked.aligned else 0.0
 
     def on(self, sheet: Sheet[Mosaic]) -> "Candidates":
         """The same for boxes of another sheet of the same mosaic."""
@@ -79,13 +79,19 @@ class Candidates:
         other.sheet = sheet
         return other
 
+    def worn(self, used: Array) -> Array:
+        """What blocks cost (*n) for how often they were used; used (*cell): how often each place of the mosaic was."""
+        mean = used.sum() / math.prod(self.corners.shape)
+        worn: Array = self.asked.usage * (self.corners.sums(used) / self.corners.pixels - mean)
+        return worn
+
     def choose(
-        self, boxes: Sequence[Box], needed: Array | None, used: Array, most: int, luck: Sequence[float]
+        self, boxes: Sequence[Box], needed: Array | None, worn: Array, most: int, luck: Sequence[float]
     ) -> list[tuple[Array, Array]]:
         """Of each of boxes of one extent first pixels (n, axes) of at most so many blocks, and their costs (n,).
 
         The cheapest come first. needed (b, *E): the pixels that a block has to fill if they are empty; None for none.
-        used (*cell): how often each place of the mosaic is shown. Where there is no seam to compare, or a wish decides,
+        worn (*n): what blocks cost for how often they were used. Where there is no seam to compare, or a wish decides,
         one block of about the least cost is drawn: luck (b,), 0 to 1, says which, and what else blocks cost if luck
         decides on that (`Asked`). Memory is that of a few arrays of the exemplar's size for each box.
         """
@@ -96,7 +102,7 @@ class Candidates:
             valid = self.corners.covering(needed & ~known)
         some, same = known.reshape(len(boxes), -1).any(1), self.corners.continuing(places, known)
         cost = self._disagreement(boxes, places, known, valid, same)
-        shown = shown_before(self.sheet, boxes, self.corners, used, same, self._prices)
+        shown = shown_before(self.sheet, boxes, self.corners, worn, same, self._prices)
         if self.asked.lattice is not None:
             for at in np.flatnonzero(some).tolist():
                 step = self._out_of_step(self.asked.lattice, boxes[at], known[at])
@@ -107,13 +113,12 @@ class Candidates:
 
     def _drawn(self, costs: Array, box: Box, most: int, luck: float) -> tuple[Array, Array]:
         """Of one box the blocks that are tried, given what all cost (n,)."""
-        from kwatra.pieces.weighing import pick
+        from kwatra.pieces.weighing import draw, pick
 
         if self.asked.luck:
             costs = costs + self.asked.luck * np.random.default_rng(int(luck * 2**53)).random(costs.size)
         if most == 1 or (self.asked.wish is not None and self.asked.wish.anything(self.sheet.indices(box))):
-            good = np.flatnonzero(costs <= costs.min() + TOLERANCE)
-            picks = good[[int(luck * len(good))]]
+            picks = draw(costs, TOLERANCE, luck)
         else:
             picks = pick(costs, most, ACCEPTABLE)
         return self.corners.at(picks), costs[picks]

@@ -92,23 +92,22 @@ def shown_before(
     sheet: Sheet[Mosaic],
     boxes: Sequence[Box],
     corners: Corners,
-    used: Array,
+    worn: Array,
     same: Array,
-    prices: tuple[float, float, float],
+    prices: tuple[float, float],
 ) -> Array:
     """What blocks at `corners` cost in boxes (b, *n) for what was shown before.
 
-    used (*cell): how often each place of the mosaic is. same (b, *n): how many pixels a block shows where they are
-    shown already: it then continues a copy. prices: what a block costs whose pixels were used once more than all on
-    average, which continues a copy, and, of stills, which is shown right beside as well.
+    worn (*n): what they cost for how often their pixels are. same (b, *n): how many pixels a block shows where they are
+    shown already: it then continues a copy. prices: what a block costs that continues a copy, and, of stills, that is
+    shown right beside as well.
     """
     from kwatra.pieces.weighing import charge_shown
 
-    (usage, again, beside), count = prices, len(boxes)
+    (again, beside), count, cost = prices, len(boxes), np.empty(same.shape)
     near = corners.sums(shown_near(sheet, boxes, max(corners.block))) if beside > 0 else np.empty((count, 0))
-    mean, cost = used.sum() / math.prod(corners.shape), np.empty(same.shape)
-    sums = corners.sums(used).ravel(), near.reshape(count, -1), same.reshape(count, -1), corners.pixels.ravel()
-    charge_shown(*sums, mean, usage, again, beside, cost.reshape(count, -1))
+    sums = worn.ravel(), near.reshape(count, -1), same.reshape(count, -1), corners.pixels.ravel()
+    charge_shown(*sums, again, beside, cost.reshape(count, -1))
     return cost
 
 

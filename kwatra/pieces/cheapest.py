@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from kwatra.base import apart
+from kwatra.base import shared
 from kwatra.cut import MOST, solved_at_once
 from kwatra.pieces.mosaic import Mosaic
 from kwatra.pieces.sheet import Cut, Patch, Sheet, Window
@@ -42,7 +42,7 @@ def cheapest_cuts(sheet: Sheet[Mosaic], offers: Sequence[Offer]) -> list[Cut | N
 
     small = [solved_at_once(offer.window.laid) for offer in offers]
     large = [offer for offer, at_once in zip(offers, small, strict=True) if not at_once]
-    cuts = iter(apart(partial(_one_by_one, sheet), large))
+    cuts = iter(shared(partial(_one_by_one, sheet), large))
     found = iter(cheapest_of([_tried(sheet, offer) for offer, at_once in zip(offers, small, strict=True) if at_once]))
     chosen = zip(offers, small, strict=True)
     return [_cut_of(offer, next(found)) if at_once else next(cuts) for offer, at_once in chosen]

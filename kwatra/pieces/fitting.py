@@ -9,12 +9,11 @@ the stretch's.
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import torch
 from scipy import fft, ndimage
 
+from kwatra.base import by_one_thread
 from kwatra.exemplar import Exemplar
 from kwatra.pieces.boxes import box_sums
 
@@ -87,9 +86,9 @@ def _fast(extent: tuple[int, ...]) -> tuple[int, ...]:
 
 
 def _forward(values: np.ndarray, size: tuple[int, ...]) -> np.ndarray:
-    """Transforms of several (..., *S) on a grid of some size; of lines along the last axis only theirs are."""
-    lines = fft.rfft(values, size[-1])
-    spectrum: np.ndarray = fft.fftn(lines, size[:-1], range(-len(size), -1), overwrite_x=True)
+    """Transforms of several (..., *S) on a grid of some size."""
+    with by_one_thread():  # to wake another takes as long
+        spectrum: np.ndarray = torch.fft.rfftn(torch.from_numpy(values), size).numpy()
     return spectrum
 
 
@@ -104,14 +103,11 @@ def _correlated(ones: np.ndarray, others: np.ndarray) -> np.ndarray:
 
 
 def _inverse(spectrum: np.ndarray, size: tuple[int, ...], room: tuple[int, ...]) -> np.ndarray:
-    """The values (..., *room) of transforms (..., *size); lines beyond are not transformed along the last axis.
-
-    A spectrum may be written over.
-    """
-    lines = fft.ifftn(spectrum, axes=range(-len(size), -1), norm="forward", overwrite_x=True)
-    lines = lines[(..., *(slice(0, r) for r in room[:-1]), slice(None))]
-    values: np.ndarray = fft.irfft(lines, size[-1], norm="forward")[..., : room[-1]] * (1 / math.prod(size))
-    return values
+    """The values (..., *room) of transforms (..., *size)."""
+    with by_one_thread():
+        values = torch.fft.irfftn(torch.from_numpy(spectrum), size)
+    some: np.ndarray = values.numpy()[(..., *(slice(r) for r in room))]
+    return some
 
 
 def continued(exemplar: Exemplar) -> torch.Tensor:

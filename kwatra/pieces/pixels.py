@@ -12,6 +12,7 @@ import numpy as np
 
 from kwatra.base.compiled import jitted
 from kwatra.cut.choices import FREE, KEEP, TAKE, VOID
+from kwatra.pieces.loops import sum_boxes
 
 
 @jitted
@@ -103,6 +104,41 @@ def recount(take: Any, new: Any, old: Any, kept: Any, counts: Any) -> None:
             counts[new[i]] += 1
             if kept[i] == KEEP:
                 counts[old[i]] -= 1
+
+
+@jitted
+def score(seams: Any, tried: Any, low: Any, high: Any, extent: Any, scores: Any, highest: Any) -> None:
+    """Set the scores of regions of `extent` (3,) that begin from low (3,) to before high (3,), and the highest ones.
+
+    A score (*n) is what the seams within a region cost, times what a region that begins there counts (`tried`, *S).
+    highest (*n[:-1]): of scores along the last axis, which are all looked at only where the one that was highest fell.
+    """
+    shape = high[0] - low[0], high[1] - low[1], high[2] - low[2]
+    lines = _lines((shape[0] + extent[0] - 1, shape[1] + extent[1] - 1, shape[2] + extent[2] - 1))
+    _follow(low, tried.shape, lines)
+    under = np.zeros((1, len(lines[0]), len(lines[1]), len(lines[2])))
+    for seam in seams:
+        for i in range(under.shape[1]):
+            for j in range(under.shape[2]):
+                one, other = lines[0][i], lines[1][j]
+                for k in range(under.shape[3]):
+                    under[0, i, j, k] += seam[one, other, lines[2][k]]
+    starts = np.arange(shape[0]), np.arange(shape[1]), np.arange(shape[2])
+    stops = starts[0] + extent[0], starts[1] + extent[1], starts[2] + extent[2]
+    sums = sum_boxes(under, starts, stops)
+    for i in range(shape[0]):
+        for j in range(shape[1]):
+            one, other = lines[0][i], lines[1][j]
+            old, new = 0.0, 0.0
+            for k in range(shape[2]):
+                last = lines[2][k]
+                old = max(old, scores[one, other, last])
+                scores[one, other, last] = sums[0, i, j, k] * tried[one, other, last]
+                new = max(new, scores[one, other, last])
+            if new >= highest[one, other]:
+                highest[one, other] = new
+            elif old == highest[one, other]:
+                highest[one, other] = scores[one, other].max()
 
 
 @jitted

@@ -7,18 +7,20 @@ box with the costliest seams, or with random placement any box.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import torch
 
-from kwatra.pieces.boxes import Box, box_sums, wrapped
+from kwatra.base import shared
+from kwatra.pieces.boxes import Box, box_sums, in_volume, volume, wrapped
 from kwatra.pieces.sheet import Sheet
 from kwatra.pieces.stations import Stations
 
 BAND = 4
-"""At first regions are scored in bands as high as so many of them, so that sums stay near the processor: in a picture
-of 2048 a side scoring takes .28 s in all, .31 with 8, and .48 in one band."""
+"""At first regions are scored in bands as high as so many of them, which threads share: in one band the sums of 2048 a
+side would take 100 MB. With 8, or in one, scoring takes as long."""
 
 
 class Regions:
@@ -30,7 +32,7 @@ class Regions:
         self.tried = np.ones(sheet.shape, np.float32)
         self._stations: Stations | None = None
         self._scores: np.ndarray | None = None
-        self._highest = np.zeros(0)  # of the scores of each row
+        self._highest = np.zeros(())  # of the scores along each line of the last axis
         self._known = 0
 
     def first(self) -> Box:
@@ -52,49 +54,48 @@ class Regions:
 
     def _half_filled(self, count: np.ndarray) -> np.ndarray:
         """1 where half of a region's pixels are filled, less where more or fewer, -1 where all or none."""
-        volume = int(np.prod(self.extent))
-        return np.where((count > 0) & (count < volume), 1 - np.abs(count / volume - 0.5), -1)
+        whole = int(np.prod(self.extent))
+        return np.where((count > 0) & (count < whole), 1 - np.abs(count / whole - 0.5), -1)
 
     def costliest(self) -> Box | None:
         """The region whose seams cost most, regions lately visited counting less; None without seams."""
         if self._scores is None:
             self._scores = np.zeros([n if w else n - e + 1 for n, e, w in self._axes])
-            self._highest = np.zeros(len(self._scores))
-            for first in range(0, self.sheet.shape[0], BAND * self.extent[0]):
-                band = min(BAND * self.extent[0], self.sheet.shape[0] - first)
-                self._score(Box((first, *(0,) * (len(self.extent) - 1)), (band, *self.sheet.shape[1:])))
+            self._highest = np.zeros(self._scores.shape[:-1])
+            count, *others = self._scores.shape
+            ends = [*range(0, count, BAND * self.extent[0]), count]
+            shared(self._score, [(rows, *((0, n) for n in others)) for rows in pairwise(ends)])
         else:  # only what patches laid since then may have changed
             for patch in self.sheet.patches[self._known :]:
-                self._score(Box(tuple(s - 1 for s in patch.box.start), tuple(e + 2 for e in patch.box.extent)))
+                self._score_around(Box(tuple(s - 1 for s in patch.box.start), tuple(e + 2 for e in patch.box.extent)))
         self._known = len(self.sheet.patches)
-        row = int(np.argmax(self._highest))  # not of all scores: they are as many as pixels
-        rest = np.unravel_index(int(np.argmax(self._scores[row])), self._scores.shape[1:])
-        return Box((row, *(int(i) for i in rest)), self.extent) if self._highest[row] > 0 else None
+        line = np.unravel_index(int(np.argmax(self._highest)), self._highest.shape)  # scores are as many as pixels
+        start = (*(int(i) for i in line), int(np.argmax(self._scores[line])))
+        return Box(start, self.extent) if self._highest[line] > 0 else None
 
     @property
     def _axes(self) -> list[tuple[int, int, bool]]:
         """Per axis the sheet's length, the region's, and whether it wraps."""
         return list(zip(self.sheet.shape, self.extent, self.sheet.periodic, strict=True))
 
-    def _score(self, box: Box) -> None:
-        """Score anew all regions that touch a box: the cost of their seams, less where it was tried."""
+    def _score_around(self, box: Box) -> None:
+        """Score anew all regions that touch a box."""
         spans = []
         for start, stop, (n, e, wraps) in zip(box.start, box.stop, self._axes, strict=True):
             low, high = start - e + 1, stop
             spans.append((low, min(high, low + n)) if wraps else (max(low, 0), min(high, n - e + 1)))
-        if self._scores is None or any(high <= low for low, high in spans):
-            return
-        first, counts = tuple(low for low, _ in spans), [high - low for low, high in spans]
-        at = self.sheet.indices(Box(first, tuple(counts)))
-        under = self.sheet.indices(Box(first, tuple(n + e - 1 for n, e in zip(counts, self.extent, strict=True))))
-        sums = box_sums(sum(seams[under].astype(np.int64) for seams in self.sheet.seams), self.extent)
-        rows, scores = np.arange(*spans[0]) % self.sheet.shape[0], sums * self.tried[at]
-        across = tuple(range(1, scores.ndim))
-        old, new = self._scores[at].max(across), scores.max(across)
-        self._scores[at] = scores
-        self._highest[rows] = np.maximum(self._highest[rows], new)
-        fallen = rows[(new < old) & (old == self._highest[rows])]  # only there some other score may be the highest
-        self._highest[fallen] = self._scores[fallen].max(across)
+        if self._scores is not None and all(low < high for low, high in spans):
+            self._score(spans)
+
+    def _score(self, spans: Sequence[tuple[int, int]]) -> None:
+        """Score regions that begin within spans, axis by axis: the cost of their seams, less where it was tried."""
+        from kwatra.pieces.pixels import score
+
+        assert self._scores is not None
+        axes, (low, high) = len(self.extent), zip(*spans, strict=True)
+        sheet = volume(self.sheet.seams, axes), volume(self.tried, axes)
+        scored = volume(self._scores, axes), volume(self._highest, axes - 1)[0]
+        score(*sheet, in_volume(low, 0), in_volume(high, 1), in_volume(self.extent, 1), *scored)
 
     def anywhere(self) -> Box:
         """A region drawn at random."""
@@ -107,7 +108,7 @@ class Regions:
             tuple(s - e // 2 for s, e in zip(region.start, region.extent, strict=True)), region.extent
         ).clipped(self.sheet.shape, self.sheet.periodic)
         self.tried[self.sheet.indices(around)] *= 0.5
-        self._score(around)
+        self._score_around(around)
 
     def _below(self, count: int) -> int:
         return int(torch.randint(count, (1,), generator=self.generator))

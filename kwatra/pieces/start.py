@@ -1,14 +1,14 @@
 """At which resolution the optimization's start is laid, and of which blocks."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import torch
 from torch import Tensor
 
 from kwatra.base import factors_of
-from kwatra.elements import Lattice, continued, find_lattice, translation
+from kwatra.elements import Lattice, continued, find_ground, find_lattice, translation
 from kwatra.exemplar import Exemplar
 from kwatra.pieces.blocks import BlockStart
 
@@ -107,6 +107,11 @@ def _is_large(extent: tuple[int, ...], factor: int) -> bool:
     if len(extent) > 2:
         return math.prod(extent) / factor**2 > LARGE_CLIP
     return min(extent) / factor > LARGE
+
+
+def looks(exemplar: Exemplar) -> list[Callable[[Exemplar], object]]:
+    """What is looked for in an exemplar where blocks of it are laid that nothing steers, each of which is kept."""
+    return [find_ground, find_lattice] if exemplar.owner.numel() <= LOOKED_AT else [find_ground]
 
 
 def _lattice(task: "Task", exemplar: Exemplar, factor: int) -> Lattice | None:

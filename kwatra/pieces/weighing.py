@@ -124,18 +124,16 @@ def _count_offsets(
 
 
 @jitted
-def charge_shown(
-    used: Any, near: Any, same: Any, pixels: Any, mean: Any, usage: Any, again: Any, beside: Any, cost: Any
-) -> None:
+def charge_shown(worn: Any, near: Any, same: Any, pixels: Any, again: Any, beside: Any, cost: Any) -> None:
     """Set what blocks cost (b, n) for what was shown before.
 
-    used (n,), near (b, n): the sums of how often their pixels were, and how near to the box (b, 0): nowhere is asked.
-    same (b, n): how many pixels only continue a copy; pixels (n,): how many there are. usage, again, beside: what a
-    block costs that was used once more than in the mean, that continues a copy, that is shown right beside.
+    worn (n,): what they cost for how often their pixels were. near (b, n): the sums of how near to the box these are
+    shown; (b, 0): nowhere is asked. same (b, n): how many pixels only continue a copy; pixels (n,): how many there are.
+    again, beside: what a block costs that continues a copy, that is shown right beside.
     """
     for box in range(len(cost)):
-        for i in range(len(used)):
-            cost[box, i] = usage * (used[i] / pixels[i] - mean)
+        for i in range(len(worn)):
+            cost[box, i] = worn[i]
             if near.shape[1] > 0:
                 cost[box, i] += beside / pixels[i] * (near[box, i] - same[box, i])
             if same[box, i] > 0:
@@ -173,6 +171,21 @@ def _sum_near(places: Any, label: Any, top: Any, left: Any, start: Any, stop: An
         for j in range(places.shape[1]):
             if label[i, j] >= 0:
                 shown[places[i, j]] += share[j]
+
+
+@jitted
+def draw(costs: Any, reach: Any, luck: Any) -> Any:
+    """The number (1,) of a block whose cost (n,) is within `reach` of the least; luck, 0 to 1, says of which."""
+    most, count = costs.min() + reach, 0
+    for cost in costs:
+        count += cost <= most
+    left = int(luck * count)
+    for i in range(len(costs)):
+        if costs[i] <= most:
+            if left == 0:
+                break
+            left -= 1
+    return np.array([i])
 
 
 @jitted

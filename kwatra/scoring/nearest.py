@@ -25,6 +25,8 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
+from kwatra.base import by_one_thread
+
 WINDOW = 7
 """Pixels to a side of the windows that figures compare: this and what follows define them, and are tuned on nothing."""
 
@@ -52,14 +54,13 @@ def one_thread(function: Callable[Arguments, Value]) -> Callable[Arguments, Valu
 
     @functools.wraps(function)
     def alone(*args: Arguments.args, **kwargs: Arguments.kwargs) -> Value:
-        threads = torch.get_num_threads(), faiss.omp_get_max_threads()
-        torch.set_num_threads(1)
+        threads = faiss.omp_get_max_threads()
         faiss.omp_set_num_threads(1)
         try:
-            return function(*args, **kwargs)
+            with by_one_thread():
+                return function(*args, **kwargs)
         finally:
-            torch.set_num_threads(threads[0])
-            faiss.omp_set_num_threads(threads[1])
+            faiss.omp_set_num_threads(threads)
 
     return alone
 

@@ -4,6 +4,7 @@ from functools import cache
 from itertools import pairwise
 from typing import Any
 
+import numpy as np
 import torch
 from torch import Tensor
 
@@ -88,14 +89,17 @@ def _heaviest(
     """
     for row in range(low, high):
         for column in range(window.shape[1]):
+            heaviest, number, down, right = most[row, column], window[row, column], -1, -1
             for a in range(share.shape[1]):
                 for b in range(own.shape[1]):
                     if share[row, a] < 0 or own[column, b] < 0:
                         continue
-                    number = first[row, a] + index[column, b]
-                    weight = weights[number] * (share[row, a] * own[column, b])
-                    if weight > most[row, column]:
-                        most[row, column], window[row, column] = weight, number
-                        for axis in range(len(places)):
-                            found[axis, row, column] = places[axis, row, a]
-                        found[len(places), row, column] = inside[column, b]
+                    other = first[row, a] + index[column, b]
+                    weight = weights[np.uint64(other)] * (share[row, a] * own[column, b])
+                    if weight > heaviest:
+                        heaviest, number, down, right = weight, other, a, b
+            if down >= 0:
+                most[row, column], window[row, column] = heaviest, number
+                for axis in range(len(places)):
+                    found[axis, row, column] = places[axis, row, down]
+                found[len(places), row, column] = inside[column, right]

@@ -6,7 +6,9 @@ as soon as it costs more than the best so far.
 
 from typing import Any, TypeGuard
 
+import numpy as np
 import torch
+import torch.nn.functional as F
 from torch import Tensor
 
 from kwatra.base.compiled import Compiled
@@ -67,28 +69,29 @@ def nearest_in_place(
 
 
 def sums_in_place(layout: Layout, source: SourceWindows, matches: Tensor, weights: Tensor) -> tuple[Tensor, Tensor]:
-    """Weighted sums (C, *S) of the matched windows under the falloff, and of their weights (1, *S)."""
-    channels = source.pixels.shape[-1]
+    """Weighted sums (C, *S) of the matched windows under the falloff, and of their weights (1, *S).
+
+    Weights are summed as one more channel, which is 1 everywhere.
+    """
+    pixels = F.pad(source.pixels, (0, 1), value=1.0)
+    channels, canvas = pixels.shape[-1], tuple(pixels.shape[:-1])
     past = [width - 1 if wraps else 0 for width, wraps in zip(layout.width, layout.wraps, strict=True)]
     shape = tuple(s + p for s, p in zip(layout.shape, past, strict=True))
-    canvas = tuple(source.pixels.shape[:-1])
-    total, mass = torch.zeros(*shape, channels), torch.zeros(*shape, 1)
+    total = torch.zeros(*shape, channels)
     _sums(
         shape[0],
-        source.pixels.view(-1),
+        pixels.view(-1),
         (source.corners(matches) * strides(canvas, channels)).sum(-1).contiguous(),
         row_starts(canvas, layout.width, channels),
-        (layout.corners * strides(shape, 1)).sum(1),
-        row_starts(shape, layout.width, 1),
-        source.metric.falloff.flatten(0, -3).flatten(1).contiguous(),
-        source.metric.falloff.expand_as(source.metric.weight).flatten(0, -3).flatten(1).contiguous(),
+        (layout.corners * strides(shape, channels)).sum(1),
+        row_starts(shape, layout.width, channels),
+        source.metric.falloff.expand(*layout.width, channels).flatten(0, -3).flatten(1).contiguous(),
         weights.contiguous(),
-        channels,
-        int(strides(shape, 1)[0]),
+        int(strides(shape, channels)[0]),
         total.view(-1),
-        mass.view(-1),
     )
-    return folded(total, layout).movedim(-1, 0), folded(mass, layout).movedim(-1, 0)
+    sums = folded(total, layout).movedim(-1, 0)
+    return sums[:-1], sums[-1:]
 
 
 @Compiled
@@ -104,8 +107,8 @@ def _nearest(
             distance = away[window, k]
             for r in range(len(rows)):
                 a, b = first[window] + rows[r], there[window, k] + canvas_rows[r]
-                for i in range(weight.shape[1]):
-                    apart = image[a + i] - canvas[b + i]
+                for i in range(weight.shape[1]):  # unsigned: else each is asked whether it counts from the end
+                    apart = image[np.uint64(a + i)] - canvas[np.uint64(b + i)]
                     distance += weight[r, i] * apart * apart
                 if distance >= least:
                     break
@@ -116,17 +119,16 @@ def _nearest(
 
 @Compiled
 def _sums(
-    canvas: Any, there: Any, canvas_rows: Any, first: Any, rows: Any, falloff: Any, whole: Any, weights: Any,
-    channels: int, stride: int, total: Any, mass: Any, low: int, high: int,
+    canvas: Any, there: Any, canvas_rows: Any, first: Any, rows: Any, falloff: Any, weights: Any, stride: int,
+    total: Any, low: int, high: int,
 ) -> None:  # fmt: skip
     begin, end = low * stride, high * stride
     for window in range(len(first)):
         if first[window] >= end or first[window] + rows[-1] < begin:
             continue
+        weight, here, other = weights[window], first[window], there[window]
         for r in range(len(rows)):
-            pixel, source = first[window] + rows[r], there[window] + canvas_rows[r]
+            pixel, source = here + rows[r], other + canvas_rows[r]
             if begin <= pixel < end:
                 for i in range(falloff.shape[1]):
-                    mass[pixel + i] += weights[window] * falloff[r, i]
-                for i in range(whole.shape[1]):
-                    total[pixel * channels + i] += weights[window] * whole[r, i] * canvas[source + i]
+                    total[np.uint64(pixel + i)] += weight * falloff[r, i] * canvas[np.uint64(source + i)]

@@ -9,7 +9,7 @@ from typing import TypeVar
 import torch
 
 from kwatra import Exemplar, Progress, Result
-from kwatra.base import apart
+from kwatra.base import shared
 from kwatra.scoring import Ranking
 
 Made = TypeVar("Made")
@@ -32,7 +32,7 @@ def seed_of(seed: int, number: int) -> int:
 
 def beside(call: Callable[[int], Made], numbers: Sequence[int], size: Sequence[int]) -> list[Made]:
     """What a call makes of each of several tries of a `size` (*S), by number; as many side by side as BESIDE allows."""
-    return apart(call, numbers, min(torch.get_num_threads() + 1, max(BESIDE // math.prod(size), 1)))
+    return shared(call, numbers, min(torch.get_num_threads() + 1, max(BESIDE // math.prod(size), 1)))
 
 
 def share_of(callback: Callable[[Progress], None], number: int, count: int) -> Callable[[Progress], None]:

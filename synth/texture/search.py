@@ -17,8 +17,8 @@ import torch
 from torch import Tensor
 
 from kwatra import Beginning, Exemplar, Progress, Result, Settings, improve
-from kwatra.base import generator_of
-from kwatra.pieces import Box, visible_seams
+from kwatra.base import generator_of, shared
+from kwatra.pieces import Box, looks, visible_seams
 from kwatra.scoring import Ranking, pasted
 from synth.texture.runs import MANY, beside, seed_of, share_of
 
@@ -103,11 +103,11 @@ class Search:
         first, tries = self.effort.first, self.effort.tries
 
         def begun(number: int, settings: Settings | None = None) -> Beginning:
-            if number == 1:  # meanwhile the first looks at the texture
-                self._ranking.describe((self._channels, *self.size))
             way = self.ways[number % len(self.ways)] if settings is None else settings
             return begin(settings=way, seed=seed_of(self.seed, number))
 
+        if torch.get_num_threads() > 1:
+            self._look()
         if tries == 1:
             return begun(0)
         best, figures = self._best_of(begun, range(first))
@@ -119,6 +119,13 @@ class Search:
         for number in range(first, first + PARTS * self.effort.more, PARTS):
             best, _ = self._best_of(partial(self._anew, best.beginning), range(number, number + PARTS), best, 1)
         return best.beginning
+
+    def _look(self) -> None:
+        """Look at the texture in the ways that tries are going to ask for, side by side."""
+        ways: list[Callable[[], object]] = [partial(look, self.source) for look in looks(self.source)]
+        if self.effort.tries > 1:
+            ways.insert(0, partial(self._ranking.describe, (self._channels, *self.size)))
+        shared(lambda way: way(), ways)
 
     def _spread(self, figures: Sequence[float]) -> float:
         """The standard deviation of the first tries' figures that were begun in one way."""

@@ -4,7 +4,7 @@ import time
 import pytest
 import torch
 
-from kwatra.base import apart, shared
+from kwatra.base import by_one_thread, shared
 
 
 @pytest.fixture(params=[1, 2, 3])
@@ -50,12 +50,20 @@ def test_after_an_error_nobody_goes_on(threads):
 
 
 def test_long_calls_divide_threads_among_them_and_leave_their_number_as_it_was(threads):
-    assert apart(lambda _: torch.get_num_threads(), [0]) == [threads]
-    assert apart(lambda _: torch.get_num_threads(), range(2)) == [max(threads // 2, 1)] * 2
-    assert apart(lambda n: n + 1, range(5)) == [1, 2, 3, 4, 5]
-    assert apart(lambda _: torch.get_num_threads(), range(7), together=1) == [threads] * 7
+    assert shared(lambda _: torch.get_num_threads(), [0]) == [threads]
+    assert shared(lambda _: torch.get_num_threads(), range(2)) == [max(threads // 2, 1)] * 2
+    assert shared(lambda n: n + 1, range(5)) == [1, 2, 3, 4, 5]
+    assert shared(lambda _: torch.get_num_threads(), range(7), together=1) == [threads] * 7
     with pytest.raises(ValueError, match="no 1"):
-        apart(refuse, range(3))
+        shared(refuse, range(3))
+    assert torch.get_num_threads() == threads
+
+
+def test_torch_uses_one_thread_for_a_while_and_as_many_as_before_even_after_an_error(threads):
+    alone = by_one_thread()(torch.get_num_threads)
+    assert alone() == 1
+    with pytest.raises(ValueError, match="no 1"):
+        by_one_thread()(refuse)(1)
     assert torch.get_num_threads() == threads
 
 
@@ -71,9 +79,9 @@ def test_so_many_long_calls_are_under_way_at_a_time(together):
         meeting.wait(timeout=20)
         under_way.remove(number)
 
-    apart(call, range(2 * together), together)
+    shared(call, range(2 * together), together)
     assert max(most) == together
-    assert apart(lambda _: torch.get_num_threads(), range(4), together) == [1] * 4
+    assert shared(lambda _: torch.get_num_threads(), range(4), together) == [1] * 4
 
 
 def refuse(number):

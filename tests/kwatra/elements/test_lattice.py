@@ -9,6 +9,7 @@ from skimage import data
 
 from kwatra import Exemplar
 from kwatra.elements import Lattice, find_lattice
+from kwatra.elements.lattice import reduced
 
 
 def places(side):
@@ -147,3 +148,18 @@ def test_the_rest_of_an_offset_is_its_distance_to_the_nearest_point():
     points = torch.cartesian_prod(*[torch.arange(-8, 9)] * 2).double() @ lattice.vectors
     nearest = (offsets.T[:, None] - points).norm(dim=2).amin(1)
     assert torch.allclose(lattice.rest(offsets).norm(dim=0), nearest)
+
+
+def test_reduced_vectors_are_the_shortest_of_each_lattice_and_point_down_or_right():
+    pairs = torch.randint(-9, 10, (60, 2, 2), generator=torch.Generator().manual_seed(0)).double()
+    pairs = pairs[torch.linalg.det(pairs).abs() > 0.5]
+    steps = torch.cartesian_prod(*[torch.arange(-30, 31)] * 2).double()
+    for pair, found in zip(pairs, reduced(pairs), strict=True):
+        points = steps @ pair
+        lengths = points[(steps != 0).any(1)].norm(dim=1)
+        assert float(found[0].norm()) == pytest.approx(float(lengths.min()))
+        assert float(torch.linalg.det(found).abs()) == pytest.approx(float(torch.linalg.det(pair).abs()))
+        across = (points[:, 0] * found[0, 1] - points[:, 1] * found[0, 0]).abs() > 0.5
+        assert float(found[1].norm()) == pytest.approx(float(points[across].norm(dim=1).min()))
+        assert all(vector >= [0, 0] for vector in found.tolist())
+        torch.testing.assert_close(reduced(pair), found, rtol=0, atol=0)

@@ -96,3 +96,16 @@ def test_the_border_of_an_exemplar_is_shown_too():
     border = np.ones((64, 64), bool)
     border[8:-8, 8:-8] = False
     assert shown[border].mean() > 0.5 * shown[~border].mean()  # .54; .39 were no block to hang over
+
+
+def test_blocks_cost_what_their_pixels_were_used_more_than_all_on_average():
+    image = torch.rand(1, 24, 20, generator=torch.Generator().manual_seed(0))
+    start = BlockStart(
+        Exemplar.of(image), (40, 40), (8, 8), (1, 1), torch.Generator().manual_seed(0), usage=0.5, seams=1
+    )
+    start.run()
+    worn, found = start.candidates.worn(start.shown).ravel(), start.corners
+    for number, at in enumerate(found.at(np.arange(found.valid.size)).tolist()):
+        within = tuple(slice(max(c, 0), max(c + b, 0)) for c, b in zip(at, found.block, strict=True))
+        assert worn[number] == pytest.approx(0.5 * (start.used[within].mean() - start.used.mean()))
+    assert worn.std() > 0.1
