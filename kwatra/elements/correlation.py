@@ -117,7 +117,7 @@ def _products(picture: Tensor, present: Tensor, reach: tuple[int, int]) -> tuple
     """
     inside = total(present).clamp(min=1)
     centered = torch.stack([channel - total(channel) / inside for channel in picture]) * present
-    size = [fft.next_fast_len(s + r, real=True) for s, r in zip(picture.shape[-2:], reach, strict=True)]
+    size = [fft.next_fast_len(max(s + r, 2 * r + 1), real=True) for s, r in zip(picture.shape[-2:], reach, strict=True)]
     lags = 2 * reach[0] + 1, 2 * reach[1] + 1
     together, first, overlap = (torch.zeros(lags, dtype=picture.dtype) for _ in range(3))
     power = torch.zeros(size[0], size[1] // 2 + 1, dtype=picture.dtype)
@@ -158,8 +158,8 @@ def _in_rectangles(values: Tensor, reach: tuple[int, int]) -> Tensor:
     table = F.pad(values.cumsum(0).cumsum(1), (1, 0, 1, 0))
     for axis, r in enumerate(reach):
         lags = torch.arange(-r, r + 1)
-        end = table.index_select(axis, values.shape[axis] - lags.clamp(min=0))
-        table = end - table.index_select(axis, -lags.clamp(max=0))
+        first, stop = -lags.clamp(-values.shape[axis], 0), (values.shape[axis] - lags).clamp(0, values.shape[axis])
+        table = table.index_select(axis, stop) - table.index_select(axis, first)
     return table
 
 

@@ -14,16 +14,14 @@ def picture(*shape: int) -> Tensor:
 
 def by_definition(frames: list[Tensor], masks: list[Tensor], down: int, right: int) -> tuple[float, float]:
     """The correlation of what overlaps, of all channels and frames, at one lag, and on how many pixels."""
-    inside = torch.cat([frame[:, mask] for frame, mask in zip(frames, masks, strict=True)], 1)
-    middle, products, pixels = inside.mean(1)[:, None], torch.zeros(3, dtype=torch.double), 0
+    products, pixels = torch.zeros(3, dtype=torch.double), 0
     for frame, mask in zip(frames, masks, strict=True):
-        height, width = mask.shape
-        rows, columns = (slice(max(-lag, 0), size - max(lag, 0)) for lag, size in ((down, height), (right, width)))
-        further = tuple(
-            slice(part.start + lag, part.stop + lag) for part, lag in zip((rows, columns), (down, right), strict=True)
-        )
-        both = mask[rows, columns] & mask[further]
-        one, other = frame[:, rows, columns][:, both] - middle, frame[:, *further][:, both] - middle
+        places = mask.nonzero()
+        further = places + torch.tensor([down, right])
+        there = ((further >= 0) & (further < torch.tensor(mask.shape))).all(1)
+        places, further = places[there], further[there]
+        both = mask[*further.T]
+        one, other = (frame[:, *at[both].T] for at in (places, further))
         one, other = (part - part.mean(1, keepdim=True) for part in (one, other))
         products += torch.stack([(one * other).sum(), one.square().sum(), other.square().sum()])
         pixels += int(both.sum())
@@ -36,9 +34,13 @@ def test_a_lag_has_the_correlation_of_what_overlaps(shape: tuple[int, ...], hole
     image, mask = picture(*shape), torch.ones(shape[1:], dtype=torch.bool)
     if hole:
         mask[..., 2:6, 3:9] = False
-    found = of_colors(Exemplar.of(image, masks=[mask]))
-    frames = [*image.double().reshape(shape[0], -1, *shape[-2:]).unbind(1)]
-    masks = [*mask.reshape(-1, *shape[-2:])]
+    images, masks = [image], [mask]
+    if image.ndim == 3:  # a smaller picture beside it, which has fewer lags
+        images.append(picture(shape[0], 8, 9))
+        masks.append(torch.ones(8, 9, dtype=torch.bool))
+    found = of_colors(Exemplar.of(images, masks=masks))
+    frames = [frame.double() for one in images for frame in one.reshape(shape[0], -1, *one.shape[-2:]).unbind(1)]
+    masks = [frame for one in masks for frame in one.reshape(-1, *one.shape[-2:])]
     for down, right in [(0, 0), (1, 0), (0, -4), (-3, 2), (5, 6), (found.reach[0], -found.reach[1])]:
         at = found.reach[0] + down, found.reach[1] + right
         value, overlap = by_definition(frames, masks, down, right)
