@@ -2,8 +2,9 @@
 
 Pieces of flames agree nowhere, wherever they are cut: of a seam nothing is hidden by what is around, and by what comes
 next as little. So a pixel shows the mean of what the pieces around it would show there if they went on, by a Gaussian
-within its frame. Within a piece nothing changes, as that would show the same. The less the exemplar's light lasts from
-frame to frame the wider is the Gaussian; what lasts has seams that are found to be hidden, and keeps them.
+within its frame; colors are mixed about the curve on which they lie (`flow.animation.colorcurve`). Within a piece
+nothing changes, as that would show the same. The less the exemplar's light lasts from frame to frame the wider is the
+Gaussian; where it lasts, places are found where seams are hidden.
 """
 
 from typing import Any
@@ -16,9 +17,8 @@ from kwatra import Exemplar
 from kwatra.base.compiled import Compiled
 
 WIDTH = 6.0
-"""The Gaussian's deviation, in px, where light does not last at all. Chosen by looking at a flame half as large again as
-its clip, whose light lasts by .16: blocks lie in rows with hard edges without, 3 px leave these to be seen, and with 12
-all is soft."""
+"""The Gaussian's deviation, in px, where light does not last at all. Chosen by looking at a flame half as large again
+as its clip, whose light lasts by .16: without, blocks lie in rows with hard edges. With twice as much all is soft."""
 
 LEAST = 0.5
 """A narrower Gaussian changes nothing: it would reach no other pixel."""
@@ -35,17 +35,23 @@ def feathered(
     width = WIDTH * (1 - lasting) ** 2
     if width < LEAST:
         return video
-    reach = round(2 * width)
+    from flow.animation.colorcurve import ColorCurve  # few videos need it
+
+    reach, curve = round(2 * width), ColorCurve(exemplar)
     falloff = torch.exp(-(torch.arange(-reach, reach + 1) / width).square() / 2)
-    shown, canvas, places = (one.cpu().movedim(0, -1).contiguous() for one in (video, exemplar.canvas, where))
-    shown = shown.clone()
-    _feather(len(shown), canvas, exemplar.owner.cpu(), places, falloff, np.array(wrap[1:]), shown)
-    return torch.where(free.view(-1, 1, 1).to(video.device), shown.movedim(-1, 0).to(video), video)
+    colors = (curve.of(exemplar.canvas), curve.of(video))
+    canvas, shown, places = (one.cpu().movedim(0, -1).contiguous() for one in (*colors, where))
+    seams = torch.zeros(where.shape[1:], dtype=torch.bool)
+    _feather(len(shown), canvas, exemplar.owner.cpu(), places, falloff, np.array(wrap[1:]), shown, seams)
+    soft = curve.colors(shown.movedim(-1, 0)).to(video)
+    return torch.where((seams & free.cpu().view(-1, 1, 1)).to(video.device), soft, video)
 
 
 @Compiled
-def _feather(canvas: Any, owner: Any, places: Any, falloff: Any, around: Any, shown: Any, low: int, high: int) -> None:
-    """Set what is `shown` (T, H, W, C) near seams, in frames from low to before high.
+def _feather(
+    canvas: Any, owner: Any, places: Any, falloff: Any, around: Any, shown: Any, seams: Any, low: int, high: int
+) -> None:
+    """Set where `seams` (T, H, W) are near, and what is `shown` (T, H, W, C) there, in frames from low to before high.
 
     canvas (t, h, w, C), owner (t, h, w): < 0 where nothing may be copied; places (T, H, W, 3). falloff (k,): along
     either axis; around (2,): which of them wrap.
@@ -56,7 +62,6 @@ def _feather(canvas: Any, owner: Any, places: Any, falloff: Any, around: Any, sh
         for i in range(rows):
             for j in range(columns):
                 total[:] = 0
-                seam = False
                 for down in range(-reach, reach + 1):
                     row = (i + down) % rows
                     if row != i + down and not around[0]:
@@ -67,13 +72,15 @@ def _feather(canvas: Any, owner: Any, places: Any, falloff: Any, around: Any, sh
                             continue
                         page, y, x = places[t, row, column]
                         y, x = y - down, x - right
-                        seam |= page != places[t, i, j, 0] or y != places[t, i, j, 1] or x != places[t, i, j, 2]
+                        seams[t, i, j] |= (
+                            page != places[t, i, j, 0] or y != places[t, i, j, 1] or x != places[t, i, j, 2]
+                        )
                         if not (0 <= y < owner.shape[1] and 0 <= x < owner.shape[2]) or owner[page, y, x] < 0:
                             continue
                         weight = falloff[down + reach] * falloff[right + reach]
                         total[colors] += weight
                         for color in range(colors):
                             total[color] += weight * canvas[page, y, x, color]
-                if seam:
+                if seams[t, i, j]:
                     for color in range(colors):
                         shown[t, i, j, color] = total[color] / total[colors]

@@ -35,7 +35,7 @@ def test_what_meets_passes_over_into_each_other_by_a_gaussian():
 
 
 def test_a_piece_goes_on_as_in_its_clip_beyond_its_seam():
-    z = torch.rand(3, 2, 40, 40, generator=torch.Generator().manual_seed(0))
+    z = torch.rand(1, 2, 40, 40, generator=torch.Generator().manual_seed(0))
     y, x = torch.meshgrid(torch.arange(30), torch.arange(30), indexing="ij")
     where = torch.stack([torch.zeros_like(y), y + torch.where(x < 15, 2, 5), x + torch.where(x < 15, 1, 7)])
     where = where[:, None].expand(-1, 2, -1, -1).contiguous()
@@ -74,3 +74,16 @@ def test_around_an_axis_that_wraps_first_and_last_pixels_meet(wraps):
     clip, where = halves()
     made = soft(clip, where, wrap=(False, False, wraps))
     assert (float(made[0, 0, 24, 0]) > 0.4) is wraps
+
+
+def test_what_is_mixed_of_a_flame_has_its_colors():
+    heat = torch.rand(2, 96, 96, generator=torch.Generator().manual_seed(0))
+    heat[:, :48], heat[:, 48:, 48:] = 0, 1
+    clip = torch.stack([heat, heat.square(), heat**4])  # black, red, yellow, white
+    y, x = torch.meshgrid(torch.arange(40), torch.arange(40), indexing="ij")
+    where = torch.stack([torch.zeros_like(y), torch.where(x < 20, 0, 56) + y, 52 + x])
+    made = soft(clip, where[:, None].expand(-1, 2, -1, -1).contiguous())[:, 0, 20, 15:25]
+    red, green, blue = made
+    assert float(red.min()) < 0.5 and float(red.max()) > 0.8
+    assert torch.allclose(green, red.clamp(0, 1).square(), atol=0.05)
+    assert torch.allclose(blue, red.clamp(0, 1) ** 4, atol=0.05)
