@@ -40,9 +40,9 @@ _STRETCH = 24
 """The turn takes at most so many frames, and at most half of the loop: a bound, not tuned."""
 
 _BAND = 1 / 4
-"""How far, in sides of a region, a seam may move from where regions meet; of a video the deviation of the Gaussian by
-which it passes over, with half of which regions of a fountain that rotates are seen as patches. Of radishes in a pair of vortices 1/8 leaves
-straight edges; with 1/2 regions turn no longer at their own times, but many at once, or back again."""
+"""How far, in sides of a region, a seam may move from where regions meet. Of radishes in a pair of vortices 1/8 leaves
+straight edges; with 1/2 regions turn no longer at their own times, but many at once, or back again. Of a video it is
+the deviation of the Gaussian by which it passes over: with half of that a fountain that rotates shows regions."""
 
 
 def loop(
