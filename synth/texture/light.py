@@ -98,15 +98,15 @@ def _in_time(video: Tensor, where: Tensor, exemplar: Exemplar, wrap: tuple[bool,
         step = step + sparse.eye(pairs, frames, 1 - frames)
     able = free.numpy()
     system = (step.T @ step + SHORT * sparse.eye(frames)).tocsr()[able][:, able]
-    solved, corrected, lasting = splu(system.tocsc()), video.clone(), _lasting(exemplar)
+    solved, corrected, lasts = splu(system.tocsc()), video.clone(), lasting(exemplar)
     for channel, lack in zip(corrected, missing.cpu().numpy(), strict=True):
         smooth = ndimage.gaussian_filter(lack, AROUND, mode=modes, axes=(1, 2)).reshape(pairs, -1)
         light = solved.solve(np.asfortranarray((step.T @ smooth)[able], np.float64))
-        channel[free] += lasting * torch.from_numpy(light).to(channel).view(-1, *channel.shape[1:])
+        channel[free] += lasts * torch.from_numpy(light).to(channel).view(-1, *channel.shape[1:])
     return corrected
 
 
-def _lasting(exemplar: Exemplar) -> float:
+def lasting(exemplar: Exemplar) -> float:
     """How far light is told by the frame before, 0 to 1: 1 less its mean square step in units of that between frames
     at unrelated times, which is twice the variance. It is .20 of flames and .93 of smoke.
     """

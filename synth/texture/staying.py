@@ -5,12 +5,17 @@ from collections.abc import Sequence
 
 from kwatra import Exemplar, InputError, Stay, place_dependence
 from kwatra.terms.stay import SCENE, STAYING
+from synth.texture.light import lasting
 
-LARGEST, ENLARGED = 2.25, 2
-"""A scene stays the more the larger it is made, up to so many times its clip's area, larger ones were not tried; and by
-which power of that. Half as large again smoke, fish and a waterfall scored .089, .078 and .081 with 2 (two seeds each),
-.086, .077 and .084 with 1, and .96 and .97 of fish's and the waterfall's sharpness were left in place of .95; see also
-`kwatra.pieces.charges.LIKE`."""
+LARGEST = 2.25
+"""A scene stays the more the larger it is made, up to so many times its clip's area: larger ones were not tried."""
+
+ENLARGED, LASTS = (2, 1), 0.6
+"""By which power of that, the second of scenes whose light lasts by so much or more (`synth.texture.light.lasting`).
+What lasts is seen at its place in every frame, so blocks from their own places show it side by side: of smoke half as
+large again columns stood beside each other. Two seeds of smoke score .090 and .075 with 2 and .082 and .069 with 1, of
+fish .065 and .072, and .064 and .064, one of a fountain .075 and .074;
+two of a waterfall, which changes, .079 and .072, and .092 and .083. See also `kwatra.pieces.charges.LIKE`."""
 
 
 def staying(stay: float | None, source: Exemplar, shape: Sequence[int], tile: bool) -> list[Stay]:
@@ -22,12 +27,15 @@ def staying(stay: float | None, source: Exemplar, shape: Sequence[int], tile: bo
     """
     if stay is None:
         scene = not tile and place_dependence(source) >= SCENE
-        stay = STAYING * min(_enlarged(source, shape), LARGEST) ** ENLARGED if scene else 0.0
+        stay = STAYING * _growth(source, shape) if scene else 0.0
     if stay > 0 and tile:
         raise InputError("what tiles has no places to stay at; leave out stay, or tile")
     return [Stay(stay)] if stay != 0 else []
 
 
-def _enlarged(source: Exemplar, shape: Sequence[int]) -> float:
-    """How many times the area of the largest of an exemplar's frames an output's is, at least 1."""
-    return max(math.prod(shape[-2:]) / max(math.prod(picture.shape[-2:]) for picture in source.pictures()), 1.0)
+def _growth(source: Exemplar, shape: Sequence[int]) -> float:
+    """How many times more a scene stays in an output of some shape than at the size of an exemplar's largest frame."""
+    larger = math.prod(shape[-2:]) / max(math.prod(picture.shape[-2:]) for picture in source.pictures())
+    if larger <= 1:
+        return 1.0
+    return min(larger, LARGEST) ** ENLARGED[lasting(source) >= LASTS]

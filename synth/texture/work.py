@@ -15,9 +15,10 @@ from kwatra import Exemplar, InputError, Level, Prepared, Progress, Result, Sett
 from kwatra.base import tensor_of
 from kwatra.terms import parts_of
 from kwatra.windows import per_axis
+from synth.texture.feathering import feathered
 from synth.texture.form import Form, Image
 from synth.texture.guidance import Guide
-from synth.texture.light import evened
+from synth.texture.light import evened, lasting
 from synth.texture.moving import in_time
 from synth.texture.runs import Runs, share_of
 from synth.texture.search import Effort, Search
@@ -165,10 +166,12 @@ class Work(Generic[Image]):
         return runs.best(run, self.source)
 
     def _evened(self, part: Stretch, settings: Settings, result: Result) -> Result:
-        """The result with even light; the frames that a stretch holds are left alone."""
+        """The result with seams feathered and even light; the frames that a stretch holds are left alone."""
         held = torch.zeros(part.length, dtype=torch.bool)
         held[: part.before], held[part.length - part.after :] = True, True
-        image = evened(result.image, result.where, self.source, per_axis(settings.wrap, 3), held)
+        wrap = per_axis(settings.wrap, 3)
+        soft = feathered(result.image, result.where, self.source, lasting(self.source), wrap, ~held)
+        image = evened(soft, result.where, self.source, wrap, held)
         return replace(result, image=image)
 
     def made(self, result: Result, part: Stretch) -> Synthesis[Image]:

@@ -12,7 +12,7 @@ from torch import Tensor
 
 import flow
 from flow.animation import looping
-from flow.animation.settings import Renewing
+from flow.animation.settings import VIDEO_PRESETS, Renewing
 from kwatra import InputError
 from kwatra.pieces import SeamCost
 
@@ -125,3 +125,17 @@ def test_seams_between_the_ways_ahead_and_back_lead_through_few_elements(monkeyp
     now = through()
     monkeypatch.setattr(looping._Back, "_cost", lambda self, mosaic, sources: SeamCost(mosaic))
     assert now < 0.5 * through()
+
+
+def test_both_ways_of_a_scene_pass_over_into_each_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    light = torch.linspace(0, 1, 72).expand(1, 8, 64, 72)  # from dark to bright, and never the same
+    clip = light + 0.02 * torch.rand(1, 8, 64, 72, generator=torch.Generator().manual_seed(0))
+
+    def edge() -> float:
+        """The largest step between neighbors in the frames of the turn."""
+        frames = list(flow.loop(clip, flow.uniform(2.0), (64, 72), frames=16, renewing=VIDEO_PRESETS["fast"]))[9:]
+        return max(float(frame.image.diff(dim=axis).abs().max()) for frame in frames for axis in (1, 2))
+
+    now = edge()
+    monkeypatch.setattr(looping._Back, "_feathered", lambda self, turned, ahead, back: turned.float())
+    assert now < 0.3 * edge()

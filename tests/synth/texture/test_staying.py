@@ -21,7 +21,13 @@ def scene() -> torch.Tensor:
 )
 def test_a_scene_stays_the_more_the_larger_it_is_made(shape, larger):
     (term,) = staying(None, Exemplar.of(scene()), shape, tile=False)
-    assert term.weight == pytest.approx(STAYING * larger**ENLARGED)
+    assert term.weight == pytest.approx(STAYING * larger ** ENLARGED[0])
+
+
+def test_what_lasts_stays_less():
+    lasts = scene()[:, :1] + 0.01 * torch.arange(8.0).view(1, -1, 1, 1)
+    (term,) = staying(None, Exemplar.of(lasts), (8, 24, 24), tile=False)
+    assert term.weight == pytest.approx(STAYING * 1.5 ** ENLARGED[1])
 
 
 def test_of_several_clips_the_largest_says_what_is_larger():

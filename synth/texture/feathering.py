@@ -1,0 +1,86 @@
+"""Seams of videos whose frames tell little of each other are feathered: what meets there passes over into each other.
+
+Pieces of flames agree nowhere, wherever they are cut: of a seam nothing is hidden by what is around, and by what comes
+next as little. So a pixel shows the mean of what the pieces around it would show there if they went on, by a Gaussian
+within its frame; colors are mixed about the curve on which they lie (`flow.animation.colorcurve`). Within a piece
+nothing changes, as that would show the same. The less the exemplar's light lasts from frame to frame the wider is the
+Gaussian; where it lasts, places are found where seams are hidden.
+"""
+
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from kwatra import Exemplar
+from kwatra.base.compiled import Compiled
+
+WIDTH = 6.0
+"""The Gaussian's deviation, in px, where light does not last at all. Chosen by looking at a flame half as large again
+as its clip, whose light lasts by .16: without, blocks lie in rows with hard edges. With twice as much all is soft."""
+
+LEAST = 0.5
+"""A narrower Gaussian changes nothing: it would reach no other pixel."""
+
+
+def feathered(
+    video: Tensor, where: Tensor, exemplar: Exemplar, lasting: float, wrap: tuple[bool, ...], free: Tensor
+) -> Tensor:
+    """A video (C, T, H, W) with its seams feathered, where the map (3, T, H, W) says it comes from.
+
+    The map's places are on the exemplar's canvas. lasting: how far light is told by the frame before, 0 to 1. wrap:
+    whether time, rows and columns are periodic. free (T,): False for frames to leave alone.
+    """
+    width = WIDTH * (1 - lasting) ** 2
+    if width < LEAST:
+        return video
+    from flow.animation.colorcurve import ColorCurve  # few videos need it
+
+    reach, curve = round(2 * width), ColorCurve(exemplar)
+    falloff = torch.exp(-(torch.arange(-reach, reach + 1) / width).square() / 2)
+    colors = (curve.of(exemplar.canvas), curve.of(video))
+    canvas, shown, places = (one.cpu().movedim(0, -1).contiguous() for one in (*colors, where))
+    seams = torch.zeros(where.shape[1:], dtype=torch.bool)
+    _feather(len(shown), canvas, exemplar.owner.cpu(), places, falloff, np.array(wrap[1:]), shown, seams)
+    soft = curve.colors(shown.movedim(-1, 0)).to(video)
+    return torch.where((seams & free.cpu().view(-1, 1, 1)).to(video.device), soft, video)
+
+
+@Compiled
+def _feather(
+    canvas: Any, owner: Any, places: Any, falloff: Any, around: Any, shown: Any, seams: Any, low: int, high: int
+) -> None:
+    """Set where `seams` (T, H, W) are near, and what is `shown` (T, H, W, C) there, in frames from low to before high.
+
+    canvas (t, h, w, C), owner (t, h, w): < 0 where nothing may be copied; places (T, H, W, 3). falloff (k,): along
+    either axis; around (2,): which of them wrap.
+    """
+    reach, rows, columns, colors = len(falloff) // 2, places.shape[1], places.shape[2], shown.shape[3]
+    total = np.empty(colors + 1, np.float32)
+    for t in range(low, high):
+        for i in range(rows):
+            for j in range(columns):
+                total[:] = 0
+                for down in range(-reach, reach + 1):
+                    row = (i + down) % rows
+                    if row != i + down and not around[0]:
+                        continue
+                    for right in range(-reach, reach + 1):
+                        column = (j + right) % columns
+                        if column != j + right and not around[1]:
+                            continue
+                        page, y, x = places[t, row, column]
+                        y, x = y - down, x - right
+                        seams[t, i, j] |= (
+                            page != places[t, i, j, 0] or y != places[t, i, j, 1] or x != places[t, i, j, 2]
+                        )
+                        if not (0 <= y < owner.shape[1] and 0 <= x < owner.shape[2]) or owner[page, y, x] < 0:
+                            continue
+                        weight = falloff[down + reach] * falloff[right + reach]
+                        total[colors] += weight
+                        for color in range(colors):
+                            total[color] += weight * canvas[page, y, x, color]
+                if seams[t, i, j]:
+                    for color in range(colors):
+                        shown[t, i, j, color] = total[color] / total[colors]
