@@ -4,7 +4,8 @@ Pieces of flames agree nowhere, wherever they are cut: of a seam nothing is hidd
 next as little. So a pixel shows the mean of what the pieces around it would show there if they went on, by a Gaussian
 within its frame; colors are mixed about the curve on which they lie (`flow.animation.colorcurve`). Within a piece
 nothing changes, as that would show the same. The less the exemplar's light lasts from frame to frame the wider is the
-Gaussian; where it lasts, places are found where seams are hidden.
+Gaussian; where it lasts, places are found where seams are hidden. Here a pixel's place is a whole one and tells where
+its piece goes on; pieces that flow are turned and bent, and are told apart first (`flow.animation.feathering`).
 """
 
 from typing import Any

@@ -14,8 +14,8 @@ ENLARGED, LASTS = (2, 1), 0.6
 """By which power of that, the second of scenes whose light lasts by so much or more (`synth.texture.light.lasting`).
 What lasts is seen at its place in every frame, so blocks from their own places show it side by side: of smoke half as
 large again columns stood beside each other. Two seeds of smoke score .090 and .075 with 2 and .082 and .069 with 1, of
-fish .065 and .072, and .064 and .064, one of a fountain .075 and .074;
-two of a waterfall, which changes, .079 and .072, and .092 and .083. See also `kwatra.pieces.charges.LIKE`."""
+fish .065 and .072, and .064 and .064, one of a fountain .075 and .074; two of a waterfall, whose light lasts by .43,
+.079 and .072, and .092 and .083. See also `kwatra.pieces.charges.LIKE`."""
 
 
 def staying(stay: float | None, source: Exemplar, shape: Sequence[int], tile: bool) -> list[Stay]:

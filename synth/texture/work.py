@@ -161,11 +161,11 @@ class Work(Generic[Image]):
             kwatra.optimize, source, size, settings=settings, terms=terms, mask=self.mask,
             start="aligned" if self.start is None else self.start,
         )  # fmt: skip
-        even = None if len(size) == 2 or self.steered else partial(self._evened, part, settings)
-        runs = Runs(self.tries, size, part.seed(seed), callback, self.channels, even)
+        finish = None if len(size) == 2 or self.steered else partial(self._finished, part, settings)
+        runs = Runs(self.tries, size, part.seed(seed), callback, self.channels, finish)
         return runs.best(run, self.source)
 
-    def _evened(self, part: Stretch, settings: Settings, result: Result) -> Result:
+    def _finished(self, part: Stretch, settings: Settings, result: Result) -> Result:
         """The result with seams feathered and even light; the frames that a stretch holds are left alone."""
         held = torch.zeros(part.length, dtype=torch.bool)
         held[: part.before], held[part.length - part.after :] = True, True
