@@ -127,13 +127,13 @@ def _products(picture: Tensor, present: Tensor, reach: tuple[int, int]) -> tuple
         pixels = over(there).clamp(min=0)
         first += over(frame.square().sum(0))
         overlap += pixels
+        pixels.clamp_(min=0.5)
         for channel in frame:
             here = over(channel)
             # what lies a lag further is what lay here, seen from there
-            together -= here * here.flip(-2, -1) / pixels.clamp(min=0.5)
-            first -= here.square() / pixels.clamp(min=0.5)
-            spectrum = torch.view_as_real(torch.fft.rfft2(channel, s=size))
-            power += spectrum.square().sum(-1)
+            together -= here.flip(-2, -1).mul_(here).div_(pixels)
+            first -= here.square_().div_(pixels)
+            power += torch.view_as_real(torch.fft.rfft2(channel, s=size)).square_().sum(-1)
     together += _at_lags(torch.fft.irfft2(power, s=size), reach)
     return together, first, first.flip(-2, -1), overlap
 
