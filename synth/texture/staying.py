@@ -10,12 +10,12 @@ from synth.texture.light import lasting
 LARGEST = 2.25
 """A scene stays the more the larger it is made, up to so many times its clip's area: larger ones were not tried."""
 
-ENLARGED, LASTS = (2, 1), 0.6
+ENLARGED, LASTS = (2, 1), 0.85
 """By which power of that, the second of scenes whose light lasts by so much or more (`synth.texture.light.lasting`).
-What lasts is seen at its place in every frame, so blocks from their own places show it side by side: of smoke half as
-large again columns stood beside each other. Two seeds of smoke score .090 and .075 with 2 and .082 and .069 with 1, of
-fish .065 and .072, and .064 and .064, one of a fountain .075 and .074; two of a waterfall, whose light lasts by .43,
-.079 and .072, and .092 and .083. See also `kwatra.pieces.charges.LIKE`."""
+What lasts is seen at its place in every frame, so blocks from their own places show it side by side: of smoke, whose
+light lasts by .93, columns stood beside each other half as large again. Four seeds of it score .081 with 2 and .077
+with 1; of fish (.76) .068 and .065, but more than half as much is replayed again; two of a fountain (.75) .072 and
+.077, of a waterfall (.42) .076 and .088. See also `kwatra.pieces.charges.LIKE`."""
 
 
 def staying(stay: float | None, source: Exemplar, shape: Sequence[int], tile: bool) -> list[Stay]:
