@@ -22,8 +22,8 @@ WIDTH = 6.0
 as its clip, whose light lasts by .16: without, blocks lie in rows with hard edges. With twice as much all is soft."""
 
 LEAST = 2.5
-"""With a narrower Gaussian nothing is feathered: a waterfall, whose light lasts by .42, scored .069 in place of .067 (two
-seeds) with 2 px, and looked the same."""
+"""With a narrower Gaussian nothing is feathered: a waterfall, whose light lasts by .42, scored .069 with 2 px, in place
+of .067 (two seeds), and looked the same."""
 
 
 def feathered(
