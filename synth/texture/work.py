@@ -15,10 +15,10 @@ from kwatra import Exemplar, InputError, Level, Prepared, Progress, Result, Sett
 from kwatra.base import tensor_of
 from kwatra.terms import parts_of
 from kwatra.windows import per_axis
-from synth.texture.feathering import feathered
+from synth.texture.feathering import feathered, passage
 from synth.texture.form import Form, Image
 from synth.texture.guidance import Guide
-from synth.texture.light import evened, lasting
+from synth.texture.light import evened
 from synth.texture.moving import in_time
 from synth.texture.runs import Runs, share_of
 from synth.texture.search import Effort, Search
@@ -170,7 +170,7 @@ class Work(Generic[Image]):
         held = torch.zeros(part.length, dtype=torch.bool)
         held[: part.before], held[part.length - part.after :] = True, True
         wrap = per_axis(settings.wrap, 3)
-        soft = feathered(result.image, result.where, self.source, lasting(self.source), wrap, ~held)
+        soft = feathered(result.image, result.where, self.source, passage(self.source), wrap, ~held)
         image = evened(soft, result.where, self.source, wrap, held)
         return replace(result, image=image)
 

@@ -3,9 +3,9 @@
 import pytest
 import torch
 
-from kwatra import Exemplar
+from kwatra import Exemplar, element_size
 from kwatra.source import look_up
-from synth.texture.feathering import WIDTH, feathered
+from synth.texture.feathering import FINE, WIDTH, feathered, passage
 
 ALL, NOWHERE = torch.ones(2, dtype=torch.bool), (False,) * 3
 
@@ -20,8 +20,8 @@ def halves(side: int = 48) -> tuple[torch.Tensor, torch.Tensor]:
     return clip, where
 
 
-def soft(clip, where, lasting=0.0, wrap=NOWHERE, free=ALL):
-    return feathered(look_up(clip, where), where, Exemplar.of(clip), lasting, wrap, free)
+def soft(clip, where, width=WIDTH, wrap=NOWHERE, free=ALL):
+    return feathered(look_up(clip, where), where, Exemplar.of(clip), width, wrap, free)
 
 
 def test_what_meets_passes_over_into_each_other_by_a_gaussian():
@@ -39,8 +39,8 @@ def test_a_piece_goes_on_as_in_its_clip_beyond_its_seam():
     y, x = torch.meshgrid(torch.arange(30), torch.arange(30), indexing="ij")
     where = torch.stack([torch.zeros_like(y), y + torch.where(x < 15, 2, 5), x + torch.where(x < 15, 1, 7)])
     where = where[:, None].expand(-1, 2, -1, -1).contiguous()
-    made, lasting = soft(z, where, 0.3), 0.3
-    width = WIDTH * (1 - lasting) ** 2
+    width = 2.9
+    made = soft(z, where, width)
     steps, weights, values = range(-round(2 * width), round(2 * width) + 1), [], []
     for down in steps:
         for right in steps:
@@ -57,9 +57,20 @@ def test_within_a_piece_nothing_changes():
     assert torch.equal(soft(z, where), look_up(z, where))
 
 
-def test_what_lasts_keeps_its_seams():
-    clip, where = halves()
-    assert torch.equal(soft(clip, where, lasting=0.43), look_up(clip, where))
+def test_only_large_things_that_do_not_last_are_feathered():
+    generator = torch.Generator().manual_seed(0)
+
+    def clip(size: int, frames: int) -> Exemplar:
+        """Blobs of so many px in 8 frames, of which so many are unlike."""
+        noise = torch.rand(1, frames, 96 // size + 2, 96 // size + 2, generator=generator).movedim(0, 1)
+        large = torch.nn.functional.interpolate(noise, scale_factor=size, mode="bicubic")[..., :96, :96]
+        return Exemplar.of(large.repeat_interleave(8 // frames, 0).movedim(1, 0))
+
+    wild, fine, lasts = (clip(*sort) for sort in ((24, 8), (3, 8), (24, 1)))
+    assert 2.5 < passage(wild) <= min(WIDTH, FINE * element_size(wild)) + 1e-9
+    assert passage(fine) == passage(lasts) == 0
+    plain, where = halves()
+    assert torch.equal(soft(plain, where, 0.0), look_up(plain, where))
 
 
 def test_frames_that_are_held_are_left_alone():
