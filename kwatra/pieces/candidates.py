@@ -11,7 +11,7 @@ import torch
 from kwatra.elements import Lattice
 from kwatra.pieces.agreement import DIGITS, Agreement, attainable
 from kwatra.pieces.boxes import Box
-from kwatra.pieces.charges import NEAR, charged, kept_in_step, shown_before, step_cost
+from kwatra.pieces.charges import NEAR, StepCosts, charged, kept_in_step, shown_before
 from kwatra.pieces.corners import Corners
 from kwatra.pieces.gaps import Gaps
 from kwatra.pieces.mosaic import Mosaic
@@ -72,6 +72,8 @@ class Candidates:
         still = len(corners.block) == 2
         again = CONTINUATION if still else CONTINUATION_IN_TIME
         self._prices = again, NEAR if still and asked.aligned else 0.0
+        lines = corners.valid.shape, corners.grain
+        self.steps = None if asked.lattice is None else StepCosts(asked.lattice, *lines)
 
     def on(self, sheet: Sheet[Mosaic]) -> "Candidates":
         """The same for boxes of another sheet of the same mosaic."""
@@ -103,10 +105,10 @@ class Candidates:
         some, same = known.reshape(len(boxes), -1).any(1), self.corners.continuing(places, known)
         cost = self._disagreement(boxes, places, known, valid, same)
         shown = shown_before(self.sheet, boxes, self.corners, worn, same, self._prices)
-        if self.asked.lattice is not None:
+        if self.steps is not None:
             for at in np.flatnonzero(some).tolist():
-                step = self._out_of_step(self.asked.lattice, boxes[at], known[at])
-                shown[at] = kept_in_step(self.asked.lattice, step, shown[at], valid[at])
+                step = self.steps.at(self._from_most(boxes[at], known[at]))
+                shown[at] = kept_in_step(self.steps.lattice, step, shown[at], valid[at])
         costs = np.where(valid, cost + shown, math.inf).reshape(len(boxes), -1)
         seams = np.where(some, most if self.asked.aligned else 1, 1).tolist()
         return [self._drawn(*box) for box in zip(costs, boxes, seams, luck, strict=True)]
@@ -158,9 +160,8 @@ class Candidates:
         missed = self.corners.on_grain(self.colors.fit.inside(value.astype(np.float32), weight.astype(np.float32)))
         return np.round(mismatch + missed / (count * self.variance), DIGITS)
 
-    def _out_of_step(self, lattice: Lattice, box: Box, known: Array) -> Array:
-        """What blocks (*n) cost that are not in step with the copy which most of what is known of a box is."""
+    def _from_most(self, box: Box, known: Array) -> list[int]:
+        """The offset of the first corner's block, less that of the copy which most of what is known of a box is."""
         label = self.sheet.label[self.sheet.indices(box)][known]
         most = self.sheet.patches[int(np.bincount(label).argmax())]
-        first = [float(b - s + h) for b, s, h in zip(box.start, most.shift, self.corners.hang, strict=True)]
-        return step_cost(lattice, first, self.corners.valid.shape, self.corners.grain)
+        return [b - s + h for b, s, h in zip(box.start, most.shift, self.corners.hang, strict=True)]

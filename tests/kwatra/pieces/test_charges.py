@@ -11,10 +11,10 @@ from kwatra.pieces.charges import (
     LIKE,
     STEP,
     SceneUse,
+    StepCosts,
     charged,
     kept_in_step,
     shown_near,
-    step_cost,
 )
 
 GRID = Lattice(torch.tensor([[0.0, 8.0], [6.0, 0.0]], dtype=torch.float64), 0.5)
@@ -22,8 +22,8 @@ GRID = Lattice(torch.tensor([[0.0, 8.0], [6.0, 0.0]], dtype=torch.float64), 0.5)
 
 @pytest.mark.parametrize("grain", [(1, 1), (2, 2)])
 def test_blocks_in_step_cost_nothing_and_others_what_the_regularity_is(grain):
-    first = (2.0, -2.0)
-    cost = step_cost(GRID, first, (13, 17), grain)
+    first = (2, -2)
+    cost = StepCosts(GRID, (13, 17), grain).at(first)
     rows, columns = np.indices((13, 17))
     down, right = first[0] - rows * grain[0], first[1] - columns * grain[1]
     in_step = (down % 6 == 0) & (right % 8 == 0)
@@ -31,6 +31,18 @@ def test_blocks_in_step_cost_nothing_and_others_what_the_regularity_is(grain):
     np.testing.assert_allclose(cost[in_step], 0, atol=1e-12)
     assert cost[(abs(down % 6 - 3) < 1) | (abs(right % 8 - 4) < 1)].min() > 0.49 * STEP
     assert cost.max() <= 0.5 * STEP
+
+
+@pytest.mark.parametrize("grain", [(1, 1), (2, 4)])
+def test_blocks_cost_the_same_at_an_offset_whichever_corner_has_it(grain):
+    steps, costs = StepCosts(GRID, (5, 7), grain), {}
+    for down in range(-23, 24):
+        for right in range(-31, 32, 3):
+            for (row, column), cost in np.ndenumerate(steps.at((down, right))):
+                offset = down - row * grain[0], right - column * grain[1]
+                assert costs.setdefault(offset, cost) == cost
+    other = Lattice(GRID.vectors, 0.25)
+    np.testing.assert_allclose(StepCosts(other, (5, 7), grain).at((3, 2)), steps.at((3, 2)) / 2)
 
 
 def test_what_was_shown_before_is_no_reason_to_leave_the_lattice():
