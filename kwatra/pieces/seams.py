@@ -118,8 +118,13 @@ class SeamCost:
 
     def within(self, places: Array) -> list[Array]:
         """Per axis what the seam between each pixel of some places (*S) and the next costs, 0 within a copy."""
-        sides = [beside(axis, places.ndim) for axis in range(places.ndim)]
-        return [self.seam(places[p], places[q], axis, places.ndim) for axis, (p, q) in enumerate(sides)]
+        costs = []
+        for axis in range(places.ndim):
+            s, t = (places[side] for side in beside(axis, places.ndim))
+            cost, parted = np.zeros(s.shape, np.int32), ~self.sources.same(self.sources.beyond(s, axis, 1), t)
+            cost[parted] = self.seam(s[parted], t[parted], axis, places.ndim)
+            costs.append(cost)
+        return costs
 
     def _priced(
         self, axis: int, match: Array, places: Sequence[Array], axes: int, deep: tuple[Array, Array] | None
