@@ -1,5 +1,7 @@
 """How well the blocks at all places of an exemplar agree with what is known of a box, in colors or in anything else."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from kwatra.pieces.corners import Corners
@@ -24,42 +26,49 @@ DIGITS = 5
 
 
 class Agreement:
-    """Of an image (C, *S) of the exemplar, with blocks at `corners`, relative to a variance; in single precision."""
+    """Of images (C, *S) that show the same of an exemplar, each for itself, with blocks at `corners`.
 
-    def __init__(self, image: Array, corners: Corners, variance: float) -> None:
-        self.corners, self.variance, image = corners, variance, image.astype(np.float32)
-        self.fit = Fit(corners.around(image))
-        self._at_places = np.stack([by_place(plane) for plane in image])
+    images: with the variances that differences are relative to. Compared in single precision.
+    """
+
+    def __init__(self, images: Sequence[tuple[Array, float]], corners: Corners) -> None:
+        self.corners, self._variances = corners, np.array([variance for _, variance in images])
+        single = [image.astype(np.float32) for image, _ in images]
+        self.fit = Fit(*(corners.around(image) for image in single))
+        self._planes = np.stack([by_place(plane) for image in single for plane in image])
+        self._image = np.repeat(np.arange(len(single)), [len(image) for image in single])
 
     def mismatch(self, places: Array, known: Array, valid: Array) -> Array:
-        """The mean squared difference of each block (b, *n) to what is known (b, *E) of boxes, 0 where nothing is.
+        """The mean squared difference (b, images, *n) of each block to what is known of boxes, 0 where nothing is.
 
-        places (b, *E): where in the exemplar that comes from, in a mosaic of it alone. What hangs over the exemplar is
-        taken to agree as a fair one of the `valid` (b, *n) blocks does.
+        places, known (b, *E): where in the exemplar that comes from, in a mosaic of it alone, and where there is any.
+        What hangs over the exemplar is taken to agree as a fair one of the `valid` (b, *n) blocks does.
         """
         from kwatra.pieces.weighing import compare, take_known
 
-        boxes, channels, extent = len(known), len(self._at_places), known.shape[1:]
-        ones, against = np.empty((boxes, channels + 1, *extent), np.float32), np.empty((boxes, 2, *extent))
-        pixels = (values.reshape(boxes, -1) for values in (places, known))
-        take_known(self._at_places, *pixels, *(values.reshape(*values.shape[:2], -1) for values in (ones, against)))
-        raw, mismatch = self.corners.on_grain(self.fit.less_energy(ones)), np.empty(valid.shape)
+        boxes, images, extent = len(known), len(self._variances), known.shape[1:]
+        ones = np.empty((boxes, len(self._planes) + 1, *extent), np.float32)
+        against = np.empty((boxes, images + 1, *extent))
+        seen = places.reshape(boxes, -1), known.reshape(boxes, -1)
+        take_known(self._planes, self._image, *seen, *(part.reshape(*part.shape[:2], -1) for part in (ones, against)))
+        raw, mismatch = self.corners.on_grain(self.fit.less_energy(ones)), np.empty((boxes, images, *valid.shape[1:]))
         hangs = any(self.corners.hang)
-        inside = self.corners.inside(against) if hangs else np.empty((boxes, 2, 0))
-        flat = against.reshape(boxes, 2, -1), inside.reshape(boxes, 2, -1), valid.reshape(boxes, -1)
-        units = self.variance, 10.0**DIGITS
-        compare(raw.reshape(boxes, -1), *flat, FAIR, *units, mismatch.reshape(boxes, -1))
+        inside = self.corners.inside(against) if hangs else np.empty((boxes, images + 1, 0))
+        all_of = (part.reshape(*part.shape[:2], -1) for part in (raw, against, inside))
+        units = FAIR, self._variances, 10.0**DIGITS
+        compare(*all_of, valid.reshape(boxes, -1), *units, mismatch.reshape(boxes, images, -1))
         return mismatch
 
 
 def attainable(mismatches: Array, valid: Array, same: Array) -> Array:
-    """The disagreement (b,) that a texture affords, given that of all blocks (b, *n): what others are measured by.
+    """The disagreement (b, images) that a texture affords, given that of all blocks: what others are measured by.
 
-    It is that of `valid` ones that do not merely continue what is there (`same` is 0), or else of all valid ones.
+    mismatches: (b, images, *n). It is that of `valid` (b, *n) ones that do not merely continue what is there (`same` is
+    0), or else of all valid ones.
     """
     from kwatra.pieces.weighing import attain
 
-    boxes, afforded = len(valid), np.empty(len(valid))
-    flat = mismatches.reshape(boxes, -1), valid.reshape(boxes, -1), same.reshape(boxes, -1)
-    attain(*flat, GOOD, MISMATCH_FLOOR, afforded)
+    boxes, images, afforded = *mismatches.shape[:2], np.empty(mismatches.shape[:2])
+    blocks = valid.reshape(boxes, -1), same.reshape(boxes, -1)
+    attain(mismatches.reshape(boxes, images, -1), *blocks, GOOD, MISMATCH_FLOOR, afforded)
     return afforded

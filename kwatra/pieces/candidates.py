@@ -67,8 +67,8 @@ class Candidates:
 
     def __init__(self, sheet: Sheet[Mosaic], corners: Corners, image: Array, variance: float, asked: Asked) -> None:
         self.sheet, self.corners, self.variance, self.asked = sheet, corners, variance, asked
-        self.colors = Agreement(image, corners, variance)
-        self.depths = None if asked.gaps is None else Agreement(asked.gaps.depth[None], corners, 1.0)
+        depths = [] if asked.gaps is None else [(asked.gaps.depth[None], 1.0)]
+        self.agreement = Agreement([(image, variance), *depths], corners)
         still = len(corners.block) == 2
         again = CONTINUATION if still else CONTINUATION_IN_TIME
         self._prices = again, NEAR if still and asked.aligned else 0.0
@@ -131,23 +131,23 @@ class Candidates:
         It is counted in what agreement this texture affords: rows that can line up are not torn for the sake of even
         use.
         """
-        each_box = (-1, *(1,) * (valid.ndim - 1))
-        mismatch = self.colors.mismatch(places, known, valid) if self.asked.aligned else np.zeros(valid.shape)
+        aligned = self.asked.aligned
+        found = (
+            self.agreement.mismatch(places, known, valid) if aligned else np.zeros((len(boxes), 1, *valid.shape[1:]))
+        )
         if self.asked.wish is not None:
             for at, box in enumerate(boxes):
-                mismatch[at] = self._with_wish(self.asked.wish, box, mismatch[at])
-        afforded = attainable(mismatch, valid, same).reshape(each_box)
+                found[at, 0] = self._with_wish(self.asked.wish, box, found[at, 0])
+        afforded = attainable(found, valid, same).reshape(*found.shape[:2], *(1,) * (valid.ndim - 1))
         if self.asked.places:
             lines = valid.shape[1:], self.corners.grain, self.asked.device
             away = np.stack([charged(self.asked.places, box.start, *lines) for box in boxes])
-            mismatch = mismatch + away / self.variance
-        cost: Array = mismatch / afforded
-        if self.asked.gaps is None or self.depths is None:
-            return cost
-        apart = self.depths.mismatch(places, known, valid)
-        weighed = self.asked.gaps.weighed(cost, apart / attainable(apart, valid, same).reshape(each_box))
-        some: Array = known.any(tuple(range(1, known.ndim))).reshape(each_box)
-        return np.where(some, weighed, cost)
+            found[:, 0] += away / self.variance
+        costs = found / afforded
+        if costs.shape[1] == 1 or self.asked.gaps is None:
+            return costs[:, 0]
+        some: Array = known.any(tuple(range(1, known.ndim))).reshape(-1, *(1,) * (valid.ndim - 1))
+        return np.where(some, self.asked.gaps.weighed(costs[:, 0], costs[:, 1]), costs[:, 0])
 
     def _with_wish(self, wish: Wished, box: Box, mismatch: Array) -> Array:
         """How little the blocks (*n) agree with what is known of a box, and with a wish, relative to the variance.
@@ -157,7 +157,7 @@ class Candidates:
         weight, value, count = wish.at(self.sheet.indices(box))
         if count == 0:
             return mismatch
-        missed = self.corners.on_grain(self.colors.fit.inside(value.astype(np.float32), weight.astype(np.float32)))
+        missed = self.corners.on_grain(self.agreement.fit.inside(value.astype(np.float32), weight.astype(np.float32)))
         return np.round(mismatch + missed / (count * self.variance), DIGITS)
 
     def _from_most(self, box: Box, known: Array) -> list[int]:

@@ -9,6 +9,8 @@ the stretch's.
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 import torch
 from scipy import fft, ndimage
@@ -19,10 +21,13 @@ from kwatra.pieces.boxes import box_sums
 
 
 class Fit:
-    """An image (C, *S) to be placed, in any number of dimensions; keeps its transforms."""
+    """An image (C, *S) to be placed, in any number of dimensions; keeps its transforms.
 
-    def __init__(self, image: np.ndarray) -> None:
-        self.image = image
+    more: others of the same size, which are placed with it, but compared each for itself.
+    """
+
+    def __init__(self, image: np.ndarray, *more: np.ndarray) -> None:
+        self.images = [image, *more]
         self._spectra: dict[tuple[int, ...], np.ndarray] = {}
         self._of_channels: np.ndarray | None = None
 
@@ -35,16 +40,20 @@ class Fit:
         known = there * weight
         ones = np.concatenate([known, weight if weight.ndim == content.ndim else weight[None]])
         constant = (known * there).sum(dtype=np.float64)
-        return np.maximum(self.less_energy(ones[None])[0] + constant, 0)
+        return np.maximum(self.less_energy(ones[None])[0, 0] + constant, 0)
 
     def less_energy(self, ones: np.ndarray) -> np.ndarray:
-        """What `inside` finds of several contents (b, *(S - E + 1)), less the weighted squares of the contents.
+        """What `inside` finds of several contents, (b, images, *(S - E + 1)), less their weighted squares.
 
-        ones (b, k, *E): each content times its weight (C, *E), and the weight, once or for each channel.
+        ones (b, k, *E): contents, the images' channels one after the other, times their weight, which is last; or of
+        one image with a weight for each channel, which are last.
         """
-        shape, extent, size = self.image.shape[1:], ones.shape[2:], _fast(self.image.shape[1:])
-        single = ones.shape[1] == len(self.image) + 1
-        spectrum = _correlated(_forward(ones, size), self._spectrum(size) if single else self._channel_spectrum())
+        shape, extent, channels = self.images[0].shape[1:], ones.shape[2:], sum(map(len, self.images))
+        size = _fast(shape)
+        if ones.shape[1] == channels + 1:
+            spectrum = _correlated(_forward(ones, size), self._spectrum(size), *self._pairs)
+        else:
+            spectrum = _correlated(_forward(ones, size), self._channel_spectrum())
         return _inverse(spectrum, size, tuple(n - e + 1 for n, e in zip(shape, extent, strict=True)))
 
     def under(self, content: np.ndarray, mask: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -52,24 +61,35 @@ class Fit:
 
         mask (*R): 1 where the stretch is filled, 0 where not; content is 0 there.
         """
-        shape = self.image.shape[1:]
+        shape = self.images[0].shape[1:]
         size = _fast(mask.shape)
         spectrum = _correlated(self._spectrum(size)[None], _forward(np.concatenate([content, mask[None]]), size))
         room = tuple(n - s + 1 for n, s in zip(mask.shape, shape, strict=True))
-        cost = _inverse(spectrum, size, room)[0] + box_sums((content**2).sum(0), shape)
+        cost = _inverse(spectrum, size, room)[0, 0] + box_sums((content**2).sum(0), shape)
         return np.maximum(cost, 0), box_sums(mask > 0, shape)
 
     def _spectrum(self, size: tuple[int, ...]) -> np.ndarray:
-        """Transforms of minus twice the channels and, last, of the squared colors."""
+        """Transforms of minus twice the channels of each image and, after them, of its squared colors."""
         if size not in self._spectra:
-            self._spectra[size] = _forward(np.stack([*(-2 * self.image), (self.image**2).sum(0)]), size)
+            planes = [plane for image in self.images for plane in (*(-2 * image), (image**2).sum(0))]
+            self._spectra[size] = _forward(np.stack(planes), size)
         return self._spectra[size]
+
+    @cached_property
+    def _pairs(self) -> tuple[np.ndarray, np.ndarray]:
+        """With which of the contents each of `_spectrum` goes together, and to which image that belongs."""
+        contents, numbers, count = list[int](), list[int](), 0
+        for number, image in enumerate(self.images):
+            contents += [*range(count, count + len(image)), -1]
+            numbers += [number] * (len(image) + 1)
+            count += len(image)
+        return np.array(contents) % (count + 1), np.array(numbers)
 
     def _channel_spectrum(self) -> np.ndarray:
         """Transforms of minus twice the channels, and of the squares of each, at the image's own size."""
         if self._of_channels is None:
-            size = _fast(self.image.shape[1:])
-            self._of_channels = _forward(np.concatenate([-2 * self.image, self.image**2]), size)
+            image, size = self.images[0], _fast(self.images[0].shape[1:])
+            self._of_channels = _forward(np.concatenate([-2 * image, image**2]), size)
         return self._of_channels
 
 
@@ -92,13 +112,20 @@ def _forward(values: np.ndarray, size: tuple[int, ...]) -> np.ndarray:
     return spectrum
 
 
-def _correlated(ones: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Transforms (b, *size) of the summed correlations of ones (b, k, *size) with others (k, *size), all transforms."""
+def _correlated(
+    ones: np.ndarray, others: np.ndarray, which: np.ndarray | None = None, into: np.ndarray | None = None
+) -> np.ndarray:
+    """Transforms (b, sums, *size) of summed correlations of ones (b, k, *size) with others (n, *size), all transforms.
+
+    which (n,): of the ones, goes with each of the others; into (n,): which sum. None: in their order, into one.
+    """
     from kwatra.pieces.loops import correlate
 
-    total = np.empty((len(ones), *others.shape[1:]), np.result_type(ones, others))
+    which = np.arange(len(others)) if which is None else which
+    into = np.zeros(len(others), int) if into is None else into
+    total = np.empty((len(ones), int(into.max()) + 1, *others.shape[1:]), np.result_type(ones, others))
     flat = others.reshape(len(others), -1)
-    correlate(ones.reshape(len(ones), *flat.shape), flat, total.reshape(len(ones), -1))
+    correlate(ones.reshape(*ones.shape[:2], -1), flat, which, into, total.reshape(*total.shape[:2], -1))
     return total
 
 

@@ -62,13 +62,15 @@ def _sum_line(values: Any, starts: Any, stops: Any, table: Any, sums: Any) -> No
 
 
 @jitted
-def correlate(ones: Any, others: Any, total: Any) -> None:
-    """Sum the products (b, N) of the conjugates of ones (b, k, N) with others (k, N)."""
+def correlate(ones: Any, others: Any, which: Any, into: Any, total: Any) -> None:
+    """Sum the products of the conjugates of ones (b, k, N), `which` (n,), with others (n, N), `into` (n,) totals.
+
+    total: (b, m, N).
+    """
+    total[:] = 0
     for box in range(len(total)):
-        row = total[box]
-        row[:] = 0
         for k in range(len(others)):
-            one, other = ones[box, k], others[k]
+            one, other, row = ones[box, which[k]], others[k], total[box, into[k]]
             for i in range(len(row)):
                 row[i] += one[i].conjugate() * other[i]
 

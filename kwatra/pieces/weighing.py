@@ -15,75 +15,81 @@ from kwatra.pieces.loops import quantile
 
 
 @jitted
-def take_known(image: Any, places: Any, known: Any, ones: Any, against: Any) -> None:
-    """Set what is known of boxes: values of an image (C, M) at their places (b, N), 0 elsewhere, and where that is.
+def take_known(planes: Any, images: Any, places: Any, known: Any, ones: Any, against: Any) -> None:
+    """Set what is known of boxes: values of planes (C, M) at their places (b, N), 0 elsewhere, and where that is.
 
-    ones (b, C + 1, N): the values, last 1 where known; against (b, 2, N): their squares' sum and the same 1.
+    images (C,): the number of the image that a plane is of. ones (b, C + 1, N): the values, last 1 where known; against
+    (b, images + 1, N): the sum of their squares of each image, last the same 1.
     """
-    channels = len(image)
+    against[:] = 0
     for box in range(len(places)):
         for pixel in range(places.shape[1]):
-            square, there = 0.0, known[box, pixel]
-            for channel in range(channels):
-                value = image[channel, places[box, pixel]] if there else np.float32(0)
-                ones[box, channel, pixel] = value
-                square += np.float64(value) * value
-            ones[box, channels, pixel] = against[box, 1, pixel] = there
-            against[box, 0, pixel] = square
+            there = known[box, pixel]
+            for plane in range(len(planes)):
+                value = planes[plane, places[box, pixel]] if there else np.float32(0)
+                ones[box, plane, pixel] = value
+                against[box, images[plane], pixel] += np.float64(value) * value
+            ones[box, -1, pixel] = against[box, -1, pixel] = there
 
 
 @jitted
-def compare(raw: Any, against: Any, inside: Any, valid: Any, share: Any, scale: Any, steps: Any, mismatch: Any) -> None:
-    """Set the mean squared differences (b, n) of blocks to what is known of boxes, in units of `scale`, to 1 / steps.
+def compare(raw: Any, against: Any, inside: Any, valid: Any, share: Any, scales: Any, steps: Any, found: Any) -> None:
+    """Set what is `found` (b, k, n): of k images the mean squared differences of blocks to what is known of boxes.
 
-    raw (b, n): the squared differences, less the energy of what is known. against (b, 2, N): of each pixel that energy,
-    and whether it is known; where none is nothing differs. inside (b, 2, n): the sum of these over pixels that do not
-    hang over the image with a block; (b, 2, 0) where none hangs over. What does is taken to differ as in that one of
-    the valid (b, n) blocks which a share of them are no worse than.
+    It is in units of their scales (k,), to 1 / steps. raw (b, k, n): the squared differences, less the energy of what
+    is known. against (b, k + 1, N): of each pixel that energy, and whether it is known; where none is nothing differs.
+    inside (b, k + 1, n): the sum of these over pixels that do not hang over the image with a block; (b, k + 1, 0) where
+    none hangs over. What does is taken to differ as in that one of the valid (b, n) blocks which a share of them are no
+    worse than.
     """
-    squares = np.empty(mismatch.shape[1])
-    for box in range(len(mismatch)):
-        energy, count = against[box, 0].sum(), against[box, 1].sum()
-        for i in range(len(squares)):
-            squares[i] = max(raw[box, i] + energy, 0.0)
-        if inside.shape[2] > 0:
-            _take_fairly(squares, energy, count, inside[box], valid[box], share)
-        for i in range(len(squares)):
-            mismatch[box, i] = np.rint(squares[i] / (count * scale) * steps) / steps if count > 0 else 0.0
+    squares = np.empty(found.shape[2])
+    for box in range(len(found)):
+        count = against[box, -1].sum()
+        for image in range(found.shape[1]):
+            energy = against[box, image].sum()
+            for i in range(len(squares)):
+                squares[i] = max(raw[box, image, i] + energy, 0.0)
+            if inside.shape[2] > 0:
+                _take_fairly(squares, energy, count, inside[box, image], inside[box, -1], valid[box], share)
+            for i in range(len(squares)):
+                mean = squares[i] / (count * scales[image]) if count > 0 else 0.0
+                found[box, image, i] = np.rint(mean * steps) / steps
 
 
 @jitted
-def _take_fairly(squares: Any, energy: Any, count: Any, inside: Any, valid: Any, share: Any) -> None:
+def _take_fairly(squares: Any, energy: Any, count: Any, seen: Any, inside: Any, valid: Any, share: Any) -> None:
+    """Have what hangs over differ fairly; seen (n,): the energy of what does not, inside (n,): how many pixels do not."""
     means, some = np.empty(len(squares)), 0
     for i in range(len(squares)):
-        squares[i] = max(squares[i] - (energy - inside[0, i]), 0.0)  # with nothing, what hangs over was compared
+        squares[i] = max(squares[i] - (energy - seen[i]), 0.0)  # with nothing, what hangs over was compared
         if valid[i]:
-            means[some] = squares[i] / max(inside[1, i], 1)
+            means[some] = squares[i] / max(inside[i], 1)
             some += 1
     fair = quantile(means[:some], share)
     for i in range(len(squares)):
-        squares[i] += (count - inside[1, i]) * fair
+        squares[i] += (count - inside[i]) * fair
 
 
 @jitted
 def attain(mismatches: Any, valid: Any, same: Any, good: Any, floor: Any, afforded: Any) -> None:
-    """Set the disagreement that is `afforded` (b,) of blocks' (b, n).
+    """Set the disagreement that is `afforded` (b, k) of blocks' (b, k, n), of k images.
 
     It is the geometric mean of the least, and of what a good share stay below; neither counts less than `floor`. Of
-    blocks that are valid and continue nothing (`same` is 0), or all valid ones.
+    blocks that are valid (b, n) and continue nothing (`same` is 0), or all valid ones.
     """
-    every = np.empty(mismatches.shape[1])
+    every = np.empty(mismatches.shape[2])
     for box in range(len(mismatches)):
-        blocks = 0
-        for fresh in (True, False):
+        fresh = False
+        for i in range(len(every)):
+            fresh = fresh or (valid[box, i] and same[box, i] == 0)
+        for image in range(mismatches.shape[1]):
+            blocks = 0
             for i in range(len(every)):
                 if valid[box, i] and (same[box, i] == 0 or not fresh):
-                    every[blocks] = mismatches[box, i]
+                    every[blocks] = mismatches[box, image, i]
                     blocks += 1
-            if blocks > 0:
-                break
-        some = every[:blocks]
-        afforded[box] = np.sqrt(max(some.min(), floor) * max(quantile(some, good), floor))
+            some = every[:blocks]
+            afforded[box, image] = np.sqrt(max(some.min(), floor) * max(quantile(some, good), floor))
 
 
 @jitted

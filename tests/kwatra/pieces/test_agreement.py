@@ -1,4 +1,5 @@
 import sys
+from itertools import product
 
 import numpy as np
 import pytest
@@ -14,11 +15,12 @@ from kwatra.pieces.mosaic import Mosaic
 
 BLOCK = (6, 5)
 IMAGE = np.random.default_rng(0).normal(size=(2, 16, 18))
+DEPTH = np.random.default_rng(1).normal(size=(1, 16, 18))
 
 
 def agreement(hang=(0, 0)):
     exemplar = Exemplar.of(torch.from_numpy(IMAGE).float())
-    return Agreement(IMAGE, Corners.fitting(exemplar, BLOCK, (1, 1)).hanging(hang), 4.0)
+    return Agreement([(IMAGE, 4.0), (DEPTH, 0.5)], Corners.fitting(exemplar, BLOCK, (1, 1)).hanging(hang))
 
 
 def some_known(boxes):
@@ -29,14 +31,14 @@ def some_known(boxes):
     return place, known
 
 
-def by_hand(place, known, corner):
+def by_hand(image, place, known, corner):
     """The summed squares of one block that may hang over, and on how many pixels it was compared."""
     squares, seen = 0.0, 0
     for row, column in np.argwhere(known):
         y, x = corner[0] + row, corner[1] + column
         if 0 <= y < 16 and 0 <= x < 18:
             there = place[:, row, column]
-            squares += ((IMAGE[:, y, x] - IMAGE[:, there[0], there[1]]) ** 2).sum()
+            squares += ((image[:, y, x] - image[:, there[0], there[1]]) ** 2).sum()
             seen += 1
     return squares, seen
 
@@ -48,11 +50,11 @@ def test_mismatch_is_the_mean_square_over_what_is_known(hang):
     valid = np.broadcast_to(it.corners.valid, (3, *it.corners.valid.shape))
     found = it.mismatch(Mosaic([IMAGE]).places_of(list(place)), known, valid)
     corners = it.corners.at(np.arange(valid[0].size))
-    for box in range(2):
-        squares, seen = np.array([by_hand(place[:, box], known[box], corner) for corner in corners]).T
+    for box, (number, (image, variance)) in product(range(2), enumerate([(IMAGE, 4.0), (DEPTH, 0.5)])):
+        squares, seen = np.array([by_hand(image, place[:, box], known[box], corner) for corner in corners]).T
         fair = np.quantile(squares / np.maximum(seen, 1), FAIR) if any(hang) else 0.0
-        expected = (squares + (known[box].sum() - seen) * fair) / (known[box].sum() * 4.0)
-        np.testing.assert_allclose(found[box].ravel(), expected, atol=0.6 * 10**-DIGITS)
+        expected = (squares + (known[box].sum() - seen) * fair) / (known[box].sum() * variance)
+        np.testing.assert_allclose(found[box, number].ravel(), expected, atol=0.6 * 10**-DIGITS + 2e-6 / variance)
     np.testing.assert_array_equal(found, found.round(DIGITS))
     assert not found[2].any()
 
@@ -61,12 +63,13 @@ def test_attainable_lies_between_the_least_and_a_good_one_and_never_at_nothing()
     values, every, none = np.linspace(1.0, 3.0, 101), np.ones(101, bool), np.zeros(101)
     valid, same = values > 1.5, (values < 2.0).astype(float)
     found = attainable(
-        np.stack([values, 0 * values, values, values]),
+        np.stack([np.stack([v, 3 * v]) for v in (values, 0 * values, values, values)]),
         np.stack([every, every, valid, valid]),
         np.stack([none, none, same, same + 1]),
     )
+    np.testing.assert_allclose(found[[0, 2, 3], 1], 3 * found[[0, 2, 3], 0])  # of each image for itself
     some = np.sqrt(2.0 * 2.05), np.sqrt(1.52 * np.quantile(values[valid], GOOD))  # of those from 2 to 3, and from 1.5
-    np.testing.assert_allclose(found, [np.sqrt(1.0 * 1.1), MISMATCH_FLOOR, *some])
+    np.testing.assert_allclose(found[:, 0], [np.sqrt(1.0 * 1.1), MISMATCH_FLOOR, *some])
 
 
 def test_blocks_are_chosen_whose_gaps_go_on_though_their_colors_do_not(monkeypatch):

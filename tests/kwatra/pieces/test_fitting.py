@@ -29,6 +29,16 @@ def test_a_region_is_compared_with_every_place_of_the_image(
     np.testing.assert_allclose(fit.inside(content, weight), expected, atol=1e-9)
 
 
+def test_images_that_are_placed_together_are_compared_each_for_itself() -> None:
+    rng = np.random.default_rng(2)
+    image, other, weight = rng.random((2, 7, 9)), rng.random((1, 7, 9)), rng.random((2, 1, 3, 4))
+    ones = np.concatenate([rng.random((2, 3, 3, 4)) * weight, weight], 1)
+    found = Fit(image, other).less_energy(ones)
+    assert found.shape == (2, 2, 5, 6)
+    np.testing.assert_allclose(found[:, :1], Fit(image).less_energy(ones[:, [0, 1, 3]]), atol=1e-9)
+    np.testing.assert_allclose(found[:, 1:], Fit(other).less_energy(ones[:, [2, 3]]), atol=1e-9)
+
+
 @pytest.mark.parametrize(("shape", "extent"), SHAPES)
 def test_the_image_is_compared_with_every_part_of_a_stretch(shape: tuple[int, ...], extent: tuple[int, ...]) -> None:
     rng = np.random.default_rng(1)

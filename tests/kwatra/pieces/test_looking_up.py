@@ -15,12 +15,12 @@ from kwatra.pieces.weighing import charge_shown, draw, pick, take_known
 def test_values_are_taken_where_they_are_known():
     rng = np.random.default_rng(0)
     image, places, known = rng.random((3, 50)), rng.integers(0, 50, (2, 40), np.int32), rng.random((2, 40)) < 0.6
-    ones, against = np.full((2, 4, 40), np.nan), np.full((2, 2, 40), np.nan)
-    take_known(image, places, known, ones, against)
+    ones, against = np.full((2, 4, 40), np.nan), np.full((2, 3, 40), np.nan)
+    take_known(image, np.array([0, 0, 1]), places, known, ones, against)
     for box in range(2):
         wanted = np.where(known[box], image[:, places[box]], 0)
         np.testing.assert_array_equal(ones[box], [*wanted, known[box]])
-        np.testing.assert_allclose(against[box], [(wanted**2).sum(0), known[box]])
+        np.testing.assert_allclose(against[box], [(wanted[:2] ** 2).sum(0), wanted[2] ** 2, known[box]])
 
 
 @pytest.mark.parametrize("shapes", [[(7, 9)], [(4, 5, 6), (3, 6, 4)]])
