@@ -4,17 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from kwatra.pieces.boxes import of_volume, volume
 from kwatra.pieces.corners import Corners
 from kwatra.pieces.fitting import Fit
 from kwatra.pieces.mosaic import by_place
 from kwatra.pieces.stock import Array
-
-GOOD = 0.05
-"""Cost is counted in the mean (geometric) of the least disagreement and the one this share of blocks stays below. Half
-and twice as much, as of ACCEPTABLE, MISMATCH_FLOOR and AGAIN, changes the score of four textures, .043, by .001."""
-
-MISMATCH_FLOOR = 0.05
-"""Disagreement, as a mean square relative to the exemplar's variance, that is hardly seen."""
 
 FAIR = 0.25
 """What hangs over the exemplar is taken to agree with what is known as well as this share of blocks at least do.
@@ -52,23 +46,8 @@ class Agreement:
         seen = places.reshape(boxes, -1), known.reshape(boxes, -1)
         take_known(self._planes, self._image, *seen, *(part.reshape(*part.shape[:2], -1) for part in (ones, against)))
         raw, mismatch = self.corners.on_grain(self.fit.less_energy(ones)), np.empty((boxes, images, *valid.shape[1:]))
-        hangs = any(self.corners.hang)
-        inside = self.corners.inside(against) if hangs else np.empty((boxes, images + 1, 0))
-        all_of = (part.reshape(*part.shape[:2], -1) for part in (raw, against, inside))
+        hanging = any(self.corners.hang), of_volume(self.corners.seen(extent))
         units = FAIR, self._variances, 10.0**DIGITS
-        compare(*all_of, valid.reshape(boxes, -1), *units, mismatch.reshape(boxes, images, -1))
+        flat = (part.reshape(boxes, images, -1) for part in (raw, mismatch))
+        compare(next(flat), volume(against, len(extent)), *hanging, valid.reshape(boxes, -1), *units, next(flat))
         return mismatch
-
-
-def attainable(mismatches: Array, valid: Array, same: Array) -> Array:
-    """The disagreement (b, images) that a texture affords, given that of all blocks: what others are measured by.
-
-    mismatches: (b, images, *n). It is that of `valid` (b, *n) ones that do not merely continue what is there (`same` is
-    0), or else of all valid ones.
-    """
-    from kwatra.pieces.weighing import attain
-
-    boxes, images, afforded = *mismatches.shape[:2], np.empty(mismatches.shape[:2])
-    blocks = valid.reshape(boxes, -1), same.reshape(boxes, -1)
-    attain(mismatches.reshape(boxes, images, -1), *blocks, GOOD, MISMATCH_FLOOR, afforded)
-    return afforded

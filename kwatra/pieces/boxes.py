@@ -59,11 +59,15 @@ def span_sums(values: np.ndarray, spans: Sequence[tuple[np.ndarray, np.ndarray]]
 
     axes, kind = len(spans), np.int64 if values.dtype.kind in "biu" else np.float64  # whole numbers are summed exactly
     shape = (*values.shape[: values.ndim - axes], *(len(starts) for starts, _ in spans))
-    every = [(np.zeros(1, np.int64), np.ones(1, np.int64))] * (AXES - axes) + [*spans]
     four = (math.prod(values.shape[: values.ndim - axes]), *volume(values, axes).shape[-AXES:])
-    starts, stops = (tuple(span[side] for span in every) for side in (0, 1))
-    sums = sum_boxes(values.astype(np.float64, copy=False).reshape(four), starts, stops).reshape(shape)
+    sums = sum_boxes(values.astype(np.float64, copy=False).reshape(four), *of_volume(spans)).reshape(shape)
     return np.asarray(sums, kind)
+
+
+def of_volume(spans: Sequence[tuple[np.ndarray, np.ndarray]]) -> tuple[tuple[np.ndarray, ...], tuple[np.ndarray, ...]]:
+    """The starts and the stops of spans, of AXES axes (`volume`): the one pixel of those that there are not."""
+    every = [(np.zeros(1, np.int64), np.ones(1, np.int64))] * (AXES - len(spans)) + [*spans]
+    return tuple(starts for starts, _ in every), tuple(stops for _, stops in every)
 
 
 def volume(values: np.ndarray, axes: int) -> np.ndarray:

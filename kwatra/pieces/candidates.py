@@ -9,9 +9,9 @@ import numpy as np
 import torch
 
 from kwatra.elements import Lattice
-from kwatra.pieces.agreement import DIGITS, Agreement, attainable
+from kwatra.pieces.agreement import DIGITS, Agreement
 from kwatra.pieces.boxes import Box
-from kwatra.pieces.charges import NEAR, StepCosts, charged, kept_in_step, shown_before
+from kwatra.pieces.charges import NEAR, StepCosts, charged, shown_near
 from kwatra.pieces.corners import Corners
 from kwatra.pieces.gaps import Gaps
 from kwatra.pieces.mosaic import Mosaic
@@ -19,6 +19,13 @@ from kwatra.pieces.sheet import Sheet
 from kwatra.pieces.stock import Array
 from kwatra.pieces.wished import Wished
 from kwatra.terms import PlaceCharge
+
+GOOD = 0.05
+"""Cost is counted in the mean (geometric) of the least disagreement and the one this share of blocks stays below. Half
+and twice as much, as of ACCEPTABLE, MISMATCH_FLOOR and AGAIN, changes the score of four textures, .043, by .001."""
+
+MISMATCH_FLOOR = 0.05
+"""Disagreement, as a mean square relative to the exemplar's variance, that is hardly seen."""
 
 ACCEPTABLE = 0.5
 """Blocks whose cost exceeds the least by more than this are not laid, however good their seam."""
@@ -101,53 +108,70 @@ class Candidates:
         if needed is None:
             valid = np.broadcast_to(self.corners.valid, (len(boxes), *self.corners.valid.shape))
         else:
-            valid = self.corners.covering(needed & ~known)
-        some, same = known.reshape(len(boxes), -1).any(1), self.corners.continuing(places, known)
-        cost = self._disagreement(boxes, places, known, valid, same)
-        shown = shown_before(self.sheet, boxes, self.corners, worn, same, self._prices)
-        if self.steps is not None:
-            for at in np.flatnonzero(some).tolist():
-                step = self.steps.at(self._from_most(boxes[at], known[at]))
-                shown[at] = kept_in_step(self.steps.lattice, step, shown[at], valid[at])
-        costs = np.where(valid, cost + shown, math.inf).reshape(len(boxes), -1)
-        seams = np.where(some, most if self.asked.aligned else 1, 1).tolist()
-        return [self._drawn(*box) for box in zip(costs, boxes, seams, luck, strict=True)]
-
-    def _drawn(self, costs: Array, box: Box, most: int, luck: float) -> tuple[Array, Array]:
-        """Of one box the blocks that are tried, given what all cost (n,)."""
-        from kwatra.pieces.weighing import draw, pick
-
+            valid = self.corners.covering(needed, known)
+        costs = self._costs(boxes, places, known, valid, worn)
         if self.asked.luck:
-            costs = costs + self.asked.luck * np.random.default_rng(int(luck * 2**53)).random(costs.size)
-        if most == 1 or (self.asked.wish is not None and self.asked.wish.anything(self.sheet.indices(box))):
-            picks = draw(costs, TOLERANCE, luck)
-        else:
-            picks = pick(costs, most, ACCEPTABLE)
-        return self.corners.at(picks), costs[picks]
+            costs += [self.asked.luck * np.random.default_rng(int(one * 2**53)).random(costs.shape[1]) for one in luck]
+        return self._picked(boxes, costs, np.where(known.reshape(len(boxes), -1).any(1), most, 1), luck)
 
-    def _disagreement(self, boxes: Sequence[Box], places: Array, known: Array, valid: Array, same: Array) -> Array:
-        """How little blocks (b, *n) agree with what is known (b, *E) of boxes, and cost for where they come from.
+    def _picked(
+        self, boxes: Sequence[Box], costs: Array, most: Array, luck: Sequence[float]
+    ) -> list[tuple[Array, Array]]:
+        """Of each box at most so many (b,) of the blocks, of which one drawn by luck (b,), given costs (b, n)."""
+        from kwatra.pieces.weighing import pick_each
 
-        It is counted in what agreement this texture affords: rows that can line up are not torn for the sake of even
-        use.
+        wish = self.asked.wish
+        if not self.asked.aligned:
+            most = np.ones_like(most)
+        elif wish is not None:
+            most = np.where([wish.anything(self.sheet.indices(box)) for box in boxes], 1, most)
+        picked = np.empty((len(boxes), max(most)), np.int64)
+        pick_each(costs, most, ACCEPTABLE, TOLERANCE, np.array(luck), picked)
+        some = [numbers[numbers >= 0] for numbers in picked]
+        return [(self.corners.at(numbers), cost[numbers]) for numbers, cost in zip(some, costs, strict=True)]
+
+    def _costs(self, boxes: Sequence[Box], places: Array, known: Array, valid: Array, worn: Array) -> Array:
+        """What blocks cost (b, n) in boxes, infinite where they are not `valid` (b, *n).
+
+        Less where they agree with what is `known` (b, *E), in what agreement this texture affords: rows that can
+        line up are not torn for the sake of even use. More for where in the exemplar they come from, for what was shown
+        before, and where they leave the lattice. places (b, *E): where what is known comes from.
         """
-        aligned = self.asked.aligned
-        found = (
-            self.agreement.mismatch(places, known, valid) if aligned else np.zeros((len(boxes), 1, *valid.shape[1:]))
-        )
+        from kwatra.pieces.weighing import weigh
+
+        count, some, again, beside = len(boxes), known.reshape(len(boxes), -1).any(1), *self._prices
+        found, same = self._disagreement(boxes, places, known, valid), self.corners.continuing(places, known)
+        nothing: Array = np.empty((count, 0))
+        away = near = steps = nothing
+        if self.asked.places:
+            lines = valid.shape[1:], self.corners.grain, self.asked.device
+            away = np.stack([charged(self.asked.places, box.start, *lines) for box in boxes]) / self.variance
+        if beside > 0:
+            near = shown_near(self.sheet, boxes, self.corners)
+        if self.steps is not None:
+            steps = np.zeros(same.shape)
+            for at in np.flatnonzero(some).tolist():
+                steps[at] = self.steps.at(self._from_most(boxes[at], known[at]))
+        gaps = 0.0 if self.asked.gaps is None else self.asked.gaps.weight
+        in_step = 0.0 if self.steps is None else self.steps.in_step
+        costs = np.empty((count, worn.size))
+        valid, same, away, near, steps = (part.reshape(count, -1) for part in (valid, same, away, near, steps))
+        weigh(
+            found.reshape(*found.shape[:2], -1), valid, same, some, GOOD, MISMATCH_FLOOR, gaps, away, worn.ravel(),
+            near, self.corners.pixels.ravel(), again, beside, steps, in_step, costs,
+        )  # fmt: skip
+        return costs
+
+    def _disagreement(self, boxes: Sequence[Box], places: Array, known: Array, valid: Array) -> Array:
+        """How little blocks agree with what is known of boxes, and with a wish, (b, images, *n)."""
+        if self.asked.aligned:
+            found = self.agreement.mismatch(places, known, valid)
+        else:
+            found = np.zeros((len(boxes), 1, *valid.shape[1:]))
         if self.asked.wish is not None:
             for at, box in enumerate(boxes):
                 found[at, 0] = self._with_wish(self.asked.wish, box, found[at, 0])
-        afforded = attainable(found, valid, same).reshape(*found.shape[:2], *(1,) * (valid.ndim - 1))
-        if self.asked.places:
-            lines = valid.shape[1:], self.corners.grain, self.asked.device
-            away = np.stack([charged(self.asked.places, box.start, *lines) for box in boxes])
-            found[:, 0] += away / self.variance
-        costs = found / afforded
-        if costs.shape[1] == 1 or self.asked.gaps is None:
-            return costs[:, 0]
-        some: Array = known.any(tuple(range(1, known.ndim))).reshape(-1, *(1,) * (valid.ndim - 1))
-        return np.where(some, self.asked.gaps.weighed(costs[:, 0], costs[:, 1]), costs[:, 0])
+        return found
 
     def _with_wish(self, wish: Wished, box: Box, mismatch: Array) -> Array:
         """How little the blocks (*n) agree with what is known of a box, and with a wish, relative to the variance.

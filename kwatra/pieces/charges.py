@@ -8,7 +8,7 @@ import torch
 from scipy import ndimage
 
 from kwatra.elements import Lattice, out_of_step
-from kwatra.pieces.boxes import Box
+from kwatra.pieces.boxes import Box, of_volume
 from kwatra.pieces.corners import Corners
 from kwatra.pieces.mosaic import Mosaic
 from kwatra.pieces.sheet import Sheet
@@ -65,7 +65,7 @@ def charged(
 
 
 class StepCosts:
-    """What blocks cost that are copied from corners on the grain, (*shape): 0 in step with a lattice, to STEP out of it.
+    """What blocks cost that are copied from corners on the grain, (*shape): 0 in a lattice's step, to STEP out of it.
 
     It counts by how regular the texture is. What boxes ask for overlaps: it is found once for spans of offsets. To find
     it for each box took a quarter of the time of a wall of bricks. Memory: four times the corners for each span, of
@@ -74,6 +74,7 @@ class StepCosts:
 
     def __init__(self, lattice: Lattice, shape: Sequence[int], grain: Sequence[int]) -> None:
         self.lattice, self.shape, self.grain = lattice, tuple(shape), tuple(grain)
+        self.in_step = STEP * lattice.regularity / 2  # what does not cost more is
         self._spans: dict[tuple[int, ...], Array] = {}
 
     def at(self, first: Sequence[int]) -> Array:
@@ -95,52 +96,18 @@ class StepCosts:
         return cost
 
 
-def kept_in_step(lattice: Lattice, step: Array, shown: Array, valid: Array) -> Array:
-    """What blocks cost for being out of step (`StepCosts`), and for what was `shown` before, both (*shape).
+def shown_near(sheet: Sheet[Mosaic], boxes: Sequence[Box], corners: Corners) -> Array:
+    """How much of each block (b, n) of an image is shown around boxes.
 
-    What was shown before is no reason to leave the lattice: it counts from the least that it costs among `valid` blocks
-    in step. Of an exemplar of two periods hardly more than one block is, which else costs more than one beside it.
-    """
-    near = valid & (step <= STEP * lattice.regularity / 2)
-    more = np.maximum(shown - shown[near].min(), 0) if near.any() else shown
-    cost: Array = more + step
-    return cost
-
-
-def shown_before(
-    sheet: Sheet[Mosaic],
-    boxes: Sequence[Box],
-    corners: Corners,
-    worn: Array,
-    same: Array,
-    prices: tuple[float, float],
-) -> Array:
-    """What blocks at `corners` cost in boxes (b, *n) for what was shown before.
-
-    worn (*n): what they cost for how often their pixels are. same (b, *n): how many pixels a block shows where they are
-    shown already: it then continues a copy. prices: what a block costs that continues a copy, and, of stills, that is
-    shown right beside as well.
-    """
-    from kwatra.pieces.weighing import charge_shown
-
-    (again, beside), count, cost = prices, len(boxes), np.empty(same.shape)
-    near = corners.sums(shown_near(sheet, boxes, max(corners.block))) if beside > 0 else np.empty((count, 0))
-    sums = worn.ravel(), near.reshape(count, -1), same.reshape(count, -1), corners.pixels.ravel()
-    charge_shown(*sums, again, beside, cost.reshape(count, -1))
-    return cost
-
-
-def shown_near(sheet: Sheet[Mosaic], boxes: Sequence[Box], reach: int) -> Array:
-    """How much is shown around boxes of each place of an image's mosaic (b, *cell).
-
-    It is 1 for a pixel in a box, 0 from `reach` away.
+    A pixel counts 1 that is shown in a box, 0 from a block's length away.
     """
     from kwatra.pieces.weighing import sum_near
 
-    shown = np.zeros((len(boxes), *sheet.sources.cell))
+    near = np.empty((len(boxes), corners.valid.size))
     starts, stops = (np.array(sides) for sides in zip(*((box.start, box.stop) for box in boxes), strict=True))
-    sum_near(sheet.places, sheet.label, starts, stops, reach, shown.reshape(len(boxes), -1))
-    return shown
+    blocks = np.array(sheet.sources.cell), of_volume(corners.under)
+    sum_near(sheet.places, sheet.label, starts, stops, max(corners.block), *blocks, near)
+    return near
 
 
 class SceneUse:

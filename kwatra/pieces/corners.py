@@ -14,7 +14,7 @@ import numpy as np
 
 from kwatra.base import InputError
 from kwatra.exemplar import Exemplar
-from kwatra.pieces.boxes import span_sums
+from kwatra.pieces.boxes import in_volume, of_volume, span_sums, volume
 from kwatra.pieces.stock import Array, each
 
 
@@ -66,15 +66,14 @@ class Corners:
         count_offsets(*flat, extent, cell, hang, grain, np.array(self.valid.shape), counts.reshape(boxes, -1))
         return counts
 
-    def covering(self, needed: Array) -> Array:
-        """Of which valid blocks (b, *n) all pixels of boxes (b, *E) that are `needed` lie inside of the exemplar."""
-        axes, covering = range(1, needed.ndim), self.valid[None]
-        along: Array
-        for axis, starts, size in zip(axes, self._corners, self.shape, strict=True):
-            along = np.logical_or.reduce(needed, tuple(other for other in axes if other != axis))
-            first, last = along.argmax(1)[:, None], along.shape[1] - 1 - along[:, ::-1].argmax(1)[:, None]
-            inside = (starts >= -first) & (starts < size - last) | ~along.max(1)[:, None]
-            covering = covering & inside.reshape(len(needed), *(-1 if other == axis else 1 for other in axes))
+    def covering(self, needed: Array, known: Array) -> Array:
+        """Of which valid blocks (b, *n) the pixels of boxes (b, *E) that are needed, but not known, lie inside."""
+        from kwatra.pieces.weighing import cover
+
+        axes, covering = len(self.shape), np.empty((len(needed), *self.valid.shape), bool)
+        lines, sizes = of_volume([(line, line) for line in self._corners])[0], in_volume(self.shape, 1)
+        seen = volume(needed, axes), volume(known, axes)
+        cover(*seen, lines, sizes, volume(np.ascontiguousarray(self.valid), axes), volume(covering, axes))
         return covering
 
     def around(self, image: Array) -> Array:
@@ -89,19 +88,19 @@ class Corners:
 
     def sums(self, values: Array) -> Array:
         """The sum of the exemplar's values under each block, given by place of its mosaic (..., *shape + 2)."""
-        return span_sums(values, self._under)
+        return span_sums(values, self.under)
 
     def inside(self, values: Array) -> Array:
         """The sum of a block's values (..., *E) over what lies inside of the exemplar, of each block (..., *n)."""
-        return span_sums(values, self._seen(values.shape[-len(self.shape) :]))
+        return span_sums(values, self.seen(values.shape[-len(self.shape) :]))
 
     @cached_property
-    def _under(self) -> list[tuple[Array, Array]]:
+    def under(self) -> list[tuple[Array, Array]]:
         """Axis by axis the places of the exemplar under each block, from the first to before the last."""
         lines = zip(self._corners, self.block, self.shape, strict=True)
         return [(_within(c, size) + 1, _within(c + extent, size) + 1) for c, extent, size in lines]
 
-    def _seen(self, extent: tuple[int, ...]) -> list[tuple[Array, Array]]:
+    def seen(self, extent: tuple[int, ...]) -> list[tuple[Array, Array]]:
         """Axis by axis the pixels of a box of some extent that lie inside, from the first to before the last."""
         if extent not in self._seen_of:
             lines = zip(self._corners, extent, self.shape, strict=True)

@@ -52,11 +52,10 @@ class Gaps(NamedTuple):
     depth: Array
     hides: float
 
-    def weighed(self, colors: Array, depths: Array) -> Array:
-        """What blocks cost that disagree so much in colors, and in where the gaps lie."""
-        weight = ALIGNED * self.hides
-        cost: Array = (colors + weight * depths) / (1 + weight)
-        return cost
+    @property
+    def weight(self) -> float:
+        """What it counts beside the colors of blocks that their gaps disagree."""
+        return ALIGNED * self.hides
 
     def widened(
         self, block: Sequence[int], overlap: Sequence[int], room: Sequence[float], grain: Sequence[int]

@@ -8,7 +8,7 @@ from bench_elements import cut_elements
 from made import MADE
 
 from kwatra import Exemplar
-from kwatra.pieces.agreement import DIGITS, FAIR, GOOD, MISMATCH_FLOOR, Agreement, attainable
+from kwatra.pieces.agreement import DIGITS, FAIR, Agreement
 from kwatra.pieces.blocks import BlockStart
 from kwatra.pieces.corners import Corners
 from kwatra.pieces.mosaic import Mosaic
@@ -57,19 +57,6 @@ def test_mismatch_is_the_mean_square_over_what_is_known(hang):
         np.testing.assert_allclose(found[box, number].ravel(), expected, atol=0.6 * 10**-DIGITS + 2e-6 / variance)
     np.testing.assert_array_equal(found, found.round(DIGITS))
     assert not found[2].any()
-
-
-def test_attainable_lies_between_the_least_and_a_good_one_and_never_at_nothing():
-    values, every, none = np.linspace(1.0, 3.0, 101), np.ones(101, bool), np.zeros(101)
-    valid, same = values > 1.5, (values < 2.0).astype(float)
-    found = attainable(
-        np.stack([np.stack([v, 3 * v]) for v in (values, 0 * values, values, values)]),
-        np.stack([every, every, valid, valid]),
-        np.stack([none, none, same, same + 1]),
-    )
-    np.testing.assert_allclose(found[[0, 2, 3], 1], 3 * found[[0, 2, 3], 0])  # of each image for itself
-    some = np.sqrt(2.0 * 2.05), np.sqrt(1.52 * np.quantile(values[valid], GOOD))  # of those from 2 to 3, and from 1.5
-    np.testing.assert_allclose(found[:, 0], [np.sqrt(1.0 * 1.1), MISMATCH_FLOOR, *some])
 
 
 def test_blocks_are_chosen_whose_gaps_go_on_though_their_colors_do_not(monkeypatch):

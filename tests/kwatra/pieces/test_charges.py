@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 import torch
 
+from kwatra import Exemplar
 from kwatra.elements import Lattice
 from kwatra.pieces import Box, Mosaic, Patch, SeamCost, Sheet
 from kwatra.pieces.charges import (
@@ -13,9 +14,9 @@ from kwatra.pieces.charges import (
     SceneUse,
     StepCosts,
     charged,
-    kept_in_step,
     shown_near,
 )
+from kwatra.pieces.corners import Corners
 
 GRID = Lattice(torch.tensor([[0.0, 8.0], [6.0, 0.0]], dtype=torch.float64), 0.5)
 
@@ -45,15 +46,6 @@ def test_blocks_cost_the_same_at_an_offset_whichever_corner_has_it(grain):
     np.testing.assert_allclose(StepCosts(other, (5, 7), grain).at((3, 2)), steps.at((3, 2)) / 2)
 
 
-def test_what_was_shown_before_is_no_reason_to_leave_the_lattice():
-    step = np.array([[0.0, 0.01, 0.2], [0.24, 0.0, 0.25]])
-    shown = np.array([[0.5, 0.7, -0.1], [0.0, 0.1, 0.9]])
-    valid = np.array([[True, True, True], [True, False, True]])
-    cost = kept_in_step(GRID, step, shown, valid)  # in step are the first two and one that is not valid
-    np.testing.assert_allclose(cost, [[0, 0.21, 0.2], [0.24, 0, 0.65]])
-    np.testing.assert_allclose(kept_in_step(GRID, step + 0.3, shown, valid), shown + step + 0.3)  # none is in step
-
-
 def test_places_charge_for_each_corner_on_the_grain():
     def place(here, there):
         return (there - here[:, None]).sum(-1).float()
@@ -76,9 +68,11 @@ def test_what_is_shown_nearby_counts_by_its_distance_from_the_box():
         away = np.hypot(max(2 - row, row - 4, 0), max(3 - column, column - 6, 0))
         there = mosaic.coordinates(sheet.places[row, column])[1]
         wanted[tuple(there)] += max(1 - away / reach, 0)
-    corner, here = shown_near(sheet, [Box((6, 8), (3, 4)), box], reach)
-    np.testing.assert_allclose(here, np.pad(wanted, 1), atol=1e-12)
-    np.testing.assert_array_equal(corner, shown_near(sheet, [Box((6, 8), (3, 4))], reach)[0])
+    exemplar = Exemplar.of(torch.from_numpy(mosaic.images[0]))
+    corners = Corners.fitting(exemplar, (2, reach), (1, 1)).hanging((1, 1))
+    corner, here = shown_near(sheet, [Box((6, 8), (3, 4)), box], corners)
+    np.testing.assert_allclose(here, corners.sums(np.pad(wanted, 1)).ravel(), atol=1e-12)
+    np.testing.assert_array_equal(corner, shown_near(sheet, [Box((6, 8), (3, 4))], corners)[0])
     assert (wanted > 1).any()
 
 

@@ -46,16 +46,18 @@ def test_what_continues_a_copy_is_counted_where_a_block_would_have_it(seed):
 
 def test_blocks_cover_what_is_needed_where_all_of_it_lies_inside():
     found, needed = corners(), np.zeros((3, *BLOCK), bool)
-    assert found.covering(needed).all()
+    known = np.zeros_like(needed)
+    assert found.covering(needed, known).all()
     needed[0, 2, 1] = needed[0, 4, 2] = needed[0, 3, 1] = needed[2, 0, 3] = True
     every = found.at(np.arange(found.valid.size))
+    known[1, 5, 0] = known[0, 0, 0] = True
     expected = [[bool(inside(at)[box].all()) for at in every] for box in needed]
-    np.testing.assert_array_equal(found.covering(needed).reshape(3, -1), expected)
+    np.testing.assert_array_equal(found.covering(needed | known, known).reshape(3, -1), expected)
     assert 0 < sum(expected[0]) < len(expected[0])
     assert expected[0] != expected[2]
     assert all(expected[1])
     found.valid[0] = False
-    assert not found.covering(needed)[:, 0].any()
+    assert not found.covering(needed, known)[:, 0].any()
 
 
 def test_sums_are_those_of_what_lies_inside():

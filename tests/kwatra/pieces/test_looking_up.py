@@ -9,7 +9,7 @@ from kwatra.pieces.loops import quantile
 from kwatra.pieces.mosaic import Mosaic
 from kwatra.pieces.seams import SeamCost
 from kwatra.pieces.sheet import Patch, Sheet
-from kwatra.pieces.weighing import charge_shown, draw, pick, take_known
+from kwatra.pieces.weighing import take_known
 
 
 def test_values_are_taken_where_they_are_known():
@@ -93,32 +93,3 @@ def test_a_quantile_is_numpys_bit_for_bit():
         for count in (1, 2, 3, 40, 301):
             for share in (0.0, 0.05, 0.25, 0.6, 1.0):
                 assert quantile(numbers[:count], share) == np.quantile(numbers[:count], share)
-
-
-def test_what_was_shown_costs_by_how_often_and_how_near_and_whether_it_is_continued():
-    rng = np.random.default_rng(0)
-    worn, pixels = rng.random(20), rng.integers(9, 12, 20).astype(float)
-    (near, same), cost = rng.integers(0, 9, (2, 3, 20)).astype(float), np.empty((3, 20))
-    by_hand = worn + 0.3 * (same > 0)
-    charge_shown(worn, near, same, pixels, 0.3, 0.2, cost)
-    np.testing.assert_allclose(cost, by_hand + 0.2 * (near - same) / pixels, atol=1e-12)
-    charge_shown(worn, np.empty((3, 0)), same, pixels, 0.3, 0.0, cost)
-    np.testing.assert_allclose(cost, by_hand, atol=1e-12)
-
-
-@pytest.mark.parametrize("most", [1, 4, 30])
-def test_blocks_are_picked_by_their_cost_and_of_equals_the_first(most):
-    costs = np.random.default_rng(most).integers(0, 9, 25) / 8
-    costs[::4] = np.inf
-    near = [i for i in np.argsort(costs, kind="stable") if costs[i] <= costs.min() + 0.5]
-    np.testing.assert_array_equal(pick(costs, most, 0.5), near[:most])
-
-
-def test_a_block_is_drawn_of_those_that_cost_about_the_least():
-    costs = np.random.default_rng(0).integers(0, 9, 25) / 8
-    costs[::4] = np.inf
-    near = np.flatnonzero(costs <= costs.min() + 0.25)
-    assert 1 < len(near) < 18
-    for number, expected in enumerate(near):
-        for luck in (number / len(near) + 1e-9, (number + 1) / len(near) - 1e-9):
-            np.testing.assert_array_equal(draw(costs, 0.25, luck), [expected])
