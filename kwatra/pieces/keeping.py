@@ -21,9 +21,8 @@ def cheaper(cost: SeamCost, before: Array, after: Array) -> Array:
     Nowhere if no cut lowers what seams cost.
     """
     old, new = cost.within(before), cost.within(after)
-    taking = np.zeros(before.shape, np.int64)
-    pairs = []
-    for axis, (there, (a, b, c)) in enumerate(zip(new, cost.pairs(before, after, old), strict=True)):
+    choice, taking, pairs = np.where(before == after, KEEP, FREE).astype(np.int8), np.zeros(before.shape, np.int64), []
+    for axis, (there, (a, b, c)) in enumerate(zip(new, cost.pairs(before, after, old, choice), strict=True)):
         # a cut has no cost where both sides are taken: half of what the later seam costs lies on either
         back = there.astype(np.int64) // 2
         ahead = there - back
@@ -31,6 +30,6 @@ def cheaper(cost: SeamCost, before: Array, after: Array) -> Array:
         taking[p] += ahead
         taking[q] += back
         pairs.append((a, b - back, c - ahead))
-    take = best_cut(np.where(before == after, KEEP, FREE), pairs, taking)
+    take = best_cut(choice, pairs, taking)
     mixed = cost.within(np.where(take, after, before))
     return take if summed(mixed) < summed(old) else np.zeros_like(take)

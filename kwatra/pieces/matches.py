@@ -18,21 +18,6 @@ from kwatra.pieces.boxes import in_volume
 from kwatra.pieces.stock import Array, Matches
 
 
-def matched(planes: Array, strides: Sequence[int], old: Array, new: Array) -> Matches:
-    """M along each axis as `Stock.matches` gives it, of places that are numbers.
-
-    planes (C, N): colors by place. strides: from a place to the next one along each axis.
-    """
-    here, found, choice = np.empty(new.shape, np.int32), [], np.full(new.shape, FREE, np.int8)
-    _apart(planes, choice.ravel(), old.ravel(), new.ravel(), here.ravel())
-    for axis, stride in enumerate(strides):
-        shape = tuple(n - (d == axis) for d, n in enumerate(new.shape))
-        second, first = np.empty(shape, np.int32), np.empty(shape, np.int32)
-        _matched(planes, stride, *(lines(v, axis) for v in (choice, here, old, new, second, first)))
-        found.append((second, first))
-    return found
-
-
 class Depths(NamedTuple):
     """How deep in their elements the places of a window lie, and what that makes of seams (`kwatra.pieces.Depth`)."""
 
@@ -40,6 +25,34 @@ class Depths(NamedTuple):
     new: Array
     hidden: float
     least: float
+
+
+def matched(
+    planes: Array,
+    strides: Sequence[int],
+    old: Array,
+    new: Array,
+    choice: Array | None = None,
+    depths: Depths | None = None,
+) -> Matches:
+    """M along each axis as `Stock.matches` gives it, of places that are numbers; what hidden seams cost, given depths.
+
+    planes (C, N): colors by place. strides: from a place to the next one along each axis. choice: what may happen to
+    pixels (kwatra.cut); where no seam comes to lie the cost is 0. None: anything.
+    """
+    choice = np.full(new.shape, FREE, np.int8) if choice is None else choice
+    here, found = np.empty(new.shape, np.int32), []
+    _apart(planes, choice.ravel(), old.ravel(), new.ravel(), here.ravel())
+    for axis, stride in enumerate(strides):
+        shape = tuple(n - (d == axis) for d, n in enumerate(new.shape))
+        second, first = np.zeros(shape, np.int32), np.zeros(shape, np.int32)
+        free, s, t, b, c = (lines(v, axis) for v in (choice, old, new, second, first))
+        _matched(planes, stride, free, lines(here, axis), s, t, b, c)
+        if depths is not None:
+            deep = lines(depths.old, axis), lines(depths.new, axis)
+            _hidden(stride, planes.shape[1] - 1, free, s, t, *deep, depths.hidden, depths.least, b, c)
+        found.append((second, first))
+    return found
 
 
 def cut_in(

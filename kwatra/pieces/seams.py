@@ -22,13 +22,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from functools import cached_property
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from kwatra.cut import Costs, best_cut, seams_after, solved_at_once
 from kwatra.pieces.mosaic import Mosaic
 from kwatra.pieces.stock import Array, Stock, beside
+
+if TYPE_CHECKING:
+    from kwatra.pieces.matches import Depths
 
 NORMALIZED_SCALE = 4096
 """What a seam of M' = 1 costs, as costs are whole numbers."""
@@ -66,12 +69,18 @@ class SeamCost:
     def __init__(self, sources: Stock, steepness: Steepness | None = None, depth: Depth | None = None):
         self.sources, self.steepness, self.depth = sources, steepness, depth
 
-    def pairs(self, old: Array, new: Array, remembered: Sequence[Array]) -> list[Costs]:
+    def pairs(self, old: Array, new: Array, remembered: Sequence[Array], choice: Array | None = None) -> list[Costs]:
         """Per axis the costs (a, b, c) of kwatra.cut between neighbors of a window; of empty pixels, anything.
 
         old, new: what its pixels show, and what they would show of a new patch. remembered: per axis the cost of the
-        seam that is between a pixel and the next now.
+        seam that is between a pixel and the next now. choice: what may happen to pixels, None for anything; where no
+        seam comes to lie b and c may be anything, too.
         """
+        if isinstance(self.sources, Mosaic) and self.steepness is None:
+            from kwatra.pieces.matches import matched
+
+            found = matched(self.sources.planes, self.sources.strides, old, new, choice, self._depths(old, new))
+            return [(a, b, c) for a, (b, c) in zip(remembered, found, strict=True)]
         pairs, deep = [], None if self.depth is None else (self.depth.at(old), self.depth.at(new))
         for axis, (a, (b, c)) in enumerate(zip(remembered, self.sources.matches(old, new), strict=True)):
             p, q = beside(axis, len(remembered))
@@ -83,6 +92,13 @@ class SeamCost:
             pairs.append((a, b, c))
         return pairs
 
+    def _depths(self, old: Array, new: Array) -> Depths | None:
+        """How deep places lie, for compiled loops; None where that is not known."""
+        from kwatra.pieces.matches import Depths
+
+        deep = self.depth
+        return None if deep is None else Depths(deep.at(old), deep.at(new), deep.hidden, deep.least)
+
     def cut(
         self, old: Array, new: Array, remembered: Sequence[Array], choice: Array, taking: Array | None, most: int
     ) -> tuple[Array, list[Array]] | None:
@@ -92,12 +108,11 @@ class SeamCost:
         that all comes to over `most` more than now.
         """
         if isinstance(self.sources, Mosaic) and self.steepness is None and solved_at_once(choice):
-            from kwatra.pieces.matches import Depths, cut_in
+            from kwatra.pieces.matches import cut_in
 
-            deep = self.depth
-            depths = None if deep is None else Depths(deep.at(old), deep.at(new), deep.hidden, deep.least)
-            return cut_in(self.sources.planes, self.sources.strides, old, new, remembered, choice, taking, depths, most)
-        pairs = self.pairs(old, new, remembered)
+            depths, mosaic = self._depths(old, new), self.sources
+            return cut_in(mosaic.planes, mosaic.strides, old, new, remembered, choice, taking, depths, most)
+        pairs = self.pairs(old, new, remembered, choice)
         take = best_cut(choice, pairs, taking)
         return take, seams_after(choice, take, pairs)
 
