@@ -15,8 +15,8 @@ from torch import Tensor
 from flow.animation.film import Film
 from flow.animation.reading import nearest_pixels
 from kwatra import Exemplar
-from kwatra.base import InputError, mean
-from kwatra.pieces import Fit, Hidden, box_sums
+from kwatra.base import InputError, box_sums, mean
+from kwatra.pieces import Fit, Hidden
 from kwatra.pieces.gaps import ALIGNED
 from kwatra.source import look_up
 from kwatra.terms.stay import REACH, STAYING

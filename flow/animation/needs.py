@@ -3,7 +3,7 @@
 import numpy as np
 from torch import Tensor
 
-from kwatra.pieces import box_sums
+from kwatra.base import box_sums
 
 _LEAST = 0.005
 """Blocks with less wear than this, on average, are left as they are: a bound on time."""

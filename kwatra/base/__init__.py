@@ -7,6 +7,7 @@ from kwatra.base.resampling import turned
 from kwatra.base.seeds import generator_of
 from kwatra.base.sizes import whole_sizes
 from kwatra.base.solver import Solution, conjugate_gradients
+from kwatra.base.spans import box_sums
 from kwatra.base.tensors import tensor_of
 from kwatra.base.threads import by_one_thread, shared
 
@@ -16,6 +17,7 @@ __all__ = [
     "LARGEST",
     "InputError",
     "Solution",
+    "box_sums",
     "by_one_thread",
     "check_mask",
     "coarse_shape",

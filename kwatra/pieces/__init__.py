@@ -2,7 +2,7 @@
 
 from kwatra.pieces.again import Budget, lay_again
 from kwatra.pieces.blocks import BlockStart
-from kwatra.pieces.boxes import Box, box_sums
+from kwatra.pieces.boxes import Box
 from kwatra.pieces.fitting import Fit, totals
 from kwatra.pieces.gaps import Gaps, Hidden, gaps, hidden_seams
 from kwatra.pieces.keeping import cheaper
@@ -30,7 +30,6 @@ __all__ = [
     "Sheet",
     "Stock",
     "block_start",
-    "box_sums",
     "cheaper",
     "gaps",
     "hidden_seams",

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from kwatra.pieces.boxes import of_volume, volume
+from kwatra.base.spans import of_volume, volume
 from kwatra.pieces.corners import Corners
 from kwatra.pieces.fitting import Fit
 from kwatra.pieces.mosaic import by_place

@@ -7,8 +7,9 @@ import numpy as np
 import torch
 from scipy import ndimage
 
+from kwatra.base.spans import of_volume
 from kwatra.elements import Lattice, out_of_step
-from kwatra.pieces.boxes import Box, of_volume
+from kwatra.pieces.boxes import Box
 from kwatra.pieces.corners import Corners
 from kwatra.pieces.mosaic import Mosaic
 from kwatra.pieces.sheet import Sheet

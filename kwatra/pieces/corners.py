@@ -13,8 +13,8 @@ from functools import cached_property
 import numpy as np
 
 from kwatra.base import InputError
+from kwatra.base.spans import in_volume, of_volume, span_sums, volume
 from kwatra.exemplar import Exemplar
-from kwatra.pieces.boxes import in_volume, of_volume, span_sums, volume
 from kwatra.pieces.stock import Array, each
 
 

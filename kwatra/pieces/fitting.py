@@ -16,8 +16,8 @@ import torch
 from scipy import fft, ndimage
 
 from kwatra.base import by_one_thread
+from kwatra.base.spans import box_sums
 from kwatra.exemplar import Exemplar
-from kwatra.pieces.boxes import box_sums
 
 
 class Fit:

@@ -12,9 +12,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kwatra.base.compiled import jitted
+from kwatra.base.spans import in_volume
 from kwatra.cut.choices import FREE, TAKE, VOID
 from kwatra.cut.network import cut_at_once, lines, seams_left, sides
-from kwatra.pieces.boxes import in_volume
 from kwatra.pieces.stock import Array, Matches
 
 

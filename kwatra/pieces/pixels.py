@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from kwatra.base.compiled import jitted
+from kwatra.base.spanloops import sum_boxes
 from kwatra.cut.choices import FREE, KEEP, TAKE, VOID
-from kwatra.pieces.loops import sum_boxes
 
 
 @jitted

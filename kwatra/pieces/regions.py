@@ -14,7 +14,8 @@ import numpy as np
 import torch
 
 from kwatra.base import shared
-from kwatra.pieces.boxes import Box, box_sums, in_volume, volume, wrapped
+from kwatra.base.spans import box_sums, in_volume, volume
+from kwatra.pieces.boxes import Box, wrapped
 from kwatra.pieces.sheet import Sheet
 from kwatra.pieces.stations import Stations
 

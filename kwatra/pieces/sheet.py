@@ -15,8 +15,9 @@ from typing import Any, Generic, NamedTuple, TypeVar
 import numpy as np
 
 from kwatra.base.axes import AXES
+from kwatra.base.spans import in_volume, volume
 from kwatra.cut import FREE, MOST, TAKE
-from kwatra.pieces.boxes import Box, in_volume, volume
+from kwatra.pieces.boxes import Box
 from kwatra.pieces.seams import SeamCost, summed
 from kwatra.pieces.stock import Array, Stock
 

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from kwatra.pieces.boxes import Box, span_sums
+from kwatra.base.spans import span_sums
+from kwatra.pieces.boxes import Box
 from kwatra.pieces.sheet import Sheet
 
 

@@ -15,9 +15,9 @@ import torch
 
 from kwatra.base import shared
 from kwatra.base.compiled import jitted
+from kwatra.base.spans import in_volume, volume
 from kwatra.cut.choices import FREE, MOST, TAKE
 from kwatra.cut.network import sides
-from kwatra.pieces.boxes import in_volume, volume
 from kwatra.pieces.matches import cut_places
 from kwatra.pieces.stock import Array
 

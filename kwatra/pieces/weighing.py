@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from kwatra.base.compiled import jitted
-from kwatra.pieces.loops import quantile, sum_boxes
+from kwatra.base.spanloops import sum_boxes
+from kwatra.pieces.loops import quantile
 
 
 @jitted

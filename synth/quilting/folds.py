@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from kwatra.pieces.boxes import Box, box_sums
+from kwatra.base import box_sums
+from kwatra.pieces.boxes import Box
 from kwatra.pieces.mosaic import Mosaic
 from kwatra.pieces.sheet import Sheet
 

@@ -12,7 +12,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from kwatra.pieces.boxes import Box, box_sums, everywhere
+from kwatra.base import box_sums
+from kwatra.pieces.boxes import Box, everywhere
 from kwatra.pieces.fitting import Fit, totals
 from kwatra.pieces.mosaic import Mosaic
 from kwatra.pieces.sheet import Sheet
