@@ -9,12 +9,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
 
+import numpy as np
 import torch
 import torch.nn.functional as F
 from scipy import fft
 from torch import Tensor
 
 from kwatra.base import running, total
+from kwatra.base.spans import span_sums
 from kwatra.elements.kept import kept_up_to
 from kwatra.exemplar import Exemplar
 
@@ -155,12 +157,9 @@ def _over(present: Tensor, reach: tuple[int, int], size: list[int]) -> Callable[
 
 def _in_rectangles(values: Tensor, reach: tuple[int, int]) -> Tensor:
     """The sum of values (H, W) over the rectangle in which they lie on themselves, moved by each lag."""
-    table = F.pad(values.cumsum(0).cumsum(1), (1, 0, 1, 0))
-    for axis, r in enumerate(reach):
-        lags = torch.arange(-r, r + 1)
-        first, stop = -lags.clamp(-values.shape[axis], 0), (values.shape[axis] - lags).clamp(0, values.shape[axis])
-        table = table.index_select(axis, stop) - table.index_select(axis, first)
-    return table
+    lags = [(np.arange(-r, r + 1), size) for r, size in zip(reach, values.shape, strict=True)]
+    sides = [(np.clip(-lag, 0, size), np.clip(size - lag, 0, size)) for lag, size in lags]
+    return torch.from_numpy(span_sums(values.numpy(), sides))
 
 
 def _at_lags(periodic: Tensor, reach: tuple[int, int]) -> Tensor:
