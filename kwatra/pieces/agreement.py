@@ -38,7 +38,7 @@ class Agreement:
         places, known (b, *E): where in the exemplar that comes from, in a mosaic of it alone, and where there is any.
         What hangs over the exemplar is taken to agree as a fair one of the `valid` (b, *n) blocks does.
         """
-        from kwatra.pieces.weighing import compare, take_known
+        from kwatra.pieces.comparing import compare, take_known
 
         boxes, images, extent = len(known), len(self._variances), known.shape[1:]
         ones = np.empty((boxes, len(self._planes) + 1, *extent), np.float32)

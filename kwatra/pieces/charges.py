@@ -102,7 +102,7 @@ def shown_near(sheet: Sheet[Mosaic], boxes: Sequence[Box], corners: Corners) -> 
 
     A pixel counts 1 that is shown in a box, 0 from a block's length away.
     """
-    from kwatra.pieces.weighing import sum_near
+    from kwatra.pieces.comparing import sum_near
 
     near = np.empty((len(boxes), corners.valid.size))
     starts, stops = (np.array(sides) for sides in zip(*((box.start, box.stop) for box in boxes), strict=True))

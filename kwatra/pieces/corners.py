@@ -58,7 +58,7 @@ class Corners:
 
         places (b, *E): where they come from, in a mosaic of the exemplar alone.
         """
-        from kwatra.pieces.weighing import count_offsets
+        from kwatra.pieces.comparing import count_offsets
 
         boxes, counts = len(known), np.zeros((len(known), *self.valid.shape))
         cell, hang, grain = np.array(self.shape) + 2, np.array(self.hang), np.array(self.grain)
@@ -68,7 +68,7 @@ class Corners:
 
     def covering(self, needed: Array, known: Array) -> Array:
         """Of which valid blocks (b, *n) the pixels of boxes (b, *E) that are needed, but not known, lie inside."""
-        from kwatra.pieces.weighing import cover
+        from kwatra.pieces.comparing import cover
 
         axes, covering = len(self.shape), np.empty((len(needed), *self.valid.shape), bool)
         lines, sizes = of_volume([(line, line) for line in self._corners])[0], in_volume(self.shape, 1)

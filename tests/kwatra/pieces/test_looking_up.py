@@ -5,11 +5,11 @@ import pytest
 
 from kwatra.cut import FREE, KEEP, TAKE, VOID
 from kwatra.pieces.boxes import Box
+from kwatra.pieces.comparing import take_known
 from kwatra.pieces.loops import quantile
 from kwatra.pieces.mosaic import Mosaic
 from kwatra.pieces.seams import SeamCost
 from kwatra.pieces.sheet import Patch, Sheet
-from kwatra.pieces.weighing import take_known
 
 
 def test_values_are_taken_where_they_are_known():
