@@ -46,8 +46,9 @@ class Agreement:
         seen = places.reshape(boxes, -1), known.reshape(boxes, -1)
         take_known(self._planes, self._image, *seen, *(part.reshape(*part.shape[:2], -1) for part in (ones, against)))
         raw, mismatch = self.corners.on_grain(self.fit.less_energy(ones)), np.empty((boxes, images, *valid.shape[1:]))
-        hanging = any(self.corners.hang), of_volume(self.corners.seen(extent))
-        units = FAIR, self._variances, 10.0**DIGITS
-        flat = (part.reshape(boxes, images, -1) for part in (raw, mismatch))
-        compare(next(flat), volume(against, len(extent)), *hanging, valid.reshape(boxes, -1), *units, next(flat))
+        compare(
+            raw.reshape(boxes, images, -1), volume(against, len(extent)), any(self.corners.hang),
+            of_volume(self.corners.seen(extent)), valid.reshape(boxes, -1), FAIR, self._variances, 10.0**DIGITS,
+            mismatch.reshape(boxes, images, -1),
+        )  # fmt: skip
         return mismatch

@@ -78,12 +78,10 @@ class Fit:
     @cached_property
     def _pairs(self) -> tuple[np.ndarray, np.ndarray]:
         """With which of the contents each of `_spectrum` goes together, and to which image that belongs."""
-        contents, numbers, count = list[int](), list[int](), 0
-        for number, image in enumerate(self.images):
-            contents += [*range(count, count + len(image)), -1]
-            numbers += [number] * (len(image) + 1)
-            count += len(image)
-        return np.array(contents) % (count + 1), np.array(numbers)
+        channels = [len(image) for image in self.images]
+        ends, weight = np.cumsum(channels).tolist(), sum(channels)
+        contents = [[*range(end - count, end), weight] for end, count in zip(ends, channels, strict=True)]
+        return np.concatenate(contents), np.repeat(np.arange(len(channels)), np.array(channels) + 1)
 
     def _channel_spectrum(self) -> np.ndarray:
         """Transforms of minus twice the channels, and of the squares of each, at the image's own size."""
