@@ -17,6 +17,7 @@ from scipy import fft, ndimage
 
 from kwatra.base import by_one_thread
 from kwatra.base.spans import box_sums
+from kwatra.base.transforms import of_real, to_real
 from kwatra.exemplar import Exemplar
 
 
@@ -106,7 +107,7 @@ def _fast(extent: tuple[int, ...]) -> tuple[int, ...]:
 def _forward(values: np.ndarray, size: tuple[int, ...]) -> np.ndarray:
     """Transforms of several (..., *S) on a grid of some size."""
     with by_one_thread():  # to wake another takes as long
-        spectrum: np.ndarray = torch.fft.rfftn(torch.from_numpy(values), size).numpy()
+        spectrum: np.ndarray = of_real(torch.from_numpy(values), size).numpy()
     return spectrum
 
 
@@ -130,9 +131,8 @@ def _correlated(
 def _inverse(spectrum: np.ndarray, size: tuple[int, ...], room: tuple[int, ...]) -> np.ndarray:
     """The values (..., *room) of transforms (..., *size)."""
     with by_one_thread():
-        values = torch.fft.irfftn(torch.from_numpy(spectrum), size)
-    some: np.ndarray = values.numpy()[(..., *(slice(r) for r in room))]
-    return some
+        values: np.ndarray = to_real(torch.from_numpy(spectrum), size, room).numpy()
+    return values
 
 
 def continued(exemplar: Exemplar) -> torch.Tensor:

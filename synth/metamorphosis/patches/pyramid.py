@@ -18,7 +18,9 @@ import numpy as np
 import torch
 import torch.nn.functional as F
 from torch import Tensor
-from torch.fft import fft2, fftfreq, ifft2, irfft2, rfft2
+from torch.fft import fftfreq, irfft2, rfft2
+
+from kwatra.base.transforms import of_complex, to_complex
 
 _ORIENTATIONS = 4
 """As many as Portilla and Simoncelli (2000) have."""
@@ -34,17 +36,17 @@ class Pyramid:
 
     def __init__(self, continued: Tensor, octaves: int, frame: tuple[int, ...], share: Tensor | None) -> None:
         self._frame, self._share = frame, share
-        spectrum = fft2(continued, norm="ortho")
+        spectrum = of_complex(continued)
         filters = _filters(spectrum)
-        self.finest = ifft2(filters.high * spectrum, norm="ortho").real
+        self.finest = to_complex(filters.high * spectrum).real
         self.bands = []
         for _ in range(octaves):
             spectrum = filters.low * spectrum
-            self.bands.append(ifft2(filters.oriented.clamp(min=0) * (1j * spectrum)[:, None], norm="ortho"))
+            self.bands.append(to_complex(filters.oriented.clamp(min=0) * (1j * spectrum)[:, None]))
             rows, columns = (_lower(size).to(spectrum.device) for size in spectrum.shape[1:])
             spectrum = spectrum[:, rows[:, None], columns]
             filters = _filters(spectrum)
-        self._rest = ifft2(filters.low * spectrum, norm="ortho").real
+        self._rest = to_complex(filters.low * spectrum).real
 
     @classmethod
     def of(cls, image: Tensor, wrap: bool, octaves: int, share: Tensor | None) -> "Pyramid":

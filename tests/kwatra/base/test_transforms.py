@@ -1,0 +1,30 @@
+import numpy as np
+import pytest
+import torch
+
+from kwatra.base.transforms import of_complex, of_real, to_complex, to_real
+
+SIZES = [(6,), (10, 9), (5, 12, 8)]
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_transforms_of_real_values_are_numpys_with_zeros_behind_them(size: tuple[int, ...]) -> None:
+    values = torch.rand(2, 3, *(n - 2 for n in size), dtype=torch.float64)
+    axes = tuple(range(-len(size), 0))
+    np.testing.assert_allclose(of_real(values, size), np.fft.rfftn(values, size, axes), atol=1e-12)
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_they_lead_back_to_the_values_or_the_first_of_them(size: tuple[int, ...]) -> None:
+    values = torch.rand(2, *size, dtype=torch.float64)
+    room = tuple(n - number for number, n in enumerate(size, 1))
+    first = values[(..., *(slice(r) for r in room))]
+    np.testing.assert_allclose(to_real(of_real(values, size), size, room), first, atol=1e-12)
+
+
+@pytest.mark.parametrize("kind", [torch.float64, torch.complex128])
+def test_complex_transforms_are_numpys_and_lead_back(kind: torch.dtype) -> None:
+    values = torch.rand(2, 12, 9, dtype=kind)
+    spectrum = of_complex(values)
+    np.testing.assert_allclose(spectrum, np.fft.fft2(values, norm="ortho"), atol=1e-12)
+    np.testing.assert_allclose(to_complex(spectrum), values, atol=1e-12)
