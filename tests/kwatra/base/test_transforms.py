@@ -1,3 +1,6 @@
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 import torch
@@ -28,3 +31,11 @@ def test_complex_transforms_are_numpys_and_lead_back(kind: torch.dtype) -> None:
     spectrum = of_complex(values)
     np.testing.assert_allclose(spectrum, np.fft.fft2(values, norm="ortho"), atol=1e-12)
     np.testing.assert_allclose(to_complex(spectrum), values, atol=1e-12)
+
+
+def test_nothing_else_transforms_several_complex_axes_at_once() -> None:
+    root = Path(__file__).parents[3]
+    several = re.compile(r"(?<![a-z_])i?(fft2|fftn|hfft2|hfftn|rfftn|irfftn)\(")
+    files = [file for folder in ("kwatra", "flow", "synth") for file in (root / folder).rglob("*.py")]
+    found = {file.name for file in files if several.search(file.read_text())}
+    assert found == {"transforms.py"}
