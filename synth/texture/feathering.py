@@ -9,10 +9,12 @@ tells where its piece goes on; pieces that flow are turned and bent, and are tol
 (`flow.animation.feathering`).
 """
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import torch
+from scipy import ndimage
 from torch import Tensor
 
 from kwatra import Exemplar, element_size
@@ -51,49 +53,66 @@ def feathered(
     from flow.animation.colorcurve import ColorCurve  # few videos need it
 
     reach, curve = round(2 * width), ColorCurve(exemplar)
+    near = near_seams(where.cpu(), reach, wrap[1:]) & free.cpu().view(-1, 1, 1)
     falloff = torch.exp(-(torch.arange(-reach, reach + 1) / width).square() / 2)
     colors = (curve.of(exemplar.canvas), curve.of(video))
     canvas, shown, places = (one.cpu().movedim(0, -1).contiguous() for one in (*colors, where))
-    seams = torch.zeros(where.shape[1:], dtype=torch.bool)
-    _feather(len(shown), canvas, exemplar.owner.cpu(), places, falloff, np.array(wrap[1:]), shown, seams)
+    _feather(near[..., 0].numel(), canvas, exemplar.owner.cpu(), places, falloff, np.array(wrap[1:]), near, shown)
     soft = curve.colors(shown.movedim(-1, 0)).to(video)
-    return torch.where((seams & free.cpu().view(-1, 1, 1)).to(video.device), soft, video)
+    return torch.where(near.to(video.device), soft, video)
+
+
+def near_seams(where: Tensor, reach: int, wrap: Sequence[bool]) -> Tensor:
+    """Which pixels (T, H, W) of a map (3, T, H, W) have within so many rows and columns one of another piece.
+
+    wrap: whether rows and columns are periodic.
+    """
+    near = np.zeros(where.shape[1:], bool)
+    for axis, around in enumerate(wrap, 1):
+        onward = where.roll(-1, axis + 1) - where
+        onward[axis] -= 1
+        seam = (onward != 0).any(0)  # between a pixel and the next
+        if not around:
+            seam.select(axis, -1).fill_(False)
+        size = [1, 2 * reach + 1, 2 * reach + 1]
+        size[axis] = 2 * reach  # seams that lie between so many pixels are one fewer
+        modes = ["constant", *("wrap" if one else "constant" for one in wrap)]
+        near |= ndimage.maximum_filter(seam.numpy(), size, mode=modes)
+    return torch.from_numpy(near)
 
 
 @Compiled
 def _feather(
-    canvas: Any, owner: Any, places: Any, falloff: Any, around: Any, shown: Any, seams: Any, low: int, high: int
+    canvas: Any, owner: Any, places: Any, falloff: Any, around: Any, near: Any, shown: Any, low: int, high: int
 ) -> None:
-    """Set where `seams` (T, H, W) are near, and what is `shown` (T, H, W, C) there, in frames from low to before high.
+    """Set what is `shown` (T, H, W, C) `near` (T, H, W) seams, in rows from low to before high, counted over frames.
 
     canvas (t, h, w, C), owner (t, h, w): < 0 where nothing may be copied; places (T, H, W, 3). falloff (k,): along
     either axis; around (2,): which of them wrap.
     """
     reach, rows, columns, colors = len(falloff) // 2, places.shape[1], places.shape[2], shown.shape[3]
     total = np.empty(colors + 1, np.float32)
-    for t in range(low, high):
-        for i in range(rows):
-            for j in range(columns):
-                total[:] = 0
-                for down in range(-reach, reach + 1):
-                    row = (i + down) % rows
-                    if row != i + down and not around[0]:
+    for line in range(low, high):
+        t, i = line // rows, line % rows
+        for j in range(columns):
+            if not near[t, i, j]:
+                continue
+            total[:] = 0
+            for down in range(-reach, reach + 1):
+                row = (i + down) % rows
+                if row != i + down and not around[0]:
+                    continue
+                for right in range(-reach, reach + 1):
+                    column = (j + right) % columns
+                    if column != j + right and not around[1]:
                         continue
-                    for right in range(-reach, reach + 1):
-                        column = (j + right) % columns
-                        if column != j + right and not around[1]:
-                            continue
-                        page, y, x = places[t, row, column]
-                        y, x = y - down, x - right
-                        seams[t, i, j] |= (
-                            page != places[t, i, j, 0] or y != places[t, i, j, 1] or x != places[t, i, j, 2]
-                        )
-                        if not (0 <= y < owner.shape[1] and 0 <= x < owner.shape[2]) or owner[page, y, x] < 0:
-                            continue
-                        weight = falloff[down + reach] * falloff[right + reach]
-                        total[colors] += weight
-                        for color in range(colors):
-                            total[color] += weight * canvas[page, y, x, color]
-                if seams[t, i, j]:
+                    page, y, x = places[t, row, column]
+                    y, x = y - down, x - right
+                    if not (0 <= y < owner.shape[1] and 0 <= x < owner.shape[2]) or owner[page, y, x] < 0:
+                        continue
+                    weight = falloff[down + reach] * falloff[right + reach]
+                    total[colors] += weight
                     for color in range(colors):
-                        shown[t, i, j, color] = total[color] / total[colors]
+                        total[color] += weight * canvas[page, y, x, color]
+            for color in range(colors):
+                shown[t, i, j, color] = total[color] / total[colors]

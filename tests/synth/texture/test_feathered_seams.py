@@ -5,7 +5,7 @@ import torch
 
 from kwatra import Exemplar, element_size
 from kwatra.source import look_up
-from synth.texture.feathering import FINE, WIDTH, feathered, passage
+from synth.texture.feathering import FINE, WIDTH, feathered, near_seams, passage
 
 ALL, NOWHERE = torch.ones(2, dtype=torch.bool), (False,) * 3
 
@@ -99,3 +99,30 @@ def test_what_is_mixed_of_a_flame_has_its_colors():
     assert float(red.max()) > 0.8
     assert torch.allclose(green, red.clamp(0, 1).square(), atol=0.05)
     assert torch.allclose(blue, red.clamp(0, 1) ** 4, atol=0.05)
+
+
+@pytest.mark.parametrize("wraps", [(False, False), (True, False), (False, True), (True, True)])
+@pytest.mark.parametrize("reach", [1, 4])
+def test_near_seams_are_pixels_around_which_another_piece_is_seen(wraps, reach):
+    generator, shape = torch.Generator().manual_seed(reach), (2, 17, 23)
+    pieces = torch.randint(0, 9, (3, 2, 2, 3), generator=generator)
+    pieces[:, 0] = pieces[:, 0, :1, :1]  # one frame shows one piece
+    at = torch.stack(torch.meshgrid(*(torch.arange(n) for n in shape), indexing="ij"))
+    shift = pieces[:, at[0], at[1] // 9, at[2] // 9]
+    where = shift + at * torch.tensor([0, 1, 1]).view(3, 1, 1, 1)
+
+    def unlike(t: int, i: int, j: int) -> bool:
+        """Whether some pixel around shows what the piece of this one would not."""
+        for down in range(-reach, reach + 1):
+            for right in range(-reach, reach + 1):
+                row, column = i + down, j + right
+                if (wraps[0] or 0 <= row < shape[1]) and (wraps[1] or 0 <= column < shape[2]):
+                    there = where[:, t, row % shape[1], column % shape[2]] - where[:, t, i, j]
+                    if there.tolist() != [0, down, right]:
+                        return True
+        return False
+
+    expected = torch.tensor([unlike(*pixel.tolist()) for pixel in at.flatten(1).T]).view(shape)
+    assert torch.equal(near_seams(where, reach, wraps), expected)
+    assert expected[0].any() == any(wraps)
+    assert int(expected[1].sum()) > 0
