@@ -109,10 +109,11 @@ class Candidates:
             valid = np.broadcast_to(self.corners.valid, (len(boxes), *self.corners.valid.shape))
         else:
             valid = self.corners.covering(needed, known)
-        costs = self._costs(boxes, places, known, valid, worn)
+        some = np.asarray(known.reshape(len(boxes), -1).any(1))
+        costs = self._costs(boxes, places, known, some, valid, worn)
         if self.asked.luck:
             costs += [self.asked.luck * np.random.default_rng(int(one * 2**53)).random(costs.shape[1]) for one in luck]
-        return self._picked(boxes, costs, np.where(known.reshape(len(boxes), -1).any(1), most, 1), luck)
+        return self._picked(boxes, costs, np.where(some, most, 1), luck)
 
     def _picked(
         self, boxes: Sequence[Box], costs: Array, most: Array, luck: Sequence[float]
@@ -130,16 +131,19 @@ class Candidates:
         some = [numbers[numbers >= 0] for numbers in picked]
         return [(self.corners.at(numbers), cost[numbers]) for numbers, cost in zip(some, costs, strict=True)]
 
-    def _costs(self, boxes: Sequence[Box], places: Array, known: Array, valid: Array, worn: Array) -> Array:
+    def _costs(
+        self, boxes: Sequence[Box], places: Array, known: Array, some: Array, valid: Array, worn: Array
+    ) -> Array:
         """What blocks cost (b, n) in boxes, infinite where they are not `valid` (b, *n).
 
-        Less where they agree with what is `known` (b, *E), in what agreement this texture affords: rows that can
-        line up are not torn for the sake of even use. More for where in the exemplar they come from, for what was shown
-        before, and where they leave the lattice. places (b, *E): where what is known comes from.
+        Less where they agree with what is `known` (b, *E), in what agreement this texture affords: rows that can line
+        up are not torn for the sake of even use. More for where in the exemplar they come from, for what was shown
+        before, and where they leave the lattice. places (b, *E): where what is known comes from; some (b,): where
+        anything is.
         """
         from kwatra.pieces.weighing import weigh
 
-        count, some, again, beside = len(boxes), known.reshape(len(boxes), -1).any(1), *self._prices
+        count, again, beside = len(boxes), *self._prices
         found, same = self._disagreement(boxes, places, known, valid), self.corners.continuing(places, known)
         nothing: Array = np.empty((count, 0))
         away = near = steps = nothing

@@ -1,7 +1,7 @@
 """What blocks cost that may be laid, and which are picked, in compiled loops.
 
-They are few and long: threads that share blocks then seldom wait for the interpreter. Arrays are of boxes (b,)
-of one extent, over the blocks (n,) that may be laid in each.
+They are few and long: threads that share blocks then seldom wait for the interpreter. Arrays are of boxes (b,) of one
+extent, over the blocks (n,) that may be laid in each.
 
 This module is compiled by numba when first used, so it is imported where a block is chosen.
 """
