@@ -1,5 +1,6 @@
-"""The elements of a texture: how large they are, the ground between them, and the lattice on which they stand."""
+"""The elements of a texture: how large and how long they are, the ground between them, the lattice they stand on."""
 
+from kwatra.elements.anisotropy import anisotropy
 from kwatra.elements.direction import direction_dependence
 from kwatra.elements.ground import Ground, find_ground
 from kwatra.elements.lattice import Lattice, find_lattice
@@ -11,6 +12,7 @@ from kwatra.elements.translation import translation
 __all__ = [
     "Ground",
     "Lattice",
+    "anisotropy",
     "continued",
     "direction_dependence",
     "element_size",

@@ -17,7 +17,7 @@ import math
 from collections.abc import Sequence
 from copy import copy
 from functools import partial
-from itertools import chain, product
+from itertools import chain
 
 import numpy as np
 import torch
@@ -32,7 +32,7 @@ from kwatra.pieces.boxes import Box
 from kwatra.pieces.candidates import LUCK, Asked, Candidates
 from kwatra.pieces.charges import SceneUse
 from kwatra.pieces.cheapest import Offer, cheapest_cuts
-from kwatra.pieces.corners import Corners, overhang, spread
+from kwatra.pieces.corners import Corners
 from kwatra.pieces.fitting import continued
 from kwatra.pieces.fronts import fronts
 from kwatra.pieces.gaps import LARGEST, Gaps, gaps
@@ -40,6 +40,7 @@ from kwatra.pieces.mosaic import Mosaic
 from kwatra.pieces.regions import Regions
 from kwatra.pieces.seams import SeamCost
 from kwatra.pieces.sheet import Patch, Sheet, Window
+from kwatra.pieces.spread import Spread
 from kwatra.pieces.stock import Array, each
 from kwatra.pieces.wished import Wished, variance
 from kwatra.terms import PlaceCharge, Wish
@@ -65,8 +66,8 @@ class BlockStart:
     block: its size; grain: what offsets are multiples of. wraps: along which axes the output is periodic; None for
     none. usage: what a block costs whose pixels were used once more than all on average. seams: of how many blocks the
     seams are compared. aligned: False takes whole blocks at random. lattice: on which elements stand, if they do.
-    places: what is charged for where in the exemplar a block comes from. wish: values that pixels should have, with
-    weights; a weight of 1 counts fully, as what is laid already.
+    along: the axis the texture runs along, if it does. places: what is charged for where in the exemplar a block comes
+    from. wish: values that pixels should have, with weights; a weight of 1 counts fully, as what is laid already.
     """
 
     def __init__(
@@ -82,6 +83,7 @@ class BlockStart:
         seams: int,
         aligned: bool = True,
         lattice: Lattice | None = None,
+        along: int | None = None,
         places: Sequence[PlaceCharge] = (),
         wish: Wish | None = None,
     ) -> None:
@@ -106,10 +108,10 @@ class BlockStart:
         self.gaps = gaps(exemplar, mosaic, self.contrast / 2) if heeded else None
         if self.gaps is not None:
             self._heed(self.gaps)
-        self.starts = spread(self.shape, self.corners.block, self.overlap, self.grain, self.wraps)
+        self.spread = Spread.over(self.shape, self.corners.block, self.overlap, self.grain, self.wraps, along)
         if heeded and not places and bool((exemplar.owner == 0).all()):
             needed = (0,) * len(self.shape) if self.gaps is None else self.overlap
-            self.corners = self.corners.hanging(overhang(self.starts, self.corners.block, needed, self.grain))
+            self.corners = self.corners.hanging(self.spread.overhang(needed))
         luck = 0.0 if self.scene is None else LUCK
         asked = Asked(usage, lattice, places, exemplar.canvas.device, self.wish, self.gaps, aligned, luck)
         self.candidates = Candidates(self.sheet, self.corners, self.image, self.variance, asked)
@@ -169,7 +171,7 @@ class BlockStart:
 
     def _boxes(self) -> list[Box]:
         """Those of all blocks, row by row."""
-        return [self._box(corner) for corner in product(*self.starts)]
+        return [self._box(corner) for corner in self.spread.corners]
 
     def _box(self, corner: Sequence[int]) -> Box:
         return Box(tuple(corner), self.corners.block).clipped(self.shape, self.sheet.periodic)
@@ -225,8 +227,8 @@ class BlockStart:
         It may hang over towards later blocks, by half of the overhang, so that something is known under those.
         """
         needed = np.ones((len(boxes), *boxes[0].extent), bool)
-        for axis, (hang, starts) in enumerate(zip(self.corners.hang, self.starts, strict=True)):
-            before = [box.start[axis] != starts[-1] for box in boxes]
+        for axis, (hang, last) in enumerate(zip(self.corners.hang, self.spread.last, strict=True)):
+            before = [box.start[axis] not in last for box in boxes]
             needed.swapaxes(1, axis + 1)[before, boxes[0].extent[axis] - hang // 2 :] = False
         return needed
 

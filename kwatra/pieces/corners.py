@@ -1,12 +1,10 @@
-"""Where blocks start, in the output and in the exemplar, and what that comes to for each of those in the exemplar.
+"""Where blocks start in the exemplar, and what that comes to for each of them.
 
 A block may hang over the exemplar's border: it then shows less than a whole block. Were it always to lie within the
 exemplar, what is seen of it would be its middle, for its rim lies under other blocks: of an exemplar of 256 pixels the
 outer 32, which are 44% of it, would hardly ever be shown.
 """
 
-import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -125,36 +123,3 @@ class Corners:
 def _within(line: Array, size: int) -> Array:
     """Values no less than 0 and no more than a size; `clip` takes twice as long for so few."""
     return np.minimum(np.maximum(line, 0), size)
-
-
-def spread(
-    shape: Sequence[int], block: Sequence[int], overlap: Sequence[int], grain: Sequence[int], wraps: Sequence[bool]
-) -> list[list[int]]:
-    """Where blocks start in an output (*shape), axis by axis: evenly spread on the grain, overlapping so much or more.
-
-    wraps: along which axes the output is periodic.
-    """
-    starts = []
-    for size, b, over, g, periodic in zip(shape, block, overlap, grain, wraps, strict=True):
-        stride = max(b - over, 1)
-        count = -(-size // stride) if periodic else max(-(-(size - b) // stride), 0) + 1
-        if periodic:
-            line = {round(i * size / count / g) * g for i in range(count)}
-        else:
-            line = {math.ceil(i * (size - b) / max(count - 1, 1) / g) * g for i in range(count)}
-        starts.append(sorted(s for s in line if s < size or periodic))
-    return starts
-
-
-def overhang(
-    starts: Sequence[Sequence[int]], block: Sequence[int], needed: Sequence[int], grain: Sequence[int]
-) -> tuple[int, ...]:
-    """How far blocks may hang over, axis by axis: by what they overlap each other, less what is needed of that.
-
-    starts: where blocks start in the output.
-    """
-    spare = []
-    for line, b, least, g in zip(starts, block, needed, grain, strict=True):
-        stride = max(np.diff(line), default=b)
-        spare.append(max(b - int(stride) - least, 0) // g * g)
-    return tuple(spare)

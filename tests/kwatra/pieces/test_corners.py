@@ -4,7 +4,7 @@ import torch
 
 from kwatra import Exemplar, InputError
 from kwatra.pieces import BlockStart
-from kwatra.pieces.corners import Corners, overhang, spread
+from kwatra.pieces.corners import Corners
 
 BLOCK, HANG, GRAIN, SHAPE = (6, 4), (4, 2), (2, 2), (14, 11)
 
@@ -78,14 +78,6 @@ def test_blocks_are_halved_until_they_fit_between_holes():
     mask[:, ::2] = False
     with pytest.raises(InputError, match="no free 2x2 block"):
         Corners.fitting(Exemplar.of(torch.rand(1, 16, 16), masks=[mask]), (12, 12), (1, 1))
-
-
-def test_blocks_are_spread_evenly_and_hang_over_by_what_they_overlap_more_than_needed():
-    starts = spread((100, 90), (40, 30), (10, 6), (4, 4), (False, True))
-    assert starts == [[0, 32, 60], [0, 24, 44, 68]]
-    assert overhang(starts, (40, 30), (0, 0), (4, 4)) == (8, 4)
-    assert overhang(starts, (40, 30), (5, 9), (4, 4)) == (0, 0)
-    assert overhang([[0], [0]], (40, 30), (0, 0), (4, 4)) == (0, 0)
 
 
 def test_the_border_of_an_exemplar_is_shown_too():

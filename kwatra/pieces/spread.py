@@ -1,0 +1,74 @@
+"""Where blocks start in the output: evenly spread, and overlapping by so much or more.
+
+Blocks of a texture that runs along an axis are long and narrow. Were all of a row of them to end side by side, their
+ends would be seen as one line across, so each starts elsewhere than those beside it, as bricks do in a wall.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import chain, product
+
+import numpy as np
+
+GOLDEN = (math.sqrt(5) - 1) / 2
+"""By this part of a step each line of blocks starts later than the one before: no few lines are then in step."""
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Blocks (block, in pixels) on a grain: their `corners`, first pixels, in the order in which they are laid.
+
+    strides: axis by axis the farthest from a block's start to the next. last: where those start that none follows.
+    """
+
+    block: tuple[int, ...]
+    grain: tuple[int, ...]
+    corners: list[tuple[int, ...]]
+    strides: tuple[int, ...]
+    last: list[set[int]]
+
+    @classmethod
+    def over(
+        cls,
+        shape: Sequence[int],
+        block: tuple[int, ...],
+        overlap: Sequence[int],
+        grain: tuple[int, ...],
+        wraps: Sequence[bool],
+        along: int | None = None,
+    ) -> "Spread":
+        """Those over an output (*shape), row by row; along: the axis along which lines of them are out of step."""
+        axes = list(zip(shape, block, overlap, grain, wraps, strict=True))
+        lines = [[_line(*axis, 0.0)] for axis in axes]
+        corners = [*product(*(line for (line,) in lines))]
+        if along is not None:
+            ((beside,),) = (line for axis, line in enumerate(lines) if axis != along)
+            lines[along] = [_line(*axes[along], number * GOLDEN % 1) for number in range(len(beside))]
+            pairs = ((a, b) for b, line in zip(beside, lines[along], strict=True) for a in line)
+            corners = sorted(pairs if along == 0 else ((b, a) for a, b in pairs))
+        strides = (
+            max(chain.from_iterable(map(np.diff, some)), default=b) for some, b in zip(lines, block, strict=True)
+        )
+        return cls(block, grain, corners, tuple(map(int, strides)), [{line[-1] for line in some} for some in lines])
+
+    def overhang(self, needed: Sequence[int]) -> tuple[int, ...]:
+        """How far blocks may hang over, axis by axis: by what they overlap each other, less what is needed of that."""
+        sides = zip(self.block, self.strides, needed, self.grain, strict=True)
+        return tuple(max(b - stride - least, 0) // g * g for b, stride, least, g in sides)
+
+
+def _line(size: int, block: int, overlap: int, grain: int, periodic: bool, phase: float) -> list[int]:
+    """Where blocks start along one axis, all but the first and the last a part of a step later.
+
+    Where it is periodic there is neither.
+    """
+    stride = max(block - overlap, 1)
+    if periodic:
+        count = -(-size // stride)
+        line = {round((i + phase) * size / count / grain) * grain for i in range(count)}
+        return sorted({start % size for start in line})
+    count = max(-(-(size - block) // stride), 0) + 1
+    step = (size - block) / max(count - 1, 1)
+    line = {math.ceil(min((i + phase) * step, size - block) / grain) * grain for i in range(count)}
+    return sorted(start for start in {0, *line} if start < size)

@@ -1,0 +1,35 @@
+"""Anisotropy: slopes whose ratio is known."""
+
+import math
+
+import pytest
+import torch
+from torch import Tensor
+
+from kwatra import Exemplar
+from kwatra.elements import anisotropy
+
+Y, X = torch.meshgrid(torch.arange(30.0), torch.arange(40.0), indexing="ij")
+
+
+@pytest.mark.parametrize(
+    ("image", "ratio"),
+    [
+        (3 * X + 2 * Y, 1.5),
+        (X - 4 * Y, 0.25),
+        (X, math.inf),
+        (Y, 0.0),
+        (torch.full((30, 40), 0.3), 1.0),
+    ],
+)
+def test_slopes_are_compared(image: Tensor, ratio: float):
+    assert anisotropy(Exemplar.of(image[None] / 200)) == pytest.approx(ratio, rel=1e-3)
+
+
+def test_all_channels_and_pictures_count_but_not_what_a_mask_hides():
+    image = torch.stack([3 * X, 4 * X, 2 * Y]) / 200
+    assert anisotropy(Exemplar.of([image, image.flip(1)])) == pytest.approx(2.5, rel=1e-3)
+    mask = torch.ones(30, 40, dtype=torch.bool)
+    mask[10:20, 10:20] = False
+    hidden = torch.where(mask, image, torch.rand(3, 30, 40, generator=torch.Generator().manual_seed(0)))
+    assert anisotropy(Exemplar.of([hidden], masks=[mask])) == pytest.approx(2.5, rel=1e-3)

@@ -1,0 +1,40 @@
+"""Where blocks start in the output."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from kwatra.pieces.spread import Spread
+
+
+def test_blocks_are_spread_evenly_and_hang_over_by_what_they_overlap_more_than_needed():
+    found = Spread.over((100, 90), (40, 30), (10, 6), (4, 4), (False, True))
+    assert found.corners == [(row, column) for row in (0, 32, 60) for column in (0, 24, 44, 68)]
+    assert found.last == [{60}, {68}]
+    assert found.overhang((0, 0)) == (8, 4)
+    assert found.overhang((5, 9)) == (0, 0)
+    assert Spread.over((40, 30), (40, 30), (0, 0), (4, 4), (False, False)).overhang((0, 0)) == (0, 0)
+
+
+@pytest.mark.parametrize("along", [0, 1])
+@pytest.mark.parametrize("wraps", [False, True])
+def test_lines_of_blocks_are_out_of_step_and_cover_all(along, wraps):
+    shape, block, overlap = ((120, 96), (40, 12), (10, 3)) if along == 0 else ((96, 120), (12, 40), (3, 10))
+    found = Spread.over(shape, block, overlap, (2, 2), (wraps, wraps), along)
+    covered = np.zeros(shape, int)
+    for row, column in found.corners:
+        assert row % 2 == column % 2 == 0
+        assert wraps or (row + block[0] <= shape[0] and column + block[1] <= shape[1])
+        covered[np.ix_((row + np.arange(block[0])) % shape[0], (column + np.arange(block[1])) % shape[1])] += 1
+    assert covered.min() > 0
+    assert found.corners == sorted(found.corners)
+    lines = dict[int, list[int]]()
+    for corner in found.corners:
+        lines.setdefault(corner[1 - along], []).append(corner[along])
+    firsts = [[start for start in line if wraps or 0 < start < shape[along] - block[along]] for line in lines.values()]
+    for one, other in pairwise(firsts):
+        assert not set(one) & set(other)
+    assert all(found.last[along] >= {line[-1]} for line in lines.values())
+    steps = [np.diff(line).max() for line in lines.values()]
+    assert found.strides[along] == max(steps) <= block[along] - overlap[along] + 2
