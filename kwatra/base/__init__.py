@@ -1,6 +1,7 @@
-"""What everything stands on: the one error, axes, sums, linear systems, seeds, sizes, tensors, threads."""
+"""What everything stands on: the one error, axes, sums, derivatives, linear systems, seeds, sizes, tensors, threads."""
 
 from kwatra.base.axes import AVERAGE, CONVOLUTION, LARGEST, coarse_shape, enlarged, factors_of, resized, running
+from kwatra.base.derivatives import constant, differentiable
 from kwatra.base.errors import InputError, check_mask
 from kwatra.base.reductions import mean, power, principal_axes, product, total
 from kwatra.base.resampling import turned
@@ -22,6 +23,8 @@ __all__ = [
     "check_mask",
     "coarse_shape",
     "conjugate_gradients",
+    "constant",
+    "differentiable",
     "enlarged",
     "factors_of",
     "generator_of",

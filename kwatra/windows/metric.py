@@ -12,7 +12,7 @@ from functools import cached_property
 import torch
 from torch import Tensor
 
-from kwatra.base import InputError
+from kwatra.base import InputError, constant, differentiable
 
 
 @dataclass(frozen=True)
@@ -74,9 +74,9 @@ class Metric:
     def features_transposed(self, values: Tensor) -> Tensor:
         """The transpose of `features`: (N, M) to (N, *width, C)."""
         # by the derivative of a sum: other ways to ask for it load a compiler that is not used
-        with torch.enable_grad():
-            zero = self._probe.expand(len(values), *self._probe.shape[1:]).detach().requires_grad_()
-            return torch.autograd.grad((self.features(zero) * values.detach()).sum(), zero)[0]
+        with differentiable():
+            zero = constant(self._probe).expand(len(values), *self._probe.shape[1:]).requires_grad_()
+            return torch.autograd.grad((self.features(zero) * constant(values)).sum(), zero)[0]
 
     @cached_property
     def features_diagonal(self) -> Tensor:

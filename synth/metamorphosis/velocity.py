@@ -16,7 +16,7 @@ import torch.nn.functional as F
 from torch import Tensor
 
 from flow.warps import Smoothness, followed, interpolated, jacobian, pixel_coordinates
-from kwatra.base import InputError, coarse_shape, mean, resized
+from kwatra.base import InputError, coarse_shape, constant, differentiable, mean, resized
 from kwatra.result import Row
 from synth.metamorphosis.descent import Oracle, descent, inner
 from synth.metamorphosis.method import Report
@@ -73,6 +73,10 @@ class Search:
 
         wrap: the textures tile.
         """
+        with differentiable():
+            return self._found(constant(images), lack, wrap, report)
+
+    def _found(self, images: Tensor, lack: Callable[[Tensor], Lack], wrap: bool, report: Report) -> Found:
         shape = (images.shape[-2], images.shape[-1])
         factors = _factors(shape, wrap)
         found, control = None, images.new_zeros(self.steps, 2, 1, 1)
