@@ -48,10 +48,11 @@ def run(arguments: argparse.Namespace) -> str:
         raise synth.InputError(f"{arguments.recipe} runs a recipe itself; run that one")
     if not recipe.folder.is_dir():
         raise synth.InputError(f"{recipe.folder}, where {arguments.recipe} is to be run, does not exist; make it first")
-    words, before = list(recipe.command), Path.cwd()
+    before = Path.cwd()
+    words = [word for word in recipe.command if word != "--overwrite"]  # that was asked then, of the files of then
     if arguments.output is not None:
         words = [*_without_output(words), "-o", str(arguments.output.absolute())]
-    if arguments.overwrite and "--overwrite" not in words:
+    if arguments.overwrite:
         words.append("--overwrite")
     os.chdir(recipe.folder)
     try:

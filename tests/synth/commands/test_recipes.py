@@ -55,8 +55,16 @@ def test_outputs_that_are_there_are_no_inputs(folder: Path, capsys: pytest.Captu
     assert table["command"][-1] == "--seed=3"
     Path("out.png").write_bytes(b"else")
     capsys.readouterr()
-    assert main(["run", "r.toml"]) == 0
+    assert main(["run", "r.toml", "--overwrite"]) == 0
     assert "the same bits as then" in capsys.readouterr().out
+
+
+def test_files_are_replaced_only_where_the_run_itself_is_allowed_to(folder: Path, refused: Callable[..., str]) -> None:
+    assert main([*SYNTH, "--overwrite", "--save-recipe", "r.toml"]) == 0
+    Path("precious.png").write_bytes(b"else")
+    assert "out.png exists" in refused("run", "r.toml")
+    assert "precious.png exists" in refused("run", "r.toml", "-o", "precious.png")
+    assert Path("precious.png").read_bytes() == b"else"
 
 
 def test_files_that_changed_or_went_are_told_of(folder: Path, refused: Callable[..., str]) -> None:
