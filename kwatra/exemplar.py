@@ -64,7 +64,9 @@ class Exemplar:
             piece = _original(image.to(device, torch.float32), mask, index)
             pieces += _variants(piece, mirror, rotate, scale)
         channels = images[0].shape[0]
-        weight = torch.ones(channels) if weights is None else torch.tensor(weights, dtype=torch.float32)
+        weight = (
+            torch.ones(channels, dtype=torch.float32) if weights is None else torch.tensor(weights, dtype=torch.float32)
+        )
         if weight.shape != (channels,) or bool((weight < 0).any()) or not bool(weight.isfinite().all()):
             raise InputError(f"weights are {weights}; give one finite number >= 0 for each of the {channels} channels")
         return _packed(pieces, weight.to(device))
@@ -181,7 +183,12 @@ def _original(image: Tensor, mask: Tensor | None, index: int) -> _Piece:
     place = torch.stack(torch.meshgrid(*axes, indexing="ij"))
     number = torch.full_like(place[:1], index)
     whole = torch.ones(image.shape[1:], dtype=torch.bool, device=image.device)
-    return _Piece(image, whole if mask is None else mask.to(image.device), torch.cat([number, place]), torch.eye(2))
+    return _Piece(
+        image,
+        whole if mask is None else mask.to(image.device),
+        torch.cat([number, place]),
+        torch.eye(2, dtype=torch.float32),
+    )
 
 
 def _variants(piece: _Piece, mirror: bool, rotate: Sequence[float], scale: Sequence[float]) -> list[_Piece]:
@@ -189,7 +196,7 @@ def _variants(piece: _Piece, mirror: bool, rotate: Sequence[float], scale: Seque
     pieces = [piece]
     if mirror:
         image, mask, origin = (t.flip(-1) for t in (piece.image, piece.mask, piece.origin))
-        pieces.append(_Piece(image, mask, origin, torch.tensor([[-1.0, 0.0], [0.0, 1.0]])))
+        pieces.append(_Piece(image, mask, origin, torch.tensor([[-1.0, 0.0], [0.0, 1.0]], dtype=torch.float32)))
     rotated = [_resampled(p, angle, 1.0) for angle in rotate for p in pieces]
     sized = [_resampled(p, 0.0, factor) for factor in scale for p in pieces]
     return pieces + rotated + sized
@@ -201,7 +208,7 @@ def _resampled(piece: _Piece, degrees: float, factor: float) -> _Piece:
         raise InputError(f"a variant is turned by {degrees} and scaled by {factor}; scales are 0.1 to 10")
     angle = math.radians(degrees)
     cos, sin = (round(value, 12) for value in (math.cos(angle), math.sin(angle)))  # quarter turns are exact
-    turn = torch.tensor([[cos, sin], [-sin, cos]]) @ piece.turn
+    turn = torch.tensor([[cos, sin], [-sin, cos]], dtype=torch.float32) @ piece.turn
     if degrees % 90 == 0 and factor == 1:
         turns = int(degrees // 90)
         image, mask, origin = (torch.rot90(t, turns, (-2, -1)) for t in (piece.image, piece.mask, piece.origin))

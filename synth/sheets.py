@@ -40,7 +40,7 @@ def video_sheet(video: Tensor, count: int = COLUMNS) -> Tensor:
     frame is wide.
     """
     length, height, width = video.shape[1:]
-    shown = torch.linspace(0, length - 1, min(count, length)).round().long()
+    shown = torch.linspace(0, length - 1, min(count, length), dtype=torch.float32).round().long()
     row = row_in_time(video).repeat_interleave(max(1, round(height / length)), 1)
     column = column_in_time(video).repeat_interleave(max(1, round(width / length)), 2)
     return stacked([contact_sheet(video[:, shown].unbind(1), count), _beside(row, column)])

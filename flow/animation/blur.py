@@ -20,7 +20,7 @@ def _blurred(image: Tensor, width: float) -> Tensor:
 
     reach = int(_TRUNCATED * width + 0.5)
     bell = torch.exp(-0.5 * (torch.arange(-reach, reach + 1, dtype=torch.float64) / width).square())
-    smooth = torch.empty(image.shape)
+    smooth = torch.empty(image.shape, dtype=torch.float32)
     values = image.cpu().float().contiguous()
     blur(len(image) * image.shape[1], values, (bell / bell.sum()).float(), smooth)
     return smooth.to(image)

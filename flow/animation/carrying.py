@@ -25,7 +25,7 @@ def carried(source: Tensor, look: Lookup, inside: Tensor | None = None) -> Tenso
 
     there = torch.ones_like(source[0], dtype=torch.bool) if inside is None else inside
     beside = turned(source, inside)
-    after, first = torch.empty(source.shape), torch.empty(source[0].numel(), dtype=torch.long)
+    after, first = torch.empty(source.shape, dtype=torch.float32), torch.empty(source[0].numel(), dtype=torch.long)
     before = (values.contiguous() for values in (source, there, beside))
     carry(len(first), *before, look.coordinates.flatten(1), JUMP, after.flatten(1), first)
     if bool(look.known.all()):

@@ -51,7 +51,7 @@ def turned(source: Tensor, inside: Tensor | None = None) -> Tensor:
     from flow.animation.edges import tell_turns
 
     there = torch.ones_like(source[0], dtype=torch.bool) if inside is None else inside
-    turn = torch.empty(source.shape)
+    turn = torch.empty(source.shape, dtype=torch.float32)
     tell_turns(turn.shape[1], source.contiguous(), there.contiguous(), NEIGHBORS, turn)
     return turn.flip(0)
 
@@ -69,7 +69,10 @@ def parted(source: Tensor, inside: Tensor, beside: Tensor, steps: Sequence[tuple
     """
     from flow.animation.edges import find_seams
 
-    seams, goes_on = torch.empty(len(steps), *inside.shape, dtype=torch.bool), torch.empty(len(steps), *source.shape)
+    seams, goes_on = (
+        torch.empty(len(steps), *inside.shape, dtype=torch.bool),
+        torch.empty(len(steps), *source.shape, dtype=torch.float32),
+    )
     frame = (values.contiguous() for values in (source, inside, beside))
     find_seams(len(inside), *frame, np.array(steps), JUMP, seams, goes_on)
     return seams, goes_on
@@ -144,9 +147,13 @@ def tidied(source: Tensor, free: Tensor, inside: Tensor) -> Tensor:
     from flow.animation.edges import tell_turns, tidy
 
     there, may = (values.contiguous() for values in (inside, free))
-    turn, recent = torch.empty(source.shape), torch.ones_like(there)
+    turn, recent = torch.empty(source.shape, dtype=torch.float32), torch.ones_like(there)
     for _ in range(_ROUNDS):
-        before, after, joined = source.contiguous(), torch.empty(source.shape), torch.empty_like(there)
+        before, after, joined = (
+            source.contiguous(),
+            torch.empty(source.shape, dtype=torch.float32),
+            torch.empty_like(there),
+        )
         tell_turns(len(there), before, there, NEIGHBORS, turn)
         tidy(len(there), before, there, may, turn, np.array(AROUND), JUMP, _FEW, recent, after, joined)
         if not bool(joined.any()):

@@ -18,7 +18,7 @@ def drift(exemplar: Exemplar) -> Tensor:
     frame, and in frames too small for it to be seen.
     """
     frames, height, width = exemplar.shape
-    still = torch.zeros(2, frames, height, width, device=exemplar.canvas.device)
+    still = torch.zeros(2, frames, height, width, dtype=torch.float32, device=exemplar.canvas.device)
     if frames < 2 or min(height, width) < BORDER:
         return still
     low, high = exemplar.canvas.amin(), exemplar.canvas.amax()

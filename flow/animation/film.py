@@ -149,8 +149,8 @@ class Film:
         """For how many frames texture at every place of the strip can live on, (rows, W); inf in a picture."""
         rows, columns = self.strip.shape
         if self.motion is None:
-            return torch.full((rows, columns), torch.inf, device=self.strip.canvas.device)
-        left = torch.zeros(rows, columns, device=self.strip.canvas.device)
+            return torch.full((rows, columns), torch.inf, dtype=torch.float32, device=self.strip.canvas.device)
+        left = torch.zeros(rows, columns, dtype=torch.float32, device=self.strip.canvas.device)
         places = pixel_coordinates((rows, columns), left.device)
         order = range(self.pages - 2, -1, -1) if self.step > 0 else range(1, self.pages)
         for page in order:
@@ -186,7 +186,10 @@ class Film:
             for _ in range(_NEXT):
                 there = film.onward(there)
             more.append(warp(gray, there, "bilinear"))
-        weights = torch.tensor([_DYNAMICS, _DYNAMICS, _GRAIN], device=gray.device) * self.strip.weights.sum()
+        weights = (
+            torch.tensor([_DYNAMICS, _DYNAMICS, _GRAIN], dtype=torch.float32, device=gray.device)
+            * self.strip.weights.sum()
+        )
         canvas = torch.cat([self.strip.canvas, *more, self.grain[None]])
         return replace(self.strip, canvas=canvas, weights=torch.cat([self.strip.weights, weights]))
 
@@ -204,13 +207,13 @@ class Film:
         lives = (after != before).any(0)
         change = (self.read(after) - self.read(before))[:, lives].square().sum(0)
         spread = frames[:, :, known].var(1).sum(0)
-        unrelated = 2 * mean(spread) if bool(lives.any()) else torch.zeros(())
+        unrelated = 2 * mean(spread) if bool(lives.any()) else torch.zeros((), dtype=torch.float32)
         return float((1 - mean(change) / unrelated).clamp(0, _LONGEST)) if float(unrelated) > 0 else 0.0
 
     def spread(self, count: int) -> list[int]:
         """Up to so many pages, evenly spread, of those from which texture can live on for a while."""
         first, last = self.starts
-        numbers = torch.linspace(first, last, min(count, last - first + 1)).round().long()
+        numbers = torch.linspace(first, last, min(count, last - first + 1), dtype=torch.float32).round().long()
         return [int(number) for number in numbers]
 
     @property

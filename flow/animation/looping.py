@@ -192,13 +192,13 @@ def _times(shape: Shape, first: int, last: int, size: int, seed: int) -> Tensor:
     generator = generator_of(seed)
     rows, columns = (-(-side // size) for side in shape)
     y, x = torch.meshgrid(torch.arange(rows), torch.arange(columns), indexing="ij")
-    corner = torch.stack([y, x]).flatten(1) + torch.rand(2, rows * columns, generator=generator)
+    corner = torch.stack([y, x]).flatten(1) + torch.rand(2, rows * columns, dtype=torch.float32, generator=generator)
     place = [(corner[axis] * size).long().clamp(max=shape[axis] - 1) for axis in range(2)]
     order = torch.randperm(rows * columns, generator=generator)
     time = first + order * (last - first + 1) // len(order)
-    point = torch.zeros(shape)
+    point = torch.zeros(shape, dtype=torch.float32)
     point[place[0], place[1]] = 1.0
-    value = torch.zeros(shape)
+    value = torch.zeros(shape, dtype=torch.float32)
     value[place[0], place[1]] = time.float()
     nearest = ndimage.distance_transform_edt(point.numpy() == 0, return_distances=False, return_indices=True)
     return value[torch.from_numpy(nearest[0]).long(), torch.from_numpy(nearest[1]).long()]

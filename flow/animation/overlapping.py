@@ -37,7 +37,7 @@ def overlapped(
     from flow.animation.edges import hide, tell_turns
 
     there, may = (values.contiguous() for values in (inside, free))
-    after, turn = source.clone(memory_format=torch.contiguous_format), torch.empty(source.shape)
+    after, turn = source.clone(memory_format=torch.contiguous_format), torch.empty(source.shape, dtype=torch.float32)
     tell_turns(len(there), after, there, NEIGHBORS, turn)
     for odd in range(2):  # of a checkerboard, on which no two neighbors go over at once
         hide(len(there), after, turn, there, may, depth.contiguous(), np.array(BESIDE), JUMP, _LENGTH, odd)

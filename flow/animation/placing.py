@@ -56,9 +56,17 @@ def upright(image: Tensor, usable: Tensor, spot: Spot, turn: int) -> tuple[Tenso
         return image[(slice(None), *spot)], usable[spot]
     size = [part.stop - part.start for part in spot]
     y, x = (part.start + (side - 1) / 2 for part, side in zip(spot, size, strict=True))
-    column, row = pixel_coordinates((size[0], size[1])) - torch.tensor([size[1] - 1, size[0] - 1]).view(2, 1, 1) / 2
-    at = onward(torch.tensor([x, y]).view(2, 1, 1), torch.tensor(-radians(turn)).view(1, 1), row, column)
-    high = torch.tensor([usable.shape[1] - 1, usable.shape[0] - 1]).view(2, 1, 1)
+    column, row = (
+        pixel_coordinates((size[0], size[1]))
+        - torch.tensor([size[1] - 1, size[0] - 1], dtype=torch.float32).view(2, 1, 1) / 2
+    )
+    at = onward(
+        torch.tensor([x, y], dtype=torch.float32).view(2, 1, 1),
+        torch.tensor(-radians(turn), dtype=torch.float32).view(1, 1),
+        row,
+        column,
+    )
+    high = torch.tensor([usable.shape[1] - 1, usable.shape[0] - 1], dtype=torch.float32).view(2, 1, 1)
     there = ((at >= -0.5) & (at <= high + 0.5)).all(0) & (warp(usable[None].float(), at, "nearest")[0] > 0)
     return warp(image, at, "bilinear"), there
 

@@ -102,6 +102,9 @@ class Reading:
         """Where (H, W) source coordinates (2, H, W) lie so far from what is usable that no texture is there."""
         lost = ~self.usable(source)
         beyond = source[:, lost]
-        near = [self.usable(beyond + _NEAR * torch.tensor(step, device=source.device)[:, None]) for step in AROUND]
+        near = [
+            self.usable(beyond + _NEAR * torch.tensor(step, dtype=torch.float32, device=source.device)[:, None])
+            for step in AROUND
+        ]
         lost[lost.clone()] = ~torch.stack(near).any(0)
         return lost

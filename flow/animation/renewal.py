@@ -129,10 +129,10 @@ class Renewal:
         self._share = exemplar.share
         self.stock = Coordinates(exemplar, self.wear.variance, settings.seam)
         self._seams = self.stock.whole(hidden)
-        t = (torch.arange(self.blocks.size) - (self.blocks.size - 1) / 2) / (0.4 * self.blocks.size)
-        bell = torch.exp(-t.square())
+        side = torch.arange(self.blocks.size, dtype=torch.float32)
+        bell = torch.exp(-((side - (self.blocks.size - 1) / 2) / (0.4 * self.blocks.size)).square())
         self._bell = bell[:, None] * bell
-        inner = (torch.arange(self.blocks.size) / (_RIM * self.blocks.size)).clamp(max=1)
+        inner = (side / (_RIM * self.blocks.size)).clamp(max=1)
         inner = inner.minimum(inner.flip(0))
         self._inner = inner[:, None].minimum(inner)
 

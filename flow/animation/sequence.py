@@ -157,7 +157,7 @@ class Motion:
         inside = self.allowed(0)
         if self.enter is not None:
             inside = torch.zeros_like(inside)
-            nowhere = torch.full((2, *self.shape), NOWHERE)
+            nowhere = torch.full((2, *self.shape), NOWHERE, dtype=torch.float32)
             empty = self.showing.picture(nowhere, inside) * 0
             return self._frame(State(0, nowhere, inside, empty), {})
         if self.film.placed is not None and first is None:

@@ -27,7 +27,7 @@ def flow_term(before: Tensor, look: Lookup, weight: float, interpolation: str = 
     x+, 0 where nothing is known.
     """
     carried = filled(warp(before, look.coordinates, interpolation), look.known)
-    shares = torch.full((len(before), 1, 1), 1 / len(before), device=before.device)
+    shares = torch.full((len(before), 1, 1), 1 / len(before), dtype=torch.float32, device=before.device)
     return SoftPixels(carried, (weight * gradient_weight(carried, shares) * look.known)[None], "flow")
 
 

@@ -74,7 +74,7 @@ class Wear:
         self._last = torch.tensor(last)
         every = torch.arange(len(self.grid))
         self._whole = slice(0, shape[0]), slice(0, shape[1])
-        self._mass = self._sum(every, torch.ones(len(self.grid)), self._whole)
+        self._mass = self._sum(every, torch.ones(len(self.grid), dtype=torch.float32), self._whole)
 
     def __call__(self, image: Tensor, source: Tensor, inside: Tensor) -> Tensor:
         """Wear (H, W) of an image (C, H, W) with its source coordinates (2, H, W); 0 where not inside (H, W)."""
@@ -118,7 +118,7 @@ class Wear:
         """The sum at a spot that holds some windows (n,) of these, each a value (n,) times the metric's falloff."""
         from flow.animation.loops import spread
 
-        made = torch.empty([part.stop - part.start for part in spot])
+        made = torch.empty([part.stop - part.start for part in spot], dtype=torch.float32)
         corners = self.grid.corners[which] - torch.tensor([part.start for part in spot])
         spread(len(made), *(v.contiguous() for v in (corners, values, self.source.metric.falloff[..., 0])), made)
         return made
@@ -150,7 +150,7 @@ class Wear:
         """Squared distance (n,) of windows to an exemplar's; arguments as of `flow.animation.loops.compare`."""
         from flow.animation.loops import compare
 
-        apart, given = torch.empty(len(corners)), (pixels, corners, exemplar, there, middle, turn)
+        apart, given = torch.empty(len(corners), dtype=torch.float32), (pixels, corners, exemplar, there, middle, turn)
         compare(len(corners), *(v.contiguous() for v in (*given, self.source.metric.weight)), apart)
         return apart
 
@@ -159,7 +159,9 @@ class Wear:
         windows = windows_at(pixels, corners, self.grid.width)
         found = self.source.nearest(self.source.projected(windows), 1, self._route)
         there = self.source.corners(found[:, 0])
-        return self._apart(pixels, corners, self.source.pixels, there, there.T.float(), torch.zeros(len(there)))
+        return self._apart(
+            pixels, corners, self.source.pixels, there, there.T.float(), torch.zeros(len(there), dtype=torch.float32)
+        )
 
     def _energy(self, image: Tensor, source: Tensor, angle: Tensor, which: Tensor) -> Tensor:
         """Squared distance (n,) of these windows to the nearest of what each copies and what the search finds."""

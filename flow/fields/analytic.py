@@ -17,7 +17,12 @@ from kwatra.base import InputError, generator_of
 
 def uniform(speed: float = 2.0, angle: float = 0.0) -> Field:
     """Every pixel moves in the direction of `angle`."""
-    return at_speed(lambda t, shape: turned(torch.stack([torch.ones(shape), torch.zeros(shape)]), angle), speed)
+    return at_speed(
+        lambda t, shape: turned(
+            torch.stack([torch.ones(shape, dtype=torch.float32), torch.zeros(shape, dtype=torch.float32)]), angle
+        ),
+        speed,
+    )
 
 
 def rotation(speed: float = 2.0) -> Field:
@@ -112,7 +117,7 @@ def noise(
     def formula(t: float, shape: Shape) -> Tensor:
         x, y = _centered(shape)
         number = 2 * math.pi / ((scale or min(shape) / 3) * 2**octave)
-        flow = torch.zeros(2, *shape)
+        flow = torch.zeros(2, *shape, dtype=torch.float32)
         for k in range(modes):
             kx, ky = number[k] * torch.cos(2 * math.pi * turn[k]), number[k] * torch.sin(2 * math.pi * turn[k])
             angle = 2 * math.pi * (phase[k] + (0 if period is None else cycles[k] * t / period))
@@ -126,7 +131,7 @@ def noise(
 
 def _centered(shape: Shape, angle: float = 0.0) -> Tensor:
     """Pixels' places (2, H, W) from the frame's center, along and across the direction of `angle`."""
-    centers = torch.tensor([(shape[1] - 1) / 2, (shape[0] - 1) / 2]).view(2, 1, 1)
+    centers = torch.tensor([(shape[1] - 1) / 2, (shape[0] - 1) / 2], dtype=torch.float32).view(2, 1, 1)
     return turned(pixel_coordinates(shape) - centers, -angle)
 
 

@@ -43,7 +43,7 @@ def disc(
 
 def _from_disc(shape: Shape, center: tuple[float, float] | None) -> Tensor:
     x, y = center or ((shape[1] - 1) / 2, (shape[0] - 1) / 2)
-    return pixel_coordinates(shape) - torch.tensor([x, y]).view(2, 1, 1)
+    return pixel_coordinates(shape) - torch.tensor([x, y], dtype=torch.float32).view(2, 1, 1)
 
 
 def _radius(shape: Shape, radius: float | None) -> float:

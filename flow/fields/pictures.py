@@ -47,7 +47,7 @@ def picture(flow: Tensor, known: Tensor | None = None, fastest: float | None = N
 
 def wheel(size: int) -> Tensor:
     """The key to `picture`: every motion up to the fastest one, (3, size, size), drawn from the middle."""
-    place = torch.linspace(-1, 1, size)
+    place = torch.linspace(-1, 1, size, dtype=torch.float32)
     y, x = torch.meshgrid(place, place, indexing="ij")
     inside = x**2 + y**2 <= 1
     return torch.where(inside, _colors(torch.stack([x, y])), 1.0)

@@ -63,7 +63,7 @@ class Springs:
     @cached_property
     def diagonal(self) -> Tensor:
         """The diagonal of F, (1, T, H, W)."""
-        diagonal = torch.zeros(1, *self.shape, device=self.known.device)
+        diagonal = torch.zeros(1, *self.shape, dtype=torch.float32, device=self.known.device)
         for frame, after, warp in self._frames():
             ones = self.known[frame][None].to(diagonal)
             diagonal[:, frame] += ones
@@ -76,7 +76,7 @@ class Springs:
         weights, 0 where there is no spring.
         """
         pixels = torch.zeros(4, *self.shape, dtype=torch.long, device=self.known.device)
-        weights = torch.zeros(pixels.shape, device=pixels.device)
+        weights = torch.zeros(pixels.shape, dtype=torch.float32, device=pixels.device)
         for frame, _, warp in self._frames():
             pixels[:, frame], weights[:, frame] = warp.entries()
         return pixels, weights
@@ -84,7 +84,9 @@ class Springs:
     @cached_property
     def couplings(self) -> Tensor:
         """F between every pixel and its neighbors `PAIRS` of the same frame, (4, T, H, W)."""
-        coupled = torch.zeros(len(PAIRS), self.shape[0], self.shape[1] * self.shape[2], device=self.known.device)
+        coupled = torch.zeros(
+            len(PAIRS), self.shape[0], self.shape[1] * self.shape[2], dtype=torch.float32, device=self.known.device
+        )
         pixels, weights = (values.flatten(2) for values in self.readings)
         # entries run over two rows of two columns
         places = [divmod(entry, 2) for entry in range(4)]

@@ -54,7 +54,7 @@ def _largest(exemplar: Exemplar, sigma: float, size: float) -> float:
         square, angle = down.square() + right.square(), torch.atan2(down, right)
         turned = [way(k * angle) for way in (torch.cos, torch.sin) for k in range(1, HARMONICS + 1)]
         number = _squares(present.shape, size)[inside]
-        weights = [(square * part).sum(0) for part in (torch.ones(()), *turned)]
+        weights = [(square * part).sum(0) for part in (torch.ones((), dtype=torch.float32), *turned)]
         sums.append(torch.stack([torch.bincount(number, weight) for weight in weights]))
         power += float(total(picture.square()))
     strength, parts = torch.cat(sums, 1)[:1], torch.cat(sums, 1)[1:]

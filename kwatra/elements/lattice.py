@@ -143,7 +143,7 @@ def _blob(found: Correlation) -> float:
     Its square is the sum of the squared correlation over all lags that are due to no repetition (Bartlett's formula).
     """
     curve = radial(found)
-    lags = torch.arange(math.ceil(unlike(curve)) + 1)[: len(curve)]
+    lags = torch.arange(math.ceil(unlike(curve)) + 1, dtype=torch.float32)[: len(curve)]
     return math.sqrt(1 + float(total(2 * math.pi * lags * curve[: len(lags)].square())))
 
 

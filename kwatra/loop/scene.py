@@ -76,7 +76,7 @@ class Scene:
         factors: the resolution that both have. With a map of another resolution the image is made anew from it.
         """
         layout = self.task.settings.layout(self.context(0))
-        ones = torch.ones(len(layout), device=layout.device)
+        ones = torch.ones(len(layout), dtype=torch.float32, device=layout.device)
         same = tuple(factors) == self.factors
         if where is None and image is not None:
             return Estimate(self._fitted(image, factors), layout, None, ones)
@@ -95,7 +95,7 @@ class Scene:
         """Matches to begin with where nothing is there: random windows, or those that please the terms."""
         if self.task.start == "terms":
             step = self.context(0)
-            blank = torch.zeros(self.task.channels, *self.shape, device=layout.device)
+            blank = torch.zeros(self.task.channels, *self.shape, dtype=torch.float32, device=layout.device)
             wants = self._wants(self.controls.quadratics(blank), blank, self.controls.charges(None, step))
             return self._matches_of(layout).by_terms(wants, blank, self.task.generator)
         pick = torch.randint(len(self.source.numbers), (len(layout),), generator=self.task.generator)
@@ -169,7 +169,7 @@ class Scene:
         layout = self.task.settings.layout(step)
         if layout == estimate.layout:
             return estimate
-        ones = torch.ones(len(layout), device=layout.device)
+        ones = torch.ones(len(layout), dtype=torch.float32, device=layout.device)
         matches = None
         if step.where is not None and isinstance(self.source, Placed):
             matches = sourcemap.at_windows(layout, self.source, step.where)

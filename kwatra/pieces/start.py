@@ -81,7 +81,7 @@ def block_start(task: "Task", exemplar: Exemplar) -> Laid:
     lattice = _lattice(task, exemplar, factor)
     if axes == 2 and lattice is None:
         size, along = narrowed(size, anisotropy(exemplar), grain)
-    wish = controls.wish(torch.zeros(task.channels, *controls.shape, device=here.canvas.device))
+    wish = controls.wish(torch.zeros(task.channels, *controls.shape, dtype=torch.float32, device=here.canvas.device))
     blocks = BlockStart(
         here,
         controls.shape,

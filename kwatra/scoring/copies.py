@@ -149,7 +149,7 @@ def _connected(offset: Tensor, verbatim: Tensor) -> np.ndarray:
 
 def _cover(numbered: Tensor, sources: _Sources, window: int, shape: Sequence[int]) -> Tensor:
     """Spread region numbers (h, w) from the grid over the windows' pixels (H, W), largest first."""
-    corners = torch.zeros(shape[0] - window + 1, shape[1] - window + 1)
+    corners = torch.zeros(shape[0] - window + 1, shape[1] - window + 1, dtype=torch.float32)
     corners[sources.rows[:, None], sources.columns] = numbered.float()
     padded = F.pad(corners, [window - 1] * 4)
     return F.max_pool2d(padded[None], window, stride=1)[0].long()

@@ -98,7 +98,7 @@ def _memory(one: Variogram, other: Variogram) -> Tensor:
     """gamma(0, 1) / gamma(0, k) for the longest lag k that both have, by band."""
     both = ~(one.still + other.still).isnan().any(0)
     if not both.any():
-        return torch.zeros(len(one.still))
+        return torch.zeros(len(one.still), dtype=torch.float32)
     return one.still[:, 0] / (one.still[:, both][:, -1] + torch.finfo(torch.float32).tiny)
 
 

@@ -119,7 +119,7 @@ class Windows:
         from kwatra.scoring.loops import read_windows
 
         video_of, *places = self.places(numbers)
-        rows = torch.empty(len(numbers), self.videos[0].shape[0] * self.depth * self.size**2)
+        rows = torch.empty(len(numbers), self.videos[0].shape[0] * self.depth * self.size**2, dtype=torch.float32)
         for number, video in enumerate(self.videos):
             mine = (video_of == number).nonzero()[:, 0]
             there = torch.stack(places)[:, mine].contiguous()
@@ -205,7 +205,7 @@ class Projection:
         video, mean = video - color[..., None, None], (mean - color).flatten()
         filters = torch.cat((self.directions, mean[:, None]), 1).T
         along = convolve(video[None], filters.reshape(-1, channels, *shape))[0]
-        squares = convolve(video.square().sum(0)[None, None], torch.ones(1, 1, *shape))[0]
+        squares = convolve(video.square().sum(0)[None, None], torch.ones(1, 1, *shape, dtype=torch.float32))[0]
         leading = along[:-1] - (mean @ self.directions)[:, None, None, None]
         missed = squares - 2 * along[-1:] + mean.square().sum() - leading.square().sum(0)
         return torch.cat((leading, missed.clamp(min=0).sqrt())).flatten(1).T.contiguous()
@@ -251,7 +251,7 @@ class Nearest:
         candidates: how many to measure in full for each row; few are enough to find exact copies.
         """
         points = self.project(rows).numpy()
-        bound = torch.full((len(rows), candidates), torch.inf)
+        bound = torch.full((len(rows), candidates), torch.inf, dtype=torch.float32)
         number = torch.zeros(len(rows), candidates, dtype=torch.long)
         for first, strip in self.windows.strips():
             with self._holding:

@@ -46,7 +46,10 @@ def _tubes(windows: Windows, places: Tensor, frames: Tensor) -> tuple[Tensor, Te
     video_of, first, top, left = places
     when = first[:, None] + frames
     channels, size = windows.videos[0].shape[0], windows.size
-    tubes, exist = torch.empty(*when.shape, channels, size, size), torch.empty(when.shape, dtype=torch.bool)
+    tubes, exist = (
+        torch.empty(*when.shape, channels, size, size, dtype=torch.float32),
+        torch.empty(when.shape, dtype=torch.bool),
+    )
     for number, video in enumerate(windows.videos):
         mine, count = video_of == number, video.shape[1]
         view = video.unfold(2, size, 1).unfold(3, size, 1).permute(1, 2, 3, 0, 4, 5)

@@ -64,7 +64,7 @@ class Ranking:
 
     def describe(self, shape: Sequence[int]) -> None:
         """Describe the exemplar for images of a shape (C, H, W): else done for the first that is told about."""
-        times, (shown, *images) = self._enlarged_to_fit(torch.zeros(*shape))
+        times, (shown, *images) = self._enlarged_to_fit(torch.zeros(*shape, dtype=torch.float32))
         self._described(times, *read(shown, images))
 
     def _enlarged_to_fit(self, output: Tensor) -> tuple[int, list[Tensor]]:

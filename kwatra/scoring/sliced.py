@@ -19,7 +19,7 @@ def sliced_distance(a: Tensor, b: Tensor) -> float:
 def _quantiles(points: Tensor) -> Tensor:
     """Quantiles of the projected points (DIRECTIONS, QUANTILES)."""
     generator = torch.Generator().manual_seed(0)
-    directions = torch.randn(points.shape[1], DIRECTIONS, generator=generator)
+    directions = torch.randn(points.shape[1], DIRECTIONS, dtype=torch.float32, generator=generator)
     projected = points @ (directions / directions.norm(dim=0))
     ordered = np.sort(projected.T.numpy(), 1)  # many times faster than torch's
     levels = (np.arange(QUANTILES) + 0.5) / QUANTILES

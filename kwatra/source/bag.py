@@ -101,7 +101,7 @@ class Bags:
     """
 
     windows: Mapping[tuple[int, int], Tensor]
-    weights: Tensor = field(default_factory=lambda: torch.empty(0))
+    weights: Tensor = field(default_factory=lambda: torch.empty(0, dtype=torch.float32))
 
     def __post_init__(self) -> None:
         if not self.windows:
@@ -112,7 +112,7 @@ class Bags:
                 f"bags have {sorted(channels)} channels and {len(self.weights)} weights; give all the same number"
             )
         if not len(self.weights):
-            object.__setattr__(self, "weights", torch.ones(channels.pop()))
+            object.__setattr__(self, "weights", torch.ones(channels.pop(), dtype=torch.float32))
 
     @property
     def device(self) -> torch.device:

@@ -13,7 +13,7 @@ def randomized_basis(rows: Tensor, dims: int, generator: torch.Generator) -> Ten
     same bits for any number of threads.
     """
     dims = min(dims, *rows.shape)
-    probe = torch.randn(rows.shape[1], min(dims + 8, *rows.shape), generator=generator).to(rows)
+    probe = torch.randn(rows.shape[1], min(dims + 8, *rows.shape), dtype=torch.float32, generator=generator).to(rows)
     for _ in range(2):
         probe = _orthonormal(product(rows.T, product(rows, probe)))
     reduced = product(rows, probe).double()

@@ -21,11 +21,11 @@ def heaviest_covering(layout: Layout, metric: Metric, weights: Tensor) -> Coveri
     profiles = [_profile(metric.falloff, axis) for axis in range(len(layout.shape))]
     if isinstance(layout, Grid) and weights.device.type == "cpu":
         return _of_grid(layout, profiles, weights)
-    most = torch.full(layout.shape, -1.0, device=layout.device)
+    most = torch.full(layout.shape, -1.0, dtype=torch.float32, device=layout.device)
     window = torch.zeros(layout.shape, dtype=torch.long, device=layout.device)
     places = [torch.zeros_like(window) for _ in layout.shape]
     for number, inside, there in layout.coverings():
-        share = torch.ones((), device=layout.device)
+        share = torch.ones((), dtype=torch.float32, device=layout.device)
         for profile, place in zip(profiles, inside, strict=True):
             share = share * profile[place]
         weight = weights[number] * share
@@ -44,7 +44,7 @@ def _profile(falloff: Tensor, axis: int) -> Tensor:
 def _of_grid(layout: Grid, profiles: list[Tensor], weights: Tensor) -> Covering:
     """The same of a grid, in one pass over its pixels; threads share its rows."""
     *leading, (index, inside, own) = _axes(layout, profiles)
-    number, share = torch.zeros(1, 1, dtype=torch.long), torch.ones(1, 1)
+    number, share = torch.zeros(1, 1, dtype=torch.long), torch.ones(1, 1, dtype=torch.float32)
     places = torch.zeros(0, 1, 1, dtype=torch.long)
     for count, (numbers, there, shares) in zip(layout.counts, leading, strict=False):  # of rows: all axes but the last
         size = len(number) * len(numbers), number.shape[1] * numbers.shape[1]
@@ -54,7 +54,7 @@ def _of_grid(layout: Grid, profiles: list[Tensor], weights: Tensor) -> Covering:
         each = [*places[:, :, None, :, None], there[:, None]]
         places = torch.stack([place.expand(absent.shape).reshape(size) for place in each])
     rows, columns = len(number), layout.shape[-1]
-    most = torch.full((rows, columns), -1.0)
+    most = torch.full((rows, columns), -1.0, dtype=torch.float32)
     window, found = (torch.zeros(*some, rows, columns, dtype=torch.long) for some in ((), (len(layout.shape),)))
     given = (number * layout.counts[-1], share, places, index, inside, own, weights)
     arrays = [a.contiguous().numpy() for a in given]

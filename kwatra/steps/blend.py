@@ -115,7 +115,9 @@ class _FeatureEnergy:
 
     def _sum(self, windows_of: Callable[[slice, Layout], Tensor]) -> Tensor:
         """Windows (N, *width, C) of each band, summed into an image (C, *S)."""
-        image = torch.zeros(self.metric.weight.shape[-1], *self.layout.shape, device=self.layout.device)
+        image = torch.zeros(
+            self.metric.weight.shape[-1], *self.layout.shape, dtype=torch.float32, device=self.layout.device
+        )
         for part, band in bands(self.layout, self.metric):
             image = band.scatter(windows_of(part, band), image)
         return image

@@ -23,7 +23,9 @@ def match_histogram(image: Tensor, step: Step) -> Tensor:
     values = image[:, inside]
     wanted = exemplar.canvas[:, exemplar.owner >= 0].sort(1).values
     order = values.argsort(dim=1, stable=True)
-    quantile = torch.linspace(0, wanted.shape[1] - 1, order.shape[1], device=image.device).round().long()
+    quantile = (
+        torch.linspace(0, wanted.shape[1] - 1, order.shape[1], dtype=torch.float32, device=image.device).round().long()
+    )
     matched = image.clone()
     matched[:, inside] = torch.empty_like(values).scatter_(1, order, wanted[:, quantile])
     return matched

@@ -26,7 +26,10 @@ def modes_in_bag(
     """
     window, place, count = layout.covers
     channels = bag.metric.weight.shape[-1]
-    total, mass = torch.zeros(channels, *layout.shape), torch.zeros(1, *layout.shape)
+    total, mass = (
+        torch.zeros(channels, *layout.shape, dtype=torch.float32),
+        torch.zeros(1, *layout.shape, dtype=torch.float32),
+    )
     _modes(
         math.prod(layout.shape), bag.held.flatten(1, -2), matches.contiguous(), weights.contiguous(),
         bag.metric.falloff.flatten(), bag.metric.share, window, place, count, np.array(narrow),

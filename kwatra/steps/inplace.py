@@ -45,10 +45,10 @@ def nearest_in_place(
     rows, canvas_rows = (row_starts(sides, source.width, channels) for sides in (shape, canvas))
     weight = source.metric.weight.flatten(0, -3).flatten(1).contiguous()
     choice = torch.empty(len(candidates), dtype=torch.long)
-    squared = torch.empty(len(candidates))
+    squared = torch.empty(len(candidates), dtype=torch.float32)
     for first in range(0, len(candidates), TOGETHER):
         some = slice(first, first + TOGETHER)
-        besides = torch.zeros(candidates[some].shape) if away is None else away[some].contiguous()
+        besides = torch.zeros(candidates[some].shape, dtype=torch.float32) if away is None else away[some].contiguous()
         _nearest(
             len(besides),
             pixels.view(-1),
@@ -77,7 +77,7 @@ def sums_in_place(layout: Layout, source: SourceWindows, matches: Tensor, weight
     channels, canvas = pixels.shape[-1], tuple(pixels.shape[:-1])
     past = [width - 1 if wraps else 0 for width, wraps in zip(layout.width, layout.wraps, strict=True)]
     shape = tuple(s + p for s, p in zip(layout.shape, past, strict=True))
-    total = torch.zeros(*shape, channels)
+    total = torch.zeros(*shape, channels, dtype=torch.float32)
     _sums(
         shape[0],
         pixels.view(-1),

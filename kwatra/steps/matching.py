@@ -92,7 +92,7 @@ class Matching:
         """As `best`, where colors and places are all there is to compare: windows stay where they are."""
         pixels, corners = continued(channels_last(image), self.layout), self.layout.corners
         number = source.numbers[:1].expand(len(corners)).clone()
-        squared = torch.full((len(corners),), torch.inf)
+        squared = torch.full((len(corners),), torch.inf, dtype=torch.float32)
         if coherent is not None:
             away = wants.away(corners, source, coherent)
             number, squared = nearest_in_place(pixels, corners, source, coherent, SETTLED, away)

@@ -52,7 +52,7 @@ def mean(ballot: Ballot) -> Pull:
         return Pull(*sums_in_place(ballot.layout, ballot.source, ballot.matches, ballot.weights))
     layout, metric = ballot.layout, ballot.source.metric
     whole = metric.falloff.expand_as(metric.weight).contiguous()  # in one stretch, products take a sixth of the time
-    total = torch.zeros(whole.shape[-1], *layout.shape, device=layout.device)
+    total = torch.zeros(whole.shape[-1], *layout.shape, dtype=torch.float32, device=layout.device)
     for part, band in bands(layout, metric):
         weight = ballot.weights[part].view(-1, *[1] * whole.ndim)
         total = band.scatter((weight * whole).mul_(ballot.source.windows(ballot.matches[part])), total)
@@ -93,7 +93,7 @@ class Mode:
         if isinstance(layout, FreeWindows) and isinstance(source, Bag) and layout.device.type == "cpu":
             return Pull(*modes_in_bag(layout, source, ballot.matches, ballot.weights, narrow))
         mass = _mass(ballot)
-        mode = torch.zeros(source.metric.weight.shape[-1], *layout.shape, device=layout.device)
+        mode = torch.zeros(source.metric.weight.shape[-1], *layout.shape, dtype=torch.float32, device=layout.device)
         share = source.metric.share.view(-1, *[1] * len(layout.shape))
         falloff = source.metric.falloff[..., 0]
         for exponent in narrow:
@@ -150,7 +150,7 @@ def bands(layout: Layout, metric: Metric) -> list[tuple[slice, Layout]]:
 
 def _mass(ballot: Ballot) -> Tensor:
     layout, metric = ballot.layout, ballot.source.metric
-    mass = torch.zeros(1, *layout.shape, device=layout.device)
+    mass = torch.zeros(1, *layout.shape, dtype=torch.float32, device=layout.device)
     for part, band in bands(layout, metric):
         mass = band.scatter(ballot.weights[part].view(-1, *[1] * metric.falloff.ndim) * metric.falloff, mass)
     return mass

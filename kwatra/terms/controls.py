@@ -86,7 +86,7 @@ class Controls:
         self.terms = [(term if mask is None else within(term, mask)).at(factors, self.shape) for term in terms]
         self.given: Given | None = None
         if self.terms or self.mask is not None:
-            blank = torch.zeros(channels, *self.shape, device=device)
+            blank = torch.zeros(channels, *self.shape, dtype=torch.float32, device=device)
             self.given = _given(self.quadratics(blank), self.mask, blank)
 
     def quadratics(self, x: Tensor) -> list[Quadratic]:

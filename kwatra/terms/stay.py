@@ -64,7 +64,7 @@ class Stay(Term):
         scale = self.weight * variance / REACH**2
 
         def charge(corners: Tensor, there: Tensor) -> Tensor:
-            own = (corners + middle)[..., -2:] / size.clamp(min=1)
+            own = (corners + middle)[..., -2:].float() / size.clamp(min=1)
             at: list[Tensor] = list((there + middle).unbind(-1))
             theirs = torch.stack([place[tuple(at)] for place in places], -1)
             return scale * (theirs - own[:, None]).square().sum(-1)
@@ -74,7 +74,7 @@ class Stay(Term):
 
 def _places(exemplar: Exemplar) -> Tensor:
     """For each pixel of the canvas its place in the frame of its image, (2, *S): row and column as shares."""
-    places = torch.zeros(2, *exemplar.shape, device=exemplar.canvas.device)
+    places = torch.zeros(2, *exemplar.shape, dtype=torch.float32, device=exemplar.canvas.device)
     for image in exemplar.origin[0][exemplar.owner >= 0].unique().tolist():
         inside = (exemplar.origin[0] == image) & (exemplar.owner >= 0)
         place = exemplar.origin[-2:, inside].float()

@@ -33,9 +33,9 @@ def gradient(windows: Tensor) -> Tensor:
 
 def falloff(width: Sequence[int]) -> Tensor:
     """Gaussian falloff of a window (thesis 5.2), shape (*width), sum 1, standard deviation a quarter of the width."""
-    result = torch.ones(())
+    result = torch.ones((), dtype=torch.float32)
     for size in width:
-        t = torch.arange(size) - (size - 1) / 2
+        t = torch.arange(size, dtype=torch.float32) - (size - 1) / 2
         g = torch.exp(-8 * t**2 / size**2)
         result = result[..., None] * (g / g.sum())
     return result
@@ -84,7 +84,7 @@ class Metric:
         size = self._probe.numel()
         parts = []
         for first in range(0, size, 512):
-            unit = torch.eye(size, device=self._probe.device)[first : first + 512]
+            unit = torch.eye(size, dtype=torch.float32, device=self._probe.device)[first : first + 512]
             parts.append((self.features(unit.view(-1, *self._probe.shape[1:])) ** 2).sum(1))
         return torch.cat(parts).view(self._probe.shape[1:])
 

@@ -146,7 +146,7 @@ class Framewise:
         """Write a frame of each track, the pictures last: what counts is their state."""
         import torch
 
-        nothing = torch.empty(0)
+        nothing = torch.empty(0, dtype=torch.float32)
         bare = type(state)(state.number, nothing, nothing, nothing)
         for folder, picture in zip(self._beside, pictures[1:], strict=True):
             folder.add(picture, bare)

@@ -147,7 +147,7 @@ def _frames(
         frames = job.folder.frames(stop, first)
         return torch.stack([io.premultiplied(frame, clips.kind) for frame in frames], 1)
 
-    nothing, number = torch.empty(0), done
+    nothing, number = torch.empty(0, dtype=torch.float32), done
     made = texture.stretches(
         clips.frames,
         size,

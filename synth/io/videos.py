@@ -130,7 +130,7 @@ def file_frames(path: Path, aloud: bool = True) -> Iterator[Tensor]:
 def _read_folder(path: Path, rate: float) -> Clip:
     names = frame_names(path)
     first = read_image(names[0])
-    frames = torch.empty(first.pixels.shape[0], len(names), *first.pixels.shape[1:])
+    frames = torch.empty(first.pixels.shape[0], len(names), *first.pixels.shape[1:], dtype=torch.float32)
     for t, name in enumerate(names):
         picture = first if t == 0 else read_image(name)
         if picture.pixels.shape != first.pixels.shape:
@@ -160,7 +160,7 @@ def _read_file(path: Path) -> Clip:
             if len(arrays) * array.shape[0] * array.shape[1] > MOST_PIXELS:
                 raise InputError(f"{path} has more than 2^28 pixels in all its frames; give a shorter or smaller video")
         clear = has_alpha(stream)
-    frames = torch.empty(arrays[0].shape[2], len(arrays), *arrays[0].shape[:2])
+    frames = torch.empty(arrays[0].shape[2], len(arrays), *arrays[0].shape[:2], dtype=torch.float32)
     for t, array in enumerate(arrays):
         frames[:, t] = _pixels(array)
     return Clip(frames, rate, _WITH_ALPHA if clear else _COLORS)

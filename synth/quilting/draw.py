@@ -21,5 +21,5 @@ def seams_drawn(quilt: Quilt) -> Tensor:
         on |= (cost > 0).roll(1, axis)
     channels = quilt.image.shape[0]
     image = quilt.image[:3] if channels >= 3 else quilt.image[:1].expand(3, *quilt.patch.shape)
-    red = torch.tensor(RED).reshape(3, *[1] * on.ndim)
+    red = torch.tensor(RED, dtype=torch.float32).reshape(3, *[1] * on.ndim)
     return torch.where(on, red, image.clamp(0, 1))

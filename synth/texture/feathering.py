@@ -54,7 +54,7 @@ def feathered(
 
     reach, curve = round(2 * width), ColorCurve(exemplar)
     near = near_seams(where.cpu(), reach, wrap[1:]) & free.cpu().view(-1, 1, 1)
-    falloff = torch.exp(-(torch.arange(-reach, reach + 1) / width).square() / 2)
+    falloff = torch.exp(-(torch.arange(-reach, reach + 1, dtype=torch.float32) / width).square() / 2)
     colors = (curve.of(exemplar.canvas), curve.of(video))
     canvas, shown, places = (one.cpu().movedim(0, -1).contiguous() for one in (*colors, where))
     _feather(near[..., 0].numel(), canvas, exemplar.owner.cpu(), places, falloff, np.array(wrap[1:]), near, shown)

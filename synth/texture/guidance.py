@@ -115,7 +115,7 @@ class Guide:
 
         What the guide counts is in the channels' weights, so it needs no further weight in the search.
         """
-        target = self.beside(torch.zeros(channels, *self.output.shape[1:])).to(device)
+        target = self.beside(torch.zeros(channels, *self.output.shape[1:], dtype=torch.float32)).to(device)
         where = torch.arange(len(target), device=device).view(-1, *[1] * (target.ndim - 1)) >= channels
         guide = HardPixels(target, where.expand_as(target), weight=0.0, label="guide")
         return [*(OnImage(term, channels) for term in parts_of(others)), guide]

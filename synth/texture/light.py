@@ -119,7 +119,7 @@ def lasting(exemplar: Exemplar) -> float:
     count = known.sum(0)
     apart = (light - (light * known).sum(1, keepdim=True) / count.clamp(min=1)) * known
     variance = (apart.square().sum((0, 1)) / (count - 1).clamp(min=1))[count > 1]
-    unrelated = 2 * mean(variance) if len(variance) else torch.zeros(())
+    unrelated = 2 * mean(variance) if len(variance) else torch.zeros((), dtype=torch.float32)
     return max(1 - float(mean(step) / unrelated), 0.0) if len(step) and float(unrelated) > 0 else 0.0
 
 
@@ -138,6 +138,6 @@ def _missing(video: Tensor, where: Tensor, exemplar: Exemplar, axis: int, around
     onward, hither = torch.where(goes, ahead, back * came), torch.where(came, back, ahead * goes)
     last = video.shape[axis] - (not around)
     here, there = (v.narrow(axis, 0, last) for v in (where, where.roll(-1, axis)))
-    left, right = look_up(goes[None] + _GUESSED, here), look_up(came[None] + _GUESSED, there)
+    left, right = (look_up(each[None].float() + _GUESSED, spot) for each, spot in ((goes, here), (came, there)))
     wanted = (left * look_up(onward, here) + right * look_up(hither, there)) / (left + right)
     return wanted - (video.roll(-1, axis) - video).narrow(axis, 0, last)

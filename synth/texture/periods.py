@@ -53,6 +53,6 @@ def _nearest(lattice: Lattice, size: int, axis: int, crop: bool) -> int | None:
 
 def _off(lattice: Lattice, sizes: Tensor, axis: int) -> Tensor:
     """How far moves by `sizes` (N,) pixels along an axis are from the nearest lattice vector, in pixels."""
-    moves = torch.zeros(2, len(sizes))
+    moves = torch.zeros(2, len(sizes), dtype=torch.float32)
     moves[axis] = sizes
     return lattice.rest(moves).norm(dim=0)

@@ -158,7 +158,7 @@ class Search:
         """A beginning with a part of it laid anew, anywhere."""
         seed = seed_of(self.seed, number)
         first, extent = list[int](), list[int]()
-        drawn = torch.rand(len(self.size), 2, generator=generator_of(seed)).tolist()
+        drawn = torch.rand(len(self.size), 2, dtype=torch.float32, generator=generator_of(seed)).tolist()
         for side, (place, share) in zip(self.size, drawn, strict=True):
             extent.append(max(round((LEAST + (MOST - LEAST) * share) * side), 1))
             first.append(math.floor(place * side) - extent[-1] // 2)  # some lie across the border

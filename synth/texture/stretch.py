@@ -61,7 +61,7 @@ class Stretch:
 
     def holding(self, held: Tensor, shape: Sequence[int]) -> HardPixels:
         """The term that holds them in a video of (length, height, width)."""
-        target = torch.zeros(len(held), *shape, device=held.device)
+        target = torch.zeros(len(held), *shape, dtype=torch.float32, device=held.device)
         where = torch.zeros(1, *shape, dtype=torch.bool, device=held.device)
         if self.before:
             target[:, : self.before], where[:, : self.before] = held[:, : self.before], True

@@ -229,7 +229,7 @@ class _Sewing:
 
     def _pairs(self, axis: int) -> Tensor:
         """(H, W) 1 where a pixel and the next along an axis are neighbors."""
-        pairs = torch.ones(self.shape)
+        pairs = torch.ones(self.shape, dtype=torch.float32)
         if not self.closed[axis]:
             pairs.select(axis, -1).zero_()
         return pairs

@@ -32,13 +32,13 @@ class Arrangement:
         """
         shape, half = layout.shape, layout.width[0] // 2
         middle = layout.corners + half
-        place = ((middle - margin + 0.5) / zoom).floor().long()
+        place = (((middle - margin).float() + 0.5) / zoom).floor().long()
         inside = place.clamp(min=0).minimum(torch.tensor(where.shape[1:]) - 1)
         wanted = where[:, inside[:, 0], inside[:, 1]].T + place - inside
         own = (matched.neighborhoods.anchor == texture).nonzero()[:, 0]
         centers = matched.neighborhoods.centers[own, texture]
         near = torch.from_numpy(cKDTree(centers.numpy()).query(wanted.numpy())[1])
-        moved = middle + ((centers[near] - wanted) * zoom).round().long() - half
+        moved = middle + ((centers[near] - wanted).float() * zoom).round().long() - half
         last = torch.tensor(shape) - torch.tensor(layout.width)
         wraps = torch.tensor(layout.wraps)
         moved = torch.where(wraps, moved % torch.tensor(shape), moved.clamp(min=0).minimum(last))
@@ -52,7 +52,10 @@ class Arrangement:
         width = self.layout.width[0]
         chosen = weighting.at(self.layout.corners, width)
         weight = falloff(self.layout.width)[..., None]
-        mass, total = torch.zeros(1, *self.layout.shape), torch.zeros(1, *self.layout.shape)
+        mass, total = (
+            torch.zeros(1, *self.layout.shape, dtype=torch.float32),
+            torch.zeros(1, *self.layout.shape, dtype=torch.float32),
+        )
         for number in chosen.unique().tolist():
             some = (chosen == number).nonzero()[:, 0]
             windows = self.matched.windows(self.numbers[some], weighting.palette[number])

@@ -55,7 +55,7 @@ class Detail:
             return cls((among(weighting.palette[0]),), (None,), (inside,), (None,), kept)
         knots: list[Tensor] = []
         for weights in weighting.palette:
-            there = torch.tensor(weights)
+            there = torch.tensor(weights, dtype=torch.float32)
             if all(float((there - knot).abs().amax()) >= _APART for knot in knots):
                 knots.append(there)
         near = [(weighting.values - k.view(-1, 1, 1)).square().sum(0).div(-(_APART**2)).exp() for k in knots]

@@ -137,7 +137,7 @@ def checked_map(values: Tensor, shape: tuple[int, ...], name: str) -> Tensor:
 def distance_channel(features: Tensor) -> Tensor:
     """The distance (1, H, W) of each pixel to the nearest feature, in REACH, at most 1; 1 where there is none."""
     if not features.any():
-        return torch.ones(1, *features.shape)
+        return torch.ones(1, *features.shape, dtype=torch.float32)
     away = np.minimum(distance_transform_edt(~features.numpy()), REACH) / REACH
     return torch.from_numpy(away)[None].float()
 

@@ -251,7 +251,7 @@ class Interpolation:
         if wanted is not None:
             target = torch.cat([begun, there.values]) if len(there.palette) > 1 else begun
             wish = SoftPixels(target, continued(wanted, self._margin), "wish")
-        inside = F.pad(torch.ones(self.shape), (self._margin,) * 4) if self._margin else None
+        inside = F.pad(torch.ones(self.shape, dtype=torch.float32), (self._margin,) * 4) if self._margin else None
         detail = Detail.of(self._restoring, self._center, there, held, inside)
         image, arrangement = synthesis(levels, there, begun, self.wrap, self.seed, detail, held, known, wish)
         return Frame(cut(settled(image, detail.given_to), self._margin), weighting, arrangement)

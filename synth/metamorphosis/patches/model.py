@@ -134,7 +134,7 @@ def _anchors(shape: tuple[int, ...], width: int, most: int) -> Tensor:
 
 def _bag(image: Tensor, corners: Tensor, width: int, feature_weight: float) -> Bag:
     windows = windows_at(channels_last(image), corners, (width, width))
-    weights = torch.tensor([1 / (len(image) - 1)] * (len(image) - 1) + [feature_weight])
+    weights = torch.tensor([1 / (len(image) - 1)] * (len(image) - 1) + [feature_weight], dtype=torch.float32)
     return Bag(windows, weights, generator_of(0))
 
 
@@ -157,7 +157,7 @@ def _centers(partners: Sequence[Tensor], textures: Sequence[Texture], corners: S
     middles = []
     for row, texture, at in zip(partners, textures, corners, strict=True):
         last = torch.tensor(texture.image.shape[1:]) - width
-        middle = ((at[row] + width / 2) * texture.unit - 0.5).round().long()
+        middle = ((at[row].float() + width / 2) * texture.unit - 0.5).round().long()
         middles.append((middle - width // 2).clamp(min=0).minimum(last) + width // 2)
     return torch.stack(middles, 1)
 
@@ -185,7 +185,7 @@ def _bends_of(
     points = [
         feature_points(each.features, at, width, most) for each, at in zip(textures, corners.unbind(1), strict=True)
     ]
-    pairs = [torch.zeros(2, len(corners), len(nodes), 2) for _ in textures]
+    pairs = [torch.zeros(2, len(corners), len(nodes), 2, dtype=torch.float32) for _ in textures]
     for other in range(len(textures)):
         if other != number:
             found = match(points[number], points[other], width)

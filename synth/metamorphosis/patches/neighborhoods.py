@@ -83,7 +83,7 @@ class Neighborhoods:
     def windows(self, images: Sequence[Tensor], weights: Weights) -> Tensor:
         """The neighborhoods in between, (N, w, w, C); images as for `parts`. Memory: the result, and bands."""
         shown = [number for number, weight in enumerate(weights) if weight > 0]
-        share = torch.tensor(weights).view(-1, 1, 1, 1, 1).to(images[0])
+        share = torch.tensor(weights, dtype=torch.float32).view(-1, 1, 1, 1, 1).to(images[0])
         result = images[0].new_empty(len(self), self.width, self.width, len(images[0]))
         for part, windows in self.parts(images, weights):
             result[part] = windows[shown[0]] if len(shown) == 1 else (share * windows).sum(0)
@@ -93,7 +93,7 @@ class Neighborhoods:
         """u_j of each texture at places (m, 2) from the middle of the window, common scale: (n, M, m, 2)."""
         if self.there is None or self.back is None or max(weights) == 1:
             return places.new_zeros(len(weights), part.stop - part.start, 1, 2)
-        share = torch.tensor(weights).view(-1, 1, 1, 1).to(places)
+        share = torch.tensor(weights, dtype=torch.float32).view(-1, 1, 1, 1).to(places)
         back = share * self.back[part].transpose(0, 1)
         moved = back.sum(0) - back + (1 - share) * self.there[part].transpose(0, 1)
         return (moved.transpose(2, 3) @ between_nodes(places, self.width)).transpose(2, 3)
@@ -101,7 +101,7 @@ class Neighborhoods:
 
 def lattice(width: int) -> Tensor:
     """The nodes (NODES^2, 2) of displacements, in pixels from the middle of a window, x first."""
-    line = torch.linspace(-0.5, 0.5, NODES) * _SPAN * width
+    line = torch.linspace(-0.5, 0.5, NODES, dtype=torch.float32) * _SPAN * width
     y, x = torch.meshgrid(line, line, indexing="ij")
     return torch.stack([x, y], -1).reshape(-1, 2)
 
@@ -119,7 +119,7 @@ def similarity(neighborhoods: Neighborhoods, images: Sequence[Tensor], feature_w
     distances, which are the last channel; a mean over pairs of textures, halfway between all.
     """
     count = len(images)
-    found = torch.zeros(len(neighborhoods))
+    found = torch.zeros(len(neighborhoods), dtype=torch.float32)
     for part, windows in neighborhoods.parts(images, (1 / count,) * count):
         flat = windows.flatten(2, 3)
         color = flat[..., :-1] - flat[..., :-1].mean(2, keepdim=True)

@@ -104,7 +104,7 @@ class Passage:
         there, back = bends(seen, [place + margin for place in places], width, making)
         anchor = torch.arange(len(images)).repeat_interleave(len(corners))
         away = torch.cat(places) + width // 2 - _middle(ground)
-        centers = _middles(textures) + torch.tensor(units)[:, None] * away
+        centers = _middles(textures) + torch.tensor(units, dtype=torch.float32)[:, None] * away
         found = Neighborhoods(width, units, anchor, centers, there, back)
         colors = tuple(Colors.of(image) for image in images)
         return cls(Matched((1, width), making.feature_weight, tuple(textures), found, colors), shape, wrap)
@@ -137,7 +137,7 @@ class Passage:
         chosen, place = self._placed(weighting)
         sides, width = torch.tensor(self.shape), self.matched.level[1]
         corner = place.round() if self.wrap else place.round().clamp(min=0).minimum(sides - width)
-        total = torch.zeros(len(self.matched.colors[0].center) + 2, *self.shape)
+        total = torch.zeros(len(self.matched.colors[0].center) + 2, *self.shape, dtype=torch.float32)
         rows = (corner[:, 0] % self.shape[0]).long()
         middle = place + width // 2
         there = ((middle > -1) & (middle < sides)).all(1) | self.wrap
@@ -158,10 +158,16 @@ class Passage:
     def _placed(self, weighting: Weighting) -> tuple[Tensor, Tensor]:
         """Of each neighborhood the number of its weights in the palette (N,), and where its first pixel lies (N, 2)."""
         width, sides, found = self.matched.level[1], torch.tensor(self.shape), self.matched.neighborhoods
-        places = (found.centers - _middles(self.matched.textures)) / torch.tensor(found.units)[:, None]
+        places = (found.centers - _middles(self.matched.textures)) / torch.tensor(found.units, dtype=torch.float32)[
+            :, None
+        ]
         way = places - places[:, :1]
         way = (way + sides // 2) % sides - sides // 2 if self.wrap else way
-        known, zoom, first = torch.tensor(weighting.palette), self._zoom(weighting), _middle(self.shape) - width // 2
+        known, zoom, first = (
+            torch.tensor(weighting.palette, dtype=torch.float32),
+            self._zoom(weighting),
+            _middle(self.shape) - width // 2,
+        )
         share = known.mean(0).expand(len(places), -1)
         for _ in range(_ROUNDS if len(known) > 1 else 1):
             place = first + zoom * (places[:, 0] + (share[..., None] * way).sum(1))
@@ -183,7 +189,7 @@ class Passage:
         """
         width = self.matched.level[1]
         weight = falloff((width, width))[..., None]
-        made = torch.empty(len(numbers), width, width, len(self.matched.colors[0].center) + 2)
+        made = torch.empty(len(numbers), width, width, len(self.matched.colors[0].center) + 2, dtype=torch.float32)
         made[..., -1:] = weight
         for number in chosen.unique().tolist():
             some = (chosen == number).nonzero()[:, 0]
@@ -237,7 +243,7 @@ def _compared(textures: Sequence[Texture], colors: Sequence[Colors]) -> Tensor:
 
 def _middle(shape: Sequence[int]) -> Tensor:
     """The middle (2,) of an image of some height and width, row and column; between pixels of even sides."""
-    return (torch.tensor(shape) - 1) / 2
+    return (torch.tensor(shape, dtype=torch.float32) - 1) / 2
 
 
 def _middles(textures: Sequence[Texture]) -> Tensor:

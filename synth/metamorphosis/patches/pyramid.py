@@ -105,7 +105,7 @@ def _filters_of(height: int, width: int, device: torch.device) -> _Filters:
     y, x = torch.meshgrid(*(2 * fftfreq(n, dtype=torch.float64) for n in (height, width)), indexing="ij")
     octave = torch.hypot(x, y).clamp(min=1e-9).log2()
     fall, fall_below = (torch.pi / 2 * (octave + shift).clamp(-1, 0) for shift in (0, 1))
-    turn = torch.arange(_ORIENTATIONS).view(-1, 1, 1) * torch.pi / _ORIENTATIONS
+    turn = torch.arange(_ORIENTATIONS, dtype=torch.float32).view(-1, 1, 1) * torch.pi / _ORIENTATIONS
     # 1.6 = 2 / the sum of the squares over all orientations
     oriented = 1.6**0.5 * torch.cos(torch.atan2(y, x) - turn) ** (_ORIENTATIONS - 1) * fall_below.cos()
     return _Filters(*(each.float().to(device) for each in (-fall.sin(), fall.cos(), oriented)))

@@ -80,7 +80,9 @@ class Synthesis:
             layout=BestCenters(known) if self.free_centers else regular,
         )
         made = optimize(
-            Bags({m.level: bag for m, bag in zip(levels, bags, strict=True)}, torch.tensor(weights)),
+            Bags(
+                {m.level: bag for m, bag in zip(levels, bags, strict=True)}, torch.tensor(weights, dtype=torch.float32)
+            ),
             weighting.shape,
             settings=settings,
             start=start,
@@ -103,7 +105,7 @@ def _bag(matched: Matched, weighting: Weighting, rejected: float) -> tuple[Tenso
         kept = matched.kept(weights, rejected)
         made = matched.windows(kept, weights)
         if len(weighting.palette) > 1:
-            made = torch.cat([made, torch.tensor(weights).expand(*made.shape[:-1], -1)], -1)
+            made = torch.cat([made, torch.tensor(weights, dtype=torch.float32).expand(*made.shape[:-1], -1)], -1)
         windows.append(made)
         numbers.append(kept)
     return torch.cat(windows), torch.cat(numbers)

@@ -57,5 +57,5 @@ def placed(features: Tensor, shape: Sequence[int]) -> Tensor:
     """Feature pixels (H, W) on a grid of another size (height, width): the same points."""
     found = torch.zeros(tuple(shape), dtype=torch.bool)
     lines = zip(features.nonzero(as_tuple=True), features.shape, shape, strict=True)
-    found[tuple(((line + 0.5) * to / of).long() for line, of, to in lines)] = True
+    found[tuple(((line.float() + 0.5) * to / of).long() for line, of, to in lines)] = True
     return found

@@ -35,7 +35,7 @@ class Weighting:
     @classmethod
     def even(cls, weights: Weights, shape: tuple[int, int]) -> "Weighting":
         """The same everywhere."""
-        values = torch.tensor(weights).view(-1, 1, 1).expand(-1, *shape)
+        values = torch.tensor(weights, dtype=torch.float32).view(-1, 1, 1).expand(-1, *shape)
         return cls(values, (weights,), torch.zeros(shape, dtype=torch.long))
 
     @classmethod
@@ -51,7 +51,7 @@ class Weighting:
             raise InputError("the weights of some pixel are all 0; give at least one texture a weight everywhere")
         values = (values / total).float().cpu()
         flat = values.flatten(1)
-        known = torch.tensor(simplex(len(values)))
+        known = torch.tensor(simplex(len(values)), dtype=torch.float32)
         nearest = torch.cat([torch.cdist(part.T, known).argmin(1) for part in flat.split(1 << 16, 1)])
         used, number = nearest.unique(return_inverse=True)
         palette = tuple(tuple(row) for row in known[used].double().tolist())

@@ -27,7 +27,10 @@ def colored(image: Tensor, foreground: Color, background: Color, tolerance: floa
             raise InputError(f"the color {tuple(color)} is no color of {len(image)} finite values; give one")
     if tuple(foreground) == tuple(background):
         raise InputError(f"foreground and background are both {tuple(foreground)}; give two colors")
-    away = [(image - torch.tensor(color).view(-1, 1, 1)).norm(dim=0) for color in (foreground, background)]
+    away = [
+        (image - torch.tensor(color, dtype=torch.float32).view(-1, 1, 1)).norm(dim=0)
+        for color in (foreground, background)
+    ]
     return np.asarray((away[0] <= away[1] + tolerance).numpy())
 
 
