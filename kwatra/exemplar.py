@@ -13,7 +13,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from kwatra.base import AVERAGE, LARGEST, InputError, mean, running, turned
+from kwatra.base import AVERAGE, LARGEST, InputError, device_of, mean, running, tensor_of, turned
 
 ALIGNMENT = 8
 """Images start at multiples of this on the canvas, so that their pyramids sample them in phase."""
@@ -55,10 +55,10 @@ class Exemplar:
         these factors. device: where it is to be; None: where the first image is. Raises InputError for empty,
         non-finite or mismatching input.
         """
-        images = [images] if isinstance(images, Tensor) else list(images)
+        images = [tensor_of(image) for image in ([images] if isinstance(images, Tensor) else images)]
         masks = [None] * len(images) if masks is None else list(masks)
         _check(images, masks)
-        device = images[0].device if device is None else device
+        device = images[0].device if device is None else device_of(device)
         pieces = []
         for index, (image, mask) in enumerate(zip(images, masks, strict=True)):
             piece = _original(image.to(device, torch.float32), mask, index)
@@ -161,6 +161,8 @@ def _check(images: Sequence[Tensor], masks: Sequence[Tensor | None]) -> None:
         raise InputError("no exemplar was given; give at least one image")
     if len(masks) != len(images):
         raise InputError(f"{len(masks)} masks were given for {len(images)} images; give one, or None, per image")
+    if all(mask is not None and not bool(mask.any()) for mask in masks):
+        raise InputError("the exemplar's masks are False everywhere and leave nothing to copy from; leave some True")
     for image, mask in zip(images, masks, strict=True):
         if image.ndim not in (3, 4) or image.ndim != images[0].ndim or 0 in image.shape:
             raise InputError(
@@ -171,11 +173,13 @@ def _check(images: Sequence[Tensor], masks: Sequence[Tensor | None]) -> None:
                 f"exemplars have {images[0].shape[0]} and {image.shape[0]} channels; convert them to the same number"
             )
         if image.dtype.is_floating_point and not bool(image.isfinite().all()):
-            raise InputError("an exemplar holds NaN or infinite pixels; replace them or mask them out")
+            raise InputError("an exemplar holds NaN or infinite pixels; replace them")
         if mask is not None and mask.shape != image.shape[1:]:
             raise InputError(
                 f"a mask has shape {tuple(mask.shape)} but its image {tuple(image.shape[1:])}; they must be the same"
             )
+        if mask is not None and mask.dtype != torch.bool:
+            raise InputError(f"an exemplar's mask holds {mask.dtype}; give booleans, True where it may be copied from")
 
 
 def _original(image: Tensor, mask: Tensor | None, index: int) -> _Piece:

@@ -1,6 +1,6 @@
 """What is asked of an animation, and whether it can be done."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import torch
 from torch import Tensor
@@ -10,7 +10,7 @@ from flow.animation.film import Film
 from flow.animation.state import State
 from flow.fields import Field, Shape
 from kwatra import Exemplar, InputError
-from kwatra.base import check_mask, total
+from kwatra.base import check_mask, tensor_of, total, whole_sizes
 
 Mask = Tensor | Callable[[int], Tensor] | None
 
@@ -18,6 +18,12 @@ _NEARLY_RIGID = 0.25
 """A flow is nearly rigid whose squared rates of strain sum to at most so much of its squared rates of rotation; a shear
 has as much of both. Made stones in a pair of vortices, which has more strain, follow it worse where they turn (epe .31
 px for .27) and are cut as often."""
+
+
+def frame_of(shape: Sequence[int]) -> Shape:
+    """The height and width of frames as ints; InputError for what are none."""
+    height, width = whole_sizes(shape, 2, "the frames' shape")
+    return height, width
 
 
 def film_of(
@@ -28,7 +34,11 @@ def film_of(
     turn: whether copies may turn; None: where the first flow is nearly rigid, and the exemplar prefers no direction.
     """
     own, maps = (Exemplar.of(given) if isinstance(given, Tensor) else given for given in (exemplar, also))
-    assert own is not None
+    if not isinstance(own, Exemplar):
+        raise InputError(f"the exemplar is a {type(own).__name__}; give a tensor (C, H, W), or a video (C, T, H, W)")
+    if not isinstance(field, Field):
+        raise InputError(f"the flow is a {type(field).__name__}; give a field: `sampled` makes one of tensors, `Field` "
+                         "of a function")  # fmt: skip
     return Film.of(own, maps, False if turn is None and not _nearly_rigid(field(0, shape)) else turn)
 
 
@@ -44,7 +54,7 @@ def allowed(mask: Mask, number: int, shape: Shape) -> Tensor:
     """Where (H, W) texture may be in a frame; InputError for a mask of another size or type."""
     if mask is None:
         return torch.ones(shape, dtype=torch.bool)
-    now = mask if isinstance(mask, Tensor) else mask(number)
+    now = mask(number) if callable(mask) else tensor_of(mask)
     check_mask(now, shape)
     return now
 

@@ -22,7 +22,7 @@ import torch
 from scipy import ndimage
 from torch import Tensor
 
-from flow.animation.asked import Mask, check, film_of
+from flow.animation.asked import Mask, check, film_of, frame_of
 from flow.animation.blur import blurred
 from flow.animation.fading import Fading
 from flow.animation.growing import grown
@@ -70,6 +70,7 @@ def loop(
     """
     if frames < 2:
         raise InputError(f"a loop is to have {frames} frames; give at least 2")
+    shape = frame_of(shape)
     film = film_of(exemplar, also, turn, field, shape)
     check(film, field, shape, mask, None, after)
     motion = Motion(grown(film, shape, synthesis or Settings(), seed), field, shape, mask, None, renewing, seed)

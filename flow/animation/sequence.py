@@ -22,7 +22,7 @@ from itertools import count
 import torch
 from torch import Tensor
 
-from flow.animation.asked import Mask, allowed, check, film_of
+from flow.animation.asked import Mask, allowed, check, film_of, frame_of
 from flow.animation.carrying import carried
 from flow.animation.copies import tidied
 from flow.animation.entering import SIDES, entered, known_of
@@ -105,6 +105,7 @@ def animate(
         raise InputError(f"texture is to enter from {enter!r}; give one of {', '.join(SIDES)}")
     if enter is not None and first is not None:
         raise InputError("texture is to enter an empty frame, but a first frame is given; leave out one of the two")
+    shape = frame_of(shape)
     film = film_of(exemplar, also, turn, field, shape)
     check(film, field, shape, mask, enter, after)
     motion = Motion(grown(film, shape, synthesis or Settings(), seed), field, shape, mask, enter, renewing, seed)

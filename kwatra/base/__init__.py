@@ -5,11 +5,11 @@ from kwatra.base.derivatives import constant, differentiable
 from kwatra.base.errors import InputError, check_mask
 from kwatra.base.reductions import mean, power, principal_axes, product, total
 from kwatra.base.resampling import turned
-from kwatra.base.seeds import generator_of
+from kwatra.base.seeds import generator_of, whole_seed
 from kwatra.base.sizes import whole_sizes
 from kwatra.base.solver import Solution, conjugate_gradients
 from kwatra.base.spans import box_sums
-from kwatra.base.tensors import tensor_of
+from kwatra.base.tensors import device_of, tensor_of
 from kwatra.base.threads import by_one_thread, shared
 
 __all__ = [
@@ -24,6 +24,7 @@ __all__ = [
     "coarse_shape",
     "conjugate_gradients",
     "constant",
+    "device_of",
     "differentiable",
     "enlarged",
     "factors_of",
@@ -38,5 +39,6 @@ __all__ = [
     "tensor_of",
     "total",
     "turned",
+    "whole_seed",
     "whole_sizes",
 ]

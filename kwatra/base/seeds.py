@@ -2,6 +2,7 @@
 
 import hashlib
 import operator
+from typing import Any
 
 import torch
 
@@ -17,9 +18,15 @@ def generator_of(seed: int, step: int = 0) -> torch.Generator:
     Seeds below 2^32 are taken as they are; larger ones, and a step of any seed but 0, are hashed to so many bits.
     Raises InputError for what is no whole number from 0 on.
     """
-    if not hasattr(seed, "__index__") or operator.index(seed) < 0:
-        raise InputError(f"the seed is {seed}; give a whole number from 0 on")
-    value = (operator.index(seed) << 32) + step if step else operator.index(seed)
+    seed = whole_seed(seed)
+    value = (seed << 32) + step if step else seed
     if value >= _HEEDED:
         value = int.from_bytes(hashlib.sha256(str(value).encode()).digest()[:4], "little")
     return torch.Generator().manual_seed(value)
+
+
+def whole_seed(seed: Any) -> int:
+    """A seed as an int; InputError for what is no whole number from 0 on."""
+    if not hasattr(seed, "__index__") or operator.index(seed) < 0:
+        raise InputError(f"the seed is {seed}; give a whole number from 0 on")
+    return operator.index(seed)

@@ -7,7 +7,7 @@ from typing import Any, Generic
 
 import numpy as np
 
-from kwatra.base import InputError
+from kwatra.base import InputError, device_of, whole_sizes
 from synth.metamorphosis.method import Film, Frames, Report, silent
 from synth.metamorphosis.methods import DEFAULT, entry, refuse_unused
 from synth.metamorphosis.methods import method as method_of
@@ -100,7 +100,7 @@ def begun(
     parts = _shares(report, (size is not None and sized is None, 3.0), (True, 4.0), (retexture, 6.0))
     if size is not None and sized is None:
         pair = Growth(preset, seed, device)(pair, size, parts[0])
-    pair = pair.to(device if about.anywhere else "cpu")
+    pair = pair.to(device_of(device) if about.anywhere else "cpu")
     film: Film = (sized or known)(pair, moments, seed, parts[1])
     if retexture:
         film = RETEXTURE[preset](pair, film, seed, parts[2])
@@ -123,9 +123,10 @@ def _times(times: int | Sequence[float]) -> tuple[float, ...]:
 
 
 def _checked(size: tuple[int, int], least: int) -> tuple[int, int]:
-    if len(size) != 2 or min(size) < least:
+    height, width = whole_sizes(size, 2, "the size")
+    if min(height, width) < least:
         raise InputError(f"the size is {tuple(size)}; give a height and a width of at least {least} px")
-    return size
+    return height, width
 
 
 def _shares(report: Report, *parts: tuple[bool, float]) -> list[Report]:

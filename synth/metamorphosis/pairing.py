@@ -48,6 +48,8 @@ class Given:
         least: px that both must have along each side.
         """
         Form.of([a, b])  # says what is no image, before channels are counted
+        if a.ndim == 4:
+            raise InputError("A and B are videos; give images")
         a, b, done = alike(a, b)
         form: Form[Any] = Form.of([a, b])
         first, second = form.normalized(a), form.normalized(b)

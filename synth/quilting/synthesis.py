@@ -11,7 +11,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from kwatra.base import InputError, generator_of, whole_sizes
+from kwatra.base import InputError, generator_of, tensor_of, whole_sizes
 from kwatra.pieces.again import Budget
 from kwatra.pieces.mosaic import LEVELS, Mosaic
 from kwatra.pieces.seams import NORMALIZED_SCALE, SeamCost
@@ -112,7 +112,7 @@ def quilt(
     for some that differ in channels, or a size that does not fit.
     """
     settings = settings or QuiltSettings()
-    exemplars = [exemplar] if isinstance(exemplar, Tensor) else list(exemplar)
+    exemplars = [tensor_of(each) for each in ([exemplar] if isinstance(exemplar, Tensor) else exemplar)]
     for each in exemplars:
         check_exemplar(each)
         if (each.shape[0], each.ndim) != (exemplars[0].shape[0], exemplars[0].ndim):

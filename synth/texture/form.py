@@ -25,22 +25,18 @@ class Form(Generic[Image]):
     high: float
 
     @classmethod
-    def of(cls, images: Sequence[Image]) -> "Form[Image]":
-        """The form of images of one kind, from the least to the largest of their values; InputError for others."""
+    def of(cls, images: Sequence[Image], what: str = "an exemplar") -> "Form[Image]":
+        """The form of images of one kind, from the least to the largest of their values; InputError for others.
+
+        what: what sentences call them.
+        """
         first = images[0]
         low, high = float("inf"), float("-inf")
         for image in images:
-            wanted = (3, 4) if isinstance(image, Tensor) else (2, 3, 4)
-            alike = type(image) is type(first) and (image.ndim == 4) == (first.ndim == 4)
-            if not alike or image.ndim not in wanted or 0 in image.shape:
-                raise InputError(
-                    f"an exemplar is a {type(image).__name__} of shape {tuple(image.shape)}; give tensors (C, H, W), "
-                    "or arrays (H, W) or (H, W, C), or for videos (C, T, H, W) or (T, H, W, C), all of one kind and "
-                    "not empty"
-                )
+            _check(image, first, what)
             values = tensor_of(image).double()
             if not bool(values.isfinite().all()):
-                raise InputError("an exemplar holds NaN or infinite pixels; replace them first")
+                raise InputError(f"{what} holds NaN or infinite pixels; replace them first")
             low, high = min(low, float(values.min())), max(high, float(values.max()))
         return cls(isinstance(first, Tensor), first.ndim == 2, first.dtype, low, high)
 
@@ -59,3 +55,26 @@ class Form(Generic[Image]):
             return (values if self.dtype.is_floating_point else values.round_()).to(self.dtype)
         values = values if np.issubdtype(self.dtype, np.floating) else values.round_()
         return (values[0] if self.flat else values.movedim(0, -1)).numpy().astype(self.dtype, order="C")
+
+
+def _check(image: Any, first: Any, what: str) -> None:
+    """Refuse what is no image, or not of the first one's kind."""
+    shape = f" of shape {tuple(image.shape)}" if isinstance(image, (Tensor, np.ndarray)) else ""
+    wanted = (3, 4) if isinstance(image, Tensor) else (2, 3, 4)
+    alike = type(image) is type(first) and (not shape or (image.ndim == 4) == (first.ndim == 4))
+    if not alike or not shape or image.ndim not in wanted or 0 in image.shape:
+        raise InputError(
+            f"{what} is a {type(image).__name__}{shape}; give tensors (C, H, W), or arrays (H, W) or (H, W, C), "
+            "or for videos (C, T, H, W) or (T, H, W, C), all of one kind and not empty"
+        )
+    if _numbers(image) != _numbers(first):
+        raise InputError(
+            f"{what} holds {image.dtype} but another {first.dtype}; give all of one type, whose values mean the same"
+        )
+
+
+def _numbers(image: Any) -> str:
+    """The type of an image's numbers; all floating point is one."""
+    if isinstance(image, Tensor):
+        return "float" if image.is_floating_point() else str(image.dtype)
+    return "float" if image.dtype.kind == "f" else str(image.dtype.newbyteorder("="))

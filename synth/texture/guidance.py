@@ -75,7 +75,7 @@ class Guide:
         maps = list(guide[0]) if isinstance(guide[0], (list, tuple)) else [guide[0]]
         if len(maps) != len(images):
             raise InputError(f"the guide has {len(maps)} maps for {len(images)} exemplars; give one for each")
-        form: Form[Any] = Form.of([*maps, guide[1]])
+        form: Form[Any] = Form.of([*maps, guide[1]], "a guide's map")
         if len({each.ndim for each in (*maps, guide[1])}) > 1:
             raise InputError(
                 "the guide's maps differ in their number of axes; give all as (H, W), or all with channels"

@@ -38,19 +38,20 @@ def synthesize(
 
     exemplar: one or several images of a texture: tensors (C, H, W), or arrays (H, W) or (H, W, C), of any number of
     channels, floating point in any range or integer; or videos (C, T, H, W), or arrays (T, H, W, C). The result is of
-    the same kind and range. preset: "fast", "default" or "best"; of small stills the best of 1, 3 or 24 seeds is kept.
-    tile: the output repeats seamlessly in both directions. loop: of a video, the last frame leads into the first. stay:
-    how strongly what belongs somewhere in the frame stays there (see `kwatra.Stay`); None: a video does where its
-    statistics depend on the place. start: an image of the output's size to improve, instead of beginning anew. levels:
-    (factor, window width) pairs, coarse to fine, or "thesis". mirror, rotate (degrees, counterclockwise), scale
-    (factors): also copy from such variants of the exemplar. terms: control terms; their values are those of the
-    exemplar scaled so that its least value is 0 and its largest is 1. mask: boolean, of the output's size, True where
-    texture belongs. guide: a map of the exemplar (one for each) and one of the output, of one kind and any number of
-    channels: where the output's has a value, texture goes that has a like one in the exemplar; `size` may be left out,
-    it is the output map's. guide_weight: what the guide counts beside the colors; 0.1 to 0.3 suits maps that vary
-    smoothly. Several guides are a list, and may have a weight each. exemplar_mask: boolean, of the exemplar's size,
-    True where it may be copied from; of several exemplars one for each. callback: told of each iteration, by one thread
-    at a time, but not always the same one. Same seed, same bits, for any number of threads.
+    the same kind and range. preset: "fast", "default" or "best"; small stills begin with the best of 1, 3 or 11
+    layouts, and "best" goes on from there. tile: the output repeats seamlessly in both directions. loop: of a video,
+    the last frame leads into the first. stay: how strongly what belongs somewhere in the frame stays there (see
+    `kwatra.Stay`); None: a video does where its statistics depend on the place. start: an image of the output's size to
+    improve, instead of beginning anew. levels: (factor, window width) pairs, coarse to fine, or "thesis". mirror,
+    rotate (degrees, counterclockwise), scale (factors): also copy from such variants of the exemplar. terms: control
+    terms; their values are those of the exemplar scaled so that its least value is 0 and its largest is 1. mask:
+    boolean, of the output's size, True where texture belongs. guide: a map of the exemplar (one for each) and one of
+    the output, of one kind and any number of channels: where the output's has a value, texture goes that has a like one
+    in the exemplar; `size` may be left out, it is the output map's. guide_weight: what the guide counts beside the
+    colors; 0.1 to 0.3 suits maps that vary smoothly. Several guides are a list, and may have a weight each.
+    exemplar_mask: boolean, of the exemplar's size, True where it may be copied from; of several exemplars one for each.
+    callback: told of each iteration, by one thread at a time, but not always the same one. Same seed, same bits, for
+    any number of threads.
 
     A long video of which nothing but its texture is asked is made in stretches, see `stretches`. Raises InputError for
     what cannot be used.

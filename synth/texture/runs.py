@@ -9,7 +9,7 @@ from typing import TypeVar
 import torch
 
 from kwatra import Exemplar, Progress, Result
-from kwatra.base import shared
+from kwatra.base import shared, whole_seed
 from kwatra.scoring import Ranking
 
 Made = TypeVar("Made")
@@ -27,7 +27,7 @@ is left to be made alone. Stills of 256x256 by two threads are so made 1.5 to 1.
 
 def seed_of(seed: int, number: int) -> int:
     """The seed of one of several tries, from 0; the first has the seed itself."""
-    return seed + 1000 * number
+    return whole_seed(seed) + 1000 * number
 
 
 def beside(call: Callable[[int], Made], numbers: Sequence[int], size: Sequence[int]) -> list[Made]:

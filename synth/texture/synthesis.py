@@ -46,7 +46,9 @@ class Synthesis(Generic[Image]):
         several: list[Map] = [maps] if isinstance(maps, (Tensor, np.ndarray)) else list(maps)
         if len(several) <= self.source[0].max():
             raise InputError(f"{len(several)} maps were given, but the exemplar has more images; give one for each")
-        arrays: list[np.ndarray] = [m.movedim(0, -1).numpy() if isinstance(m, Tensor) else m for m in several]
+        arrays: list[np.ndarray] = [
+            m.detach().cpu().movedim(0, -1).numpy() if isinstance(m, Tensor) else m for m in several
+        ]
         made = taken(arrays, self.source)
         rearranged: Any = torch.from_numpy(made).movedim(-1, 0) if isinstance(several[0], Tensor) else made
         return rearranged  # the kind of maps that were given

@@ -81,6 +81,8 @@ def tile(
         raise InputError(f"axes is {axes!r}; allowed are 'x', 'y' and 'xy'")
     form: Form[Image] = Form.of([image])
     pixels = form.normalized(image)
+    if pixels.ndim != 3:
+        raise InputError(f"the picture has shape {tuple(image.shape)}, as videos have; give an image")
     down, across = _whole_periods(pixels, axes) if crop else (slice(0, side) for side in pixels.shape[1:])
     pixels = pixels[:, down, across].contiguous()
     band = _band_of(pixels, axes, band)

@@ -12,7 +12,7 @@ from torch import Tensor
 
 import kwatra
 from kwatra import Exemplar, InputError, Level, Prepared, Progress, Result, Settings, Sum, TermLike
-from kwatra.base import tensor_of
+from kwatra.base import tensor_of, whole_sizes
 from kwatra.terms import parts_of
 from kwatra.windows import per_axis
 from synth.texture.feathering import feathered, passage
@@ -215,7 +215,7 @@ def _effort(preset: str, shape: Sequence[int]) -> Effort:
 
 def _images(exemplar: Image | Sequence[Image]) -> tuple[list[Image], Form[Image]]:
     """The exemplar's images, one or several, and their form."""
-    images: list[Image] = [exemplar] if isinstance(exemplar, (Tensor, np.ndarray)) else list(exemplar)
+    images: list[Any] = list(exemplar) if isinstance(exemplar, (list, tuple)) else [exemplar]
     if not images:
         raise InputError("no exemplar was given; give at least one image")
     return images, Form.of(images)
@@ -233,10 +233,9 @@ def _size_of(size: Sequence[int] | None, picture: Tensor, guidance: Guide | None
     """The output's size: as asked, or that of its guide; where both are given they must agree."""
     sides = "height and width" if picture.ndim == 3 else "number of frames, height and width"
     if guidance is None:
-        if size is None or len(size) != picture.ndim - 1:
-            given = "no size was given" if size is None else f"the size is {tuple(size)}"
-            raise InputError(f"{given}; give the output's {sides}")
-        return tuple(size)
+        if size is None:
+            raise InputError(f"no size was given; give the output's {sides}")
+        return whole_sizes(size, picture.ndim - 1, f"the size ({sides})")
     there = tuple(guidance.output.shape[1:])
     if size is not None and tuple(size) != there:
         raise InputError(f"the size is {tuple(size)} but the guide's output map has {there}; leave the size out")
@@ -250,4 +249,7 @@ def _levels(levels: str | Sequence[tuple[int, int]] | None) -> tuple[Level, ...]
         if levels != "thesis":
             raise InputError(f"levels is {levels!r}; give 'thesis', or pairs of factor and window width")
         return kwatra.THESIS
-    return tuple(Level(factor, width) for factor, width in levels)
+    try:
+        return tuple(Level(factor, width) for factor, width in levels)
+    except TypeError as error:
+        raise InputError(f"levels is {levels!r}; give 'thesis', or pairs of factor and window width") from error

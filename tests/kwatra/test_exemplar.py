@@ -83,3 +83,10 @@ def test_extent_is_the_largest_image_not_the_canvas():
 def test_unusable_input_is_said_in_a_sentence(images, options, message):
     with pytest.raises(InputError, match=message):
         Exemplar.of(images, **options)
+
+
+def test_masks_that_leave_nothing_or_are_no_booleans_are_refused():
+    with pytest.raises(InputError, match="leave nothing to copy from"):
+        Exemplar.of(image(1, 12, 12), masks=[torch.zeros(12, 12, dtype=torch.bool)])
+    with pytest.raises(InputError, match=r"mask holds torch\.float32; give booleans"):
+        Exemplar.of(image(1, 12, 12), masks=[torch.ones(12, 12)])

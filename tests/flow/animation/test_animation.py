@@ -249,3 +249,18 @@ def test_a_map_of_the_exemplar_goes_along_as_its_colors_do_and_decides_nothing(m
         make(image, field, SHAPE, frames=2, also=noise[:, :-1])
     with pytest.raises(InputError, match="the state to go on from has"):
         make(image, field, SHAPE, frames=5, renewing=QUICK, after=after)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        ((brick().numpy(), flow.uniform(1.0), SHAPE), "the exemplar is a ndarray; give a tensor"),
+        ((brick(), torch.ones(2, *SHAPE), SHAPE), "the flow is a Tensor; give a field"),
+        ((brick(), lambda t, shape: torch.ones(2, *shape), SHAPE), "the flow is a function; give a field"),
+        ((brick(), flow.uniform(1.0), 40), "the frames' shape is .40,.; give 2 whole numbers"),
+    ],
+)
+@pytest.mark.parametrize("animate", [flow.animate, flow.loop])
+def test_what_is_of_another_kind_than_asked_is_refused(animate: Any, arguments: tuple[Any, ...], sentence: str) -> None:
+    with pytest.raises(InputError, match=sentence):
+        animate(*arguments, frames=3)

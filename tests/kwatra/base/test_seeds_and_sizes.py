@@ -56,8 +56,8 @@ def test_whole_numbers_of_other_types_are_sizes(sizes: object) -> None:
     assert quilt(texture(), sizes, QuiltSettings(refine=0)).image.shape == (1, 24, 24)
 
 
-@pytest.mark.parametrize("sizes", [(24.5, 24), (24,), (0, 24), (float("nan"), 24), (float("inf"), 24), ("a", 24)])
-def test_other_sizes_are_refused_at_once(sizes: tuple) -> None:
+@pytest.mark.parametrize("sizes", [(24.5, 24), (24,), (0, 24), (float("nan"), 24), (float("inf"), 24), ("a", 24), 24])
+def test_other_sizes_are_refused_at_once(sizes: object) -> None:
     with pytest.raises(InputError, match="give 2 whole numbers of pixels, each at least 1"):
         kwatra.optimize(Exemplar.of(texture()), sizes)
 

@@ -139,3 +139,9 @@ def test_frames_looked_at_once_are_made_once_and_not_kept() -> None:
     assert list(passing) == [2, 3]
     assert made == [0, 1, 2, 3]
     assert frames._made == [0]
+
+
+def test_videos_are_refused():
+    clip = color(0)[:, None].expand(-1, 4, -1, -1)
+    with pytest.raises(InputError, match="A and B are videos; give images"):
+        synth.morph(clip, clip, 3, method="blend")

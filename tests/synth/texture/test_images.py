@@ -196,3 +196,44 @@ def test_cuda_gives_the_same_quality():
 def test_unusable_input_is_said_in_a_sentence(exemplar, options, message):
     with pytest.raises(InputError, match=message):
         synthesize(exemplar, (32, 32), **options)
+
+
+@pytest.mark.parametrize("size", [(0, 5), (-3, 9), (float("nan"), 9), ("40", 9), 40, (40.5, 9), (9,)])
+def test_a_size_that_is_none_is_refused(size):
+    with pytest.raises(InputError, match="give 2 whole numbers of pixels, each at least 1"):
+        synthesize(brick(24), size)
+
+
+@pytest.mark.parametrize("exemplar", [None, "brick.png", brick(24).tolist()])
+def test_an_exemplar_that_is_no_image_is_refused(exemplar):
+    with pytest.raises(InputError, match=r"an exemplar is a \w+; give tensors"):
+        synthesize(exemplar, (24, 24))
+
+
+def test_images_whose_numbers_mean_other_things_are_not_mixed():
+    hole = np.zeros((24, 24), bool)
+    hole[8:12, 8:12] = True
+    with pytest.raises(InputError, match="an exemplar holds float64 but another uint8; give all of one type"):
+        fill(brick(24), hole, exemplar=brick(24) / 255)
+    assert synthesize([brick(24) / 255, (brick(24) / 255).astype(">f4")], (24, 24), **QUICK).image.dtype == np.float64
+
+
+def test_a_tensor_that_asks_for_derivatives_is_a_picture_like_any():
+    plain = torch.from_numpy(brick(32) / 255).float()[None]
+    made = synthesize(plain.clone().requires_grad_(), (24, 24), **QUICK)
+    assert torch.equal(made.image, synthesize(plain, (24, 24), **QUICK).image)
+    assert torch.equal(made.take(plain.clone().requires_grad_()), made.take(plain))
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        ({"seed": None}, "the seed is None"),
+        ({"device": "nowhere"}, "the device 'nowhere' cannot be used"),
+        ({"levels": 5}, "levels is 5; give 'thesis', or pairs"),
+        ({"exemplar_mask": np.zeros((24, 24), bool)}, "leave nothing to copy from"),
+    ],
+)
+def test_options_that_cannot_be_are_refused(options, sentence):
+    with pytest.raises(InputError, match=sentence):
+        synthesize(brick(24), (24, 24), **options)

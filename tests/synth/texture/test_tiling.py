@@ -110,3 +110,8 @@ def test_bad_requests_are_refused(options: dict, message: str) -> None:
     image = np.random.default_rng(0).random((48, 64))
     with pytest.raises(InputError, match=message):
         tile(**({"image": image} | options))
+
+
+def test_a_video_is_refused():
+    with pytest.raises(InputError, match=r"the picture has shape \(8, 24, 24, 1\), as videos have; give an image"):
+        tile(np.zeros((8, 24, 24, 1), np.uint8))
