@@ -6,6 +6,7 @@ A video is written beside its target and moved there when it is whole; a folder 
 frames keeps every value.
 """
 
+import re
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -17,6 +18,7 @@ import torch
 from torch import Tensor
 
 from kwatra.base import InputError
+from synth.io.alpha import premultiplied
 from synth.io.alpha_videos import ALPHA_SUFFIXES, check_encoder, frames_with_alpha, has_alpha, save_with_alpha
 from synth.io.images import image_writer, read_image
 from synth.io.kinds import MOST_PIXELS, RGB, RGBA, Kind
@@ -83,13 +85,17 @@ def write_video(path: str | Path, frames: Tensor, rate: float, kind: Kind = _COL
 
 
 def video_writer(path: str | Path, frames: Iterable[Tensor], rate: float, kind: Kind = _COLORS) -> Writer:
-    """What writes frames (C, H, W), one by one, in the form that the ending of `path` names: see `write_files`."""
+    """What writes frames (C, H, W), one by one, in the form that the ending of `path` names: see `write_files`.
+
+    What is transparent is black where a form has no alpha.
+    """
     suffix = Path(path).suffix.lower()
     if suffix in ALPHA_SUFFIXES:
         return lambda target: save_with_alpha(target, _bytes(frames, "A" in kind.channels), rate)
     if suffix in VIDEO_SUFFIXES:
         save = save_mp4 if suffix == ".mp4" else save_gif
-        return lambda target: save(target, _bytes(frames), rate)
+        seen = (premultiplied(frame, kind) for frame in frames)
+        return lambda target: save(target, _bytes(seen), rate)
     return lambda target: _save_folder(target, frames, kind)
 
 
@@ -110,8 +116,8 @@ def check_video_output(path: str | Path, overwrite: bool) -> None:
 
 
 def frame_names(path: Path) -> list[Path]:
-    """The images of a folder in the order of their names; InputError if there are none."""
-    names = sorted(p for p in path.iterdir() if _is_frame(p))
+    """The images of a folder in the order of their names, 2.png before 10.png; InputError if there are none."""
+    names = sorted((p for p in path.iterdir() if _is_frame(p)), key=_in_order)
     if not names:
         raise InputError(f"{path} holds no images; give a folder of frames, an .mp4 or a .gif")
     return names
@@ -144,6 +150,12 @@ def _read_folder(path: Path, rate: float) -> Clip:
 
 def _is_frame(path: Path) -> bool:
     return path.suffix.lower() in _FRAME_SUFFIXES and not path.name.startswith(".")
+
+
+def _in_order(path: Path) -> tuple[list[str | int], str]:
+    """What sorts files by their names, numbers in them by value."""
+    parts = re.split(r"(\d+)", path.name)  # text and digits by turns
+    return [int(part) if number % 2 else part for number, part in enumerate(parts)], path.name
 
 
 def _size(pixels: Tensor) -> str:

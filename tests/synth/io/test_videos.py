@@ -14,7 +14,7 @@ import torch
 from torch import Tensor
 
 from kwatra.base.errors import InputError
-from synth import Kind
+from synth import Kind, write_image
 from synth.io import alpha_videos
 from synth.io.videos import is_video, read_video, write_video, written_like
 
@@ -218,3 +218,19 @@ def test_a_missing_encoder_is_told_of(tmp_path: Path, monkeypatch: pytest.Monkey
     monkeypatch.setitem(alpha_videos._CODECS, ".webm", "none")
     with pytest.raises(InputError, match="needs the encoder none, which this PyAV lacks"):
         write_video(tmp_path / "a.webm", torch.zeros(3, 2, 16, 16), 25)
+
+
+@pytest.mark.parametrize("suffix", [".mp4", ".gif"])
+def test_what_is_transparent_is_black_where_there_is_no_alpha(tmp_path: Path, suffix: str) -> None:
+    alpha = (frames(1) > 0.5).float()
+    write_video(
+        tmp_path / f"a{suffix}", torch.cat([torch.ones(3, *alpha.shape[1:]), alpha]), 25, Kind("uint8", tuple("RGBA"))
+    )
+    assert float((read_video(tmp_path / f"a{suffix}").frames - alpha).abs().mean()) < 0.05
+
+
+def test_frames_are_in_the_order_of_their_numbers(tmp_path: Path) -> None:
+    tones = torch.arange(12) / 255
+    for number, tone in enumerate(tones.tolist()):
+        write_image(tmp_path / f"frame {number}.png", torch.full((1, 4, 4), tone), Kind("uint8", ("Y",)))
+    torch.testing.assert_close(read_video(tmp_path).frames[0, :, 0, 0], tones)
