@@ -85,7 +85,7 @@ def _arrows(flow: Tensor, every: int) -> Tensor:
             along = flow[:, y, x].double().numpy() * every * _SMOOTH
             _arrow(draw, np.array([x + 0.5, y + 0.5]) * _SMOOTH, along, every * _SMOOTH)
     covered = torch.from_numpy(np.array(image.resize((width, height), Image.Resampling.BOX)))
-    return covered / 255
+    return covered.float() / 255
 
 
 def _arrow(draw: Any, start: Vector, along: Vector, room: float) -> None:

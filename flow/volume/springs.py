@@ -102,7 +102,7 @@ def _seen(places: Tensor, wrap: bool) -> tuple[Tensor, Tensor]:
     """Which places (2, H, W) lie in the frame, (H, W), and all of them, moved into it."""
     if wrap:
         return torch.ones_like(places[0], dtype=torch.bool), places
-    last = torch.tensor([places.shape[2] - 1, places.shape[1] - 1], device=places.device).view(2, 1, 1)
+    last = places.new_tensor([places.shape[2] - 1, places.shape[1] - 1]).view(2, 1, 1)
     inside = ((places >= -_EDGE) & (places <= last + _EDGE)).all(0)
     return inside, places.clamp(min=0).minimum(last)
 

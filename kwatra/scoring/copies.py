@@ -164,4 +164,4 @@ def _use(place: Tensor, grids: list[tuple[int, int]]) -> float:
     first = torch.cat((torch.zeros(1, dtype=torch.long), bins.prod(0).cumsum(0)))
     counts = (first[image] + row * bins[1, image] + column).bincount(minlength=int(first[-1]))
     largest = math.log(min(len(counts), place.shape[1]))
-    return float(torch.special.entr(counts / counts.sum()).sum()) / largest if largest else 1.0
+    return float(torch.special.entr(counts.float() / counts.sum()).sum()) / largest if largest else 1.0

@@ -50,6 +50,8 @@ def run(arguments: argparse.Namespace) -> str:
     import flow
 
     color = io.Kind("uint8", ("R", "G", "B"))
+    if Path(arguments.field).suffix.lower() not in io.FLOW_SUFFIXES:
+        io.field_of(arguments.field, arguments.speed)  # a name that is none is told of before all else
     output, drawing = arguments.output, arguments.picture
     if output is not None:
         output = output_of(output, f"{Path(arguments.field).stem.replace(':', '')}.flo")
