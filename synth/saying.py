@@ -12,7 +12,12 @@ def say(text: str, stream: TextIO | None) -> None:
     print(text.encode(encoding, "backslashreplace").decode(encoding), file=stream, flush=True)
 
 
+def seen() -> bool:
+    """Whether stderr is there and a terminal."""
+    return sys.stderr is not None and not sys.stderr.closed and sys.stderr.isatty()
+
+
 def note(text: str) -> None:
     """One line on stderr about what works, but might better be asked for in another way."""
-    clear = "\r\x1b[K" if sys.stderr is not None and sys.stderr.isatty() else ""  # what says that work goes on
+    clear = "\r\x1b[K" if seen() else ""  # what says that work goes on
     say(f"{clear}kwatra: note: {' '.join(text.split())}", sys.stderr)

@@ -25,7 +25,10 @@ def out_of_step(
     less one that is known to be in step: that of the piece laid first, or of a neighbor. It says nothing of offsets
     into another image of the exemplar, whose lattice stands elsewhere.
     """
-    axes = [start + step * torch.arange(size, dtype=torch.float32) for start, size, step in zip(first, shape, grain, strict=True)]
+    axes = [
+        start + step * torch.arange(size, dtype=torch.float32)
+        for start, size, step in zip(first, shape, grain, strict=True)
+    ]
     rest = lattice.rest(torch.stack(torch.meshgrid(*axes, indexing="ij")))
     return rest.square().sum(0).sqrt()  # `norm` takes many times as long
 

@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from synth.saying import seen
+
 _shown = threading.Event()
 """Set while a bar is on the terminal."""
 
@@ -17,7 +19,7 @@ def working(command: str) -> Iterator[None]:
 
     It says so at once, for nothing else can be said while libraries load.
     """
-    if not sys.stderr.isatty():
+    if not seen():
         yield
         return
     done, began = threading.Event(), time.monotonic()
@@ -44,7 +46,7 @@ def _speak(command: str, began: float, done: threading.Event) -> None:
 @contextmanager
 def progress_line(title: str) -> Iterator[Callable[[Any], None]]:
     """Gives the callback for `synthesize`; it draws on stderr where that is a terminal and is silent elsewhere."""
-    if not sys.stderr.isatty():
+    if not seen():
         yield lambda progress: None
         return
     from rich.progress import BarColumn, TaskProgressColumn, TextColumn, TimeRemainingColumn
@@ -79,7 +81,7 @@ def place_of(progress: Any) -> str:
 @contextmanager
 def work_line(title: str) -> Iterator[Callable[[str, float], None]]:
     """Gives a callback for (what is being done, part done 0..1), drawn on stderr where that is a terminal."""
-    if not sys.stderr.isatty():
+    if not seen():
         yield lambda what, part: None
         return
     with _bar() as bar:

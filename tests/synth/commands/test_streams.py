@@ -94,3 +94,11 @@ def test_a_process_leaves_nothing_of_its_standard_input(folder: Path) -> None:
     assert done.stdout.startswith(b"\x89PNG")
     assert done.stderr.startswith(b"wrote -: 40x32")
     assert not [path for path in Path("temporary").iterdir() if path.name.startswith("standard-input")]
+
+
+@pytest.mark.parametrize(("command", "output"), [("synth", "made.png"), ("animate", "made.mp4")])
+def test_there_may_be_no_stderr(folder: Path, command: str, output: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "stderr", None)
+    more = ["--flow", "sink", "--frames", "2"] if command == "animate" else []
+    assert main([command, "a.png", "-o", output, *FAST, *more]) == 0
+    assert Path(output).is_file()
