@@ -7,6 +7,7 @@ import argparse
 import hashlib
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -121,14 +122,13 @@ class Framewise:
         A KeyboardInterrupt says what is left.
         """
         folder, begun = self.folder, done > 0
-        for each in (folder, *self._beside) if begun else ():
-            each.clear(done - 1)
-        began = time.perf_counter()
+        held, began = ExitStack(), time.perf_counter()
         try:
+            if begun:
+                self._hold(held, done)
             for number, (pictures, state) in enumerate(frames, done):
                 if not begun:
-                    for each in (folder, *self._beside):
-                        each.begin()
+                    self._hold(held, done)
                     begun = True
                 self._add(pictures, state)
                 rate = (number + 1 - done) / (time.perf_counter() - began)
@@ -141,6 +141,17 @@ class Framewise:
             raise KeyboardInterrupt(
                 f"interrupted with {count} of {self.total} frames whole in {folder.path}; --resume goes on"
             ) from None
+        finally:
+            held.close()
+
+    def _hold(self, held: ExitStack, done: int) -> None:
+        """Keep other runs out of the folders, and make room in these for what follows the frames that are done."""
+        for each in (self.folder, *self._beside):
+            held.enter_context(each.alone())
+            if done:
+                each.clear(done - 1)
+            else:
+                each.begin(self.arguments.overwrite or self.arguments.resume)
 
     def _add(self, pictures: "Sequence[Tensor]", state: "flow.State") -> None:
         """Write a frame of each track, the pictures last: what counts is their state."""

@@ -9,8 +9,10 @@ import json
 import os
 import re
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, fields
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import torch
@@ -22,6 +24,12 @@ from synth.io.images import image_writer, read_image
 from synth.io.kinds import Kind, suffixes_for
 from synth.io.numpy_files import npz_bytes, read_npz
 from synth.io.outputs import TEMPORARY, Writer, bytes_writer, check_writable, write_files
+
+fcntl: ModuleType | None
+try:
+    import fcntl
+except ImportError:  # not a Unix
+    fcntl = None
 
 _STATE = ".state.npz"
 _MAYBE = tuple(field.name for field in fields(State) if field.default is None)
@@ -79,12 +87,36 @@ class FramesFolder:
         """How many whole frames there are."""
         return int(self._read()["number"]) + 1 if (self.path / _STATE).is_file() else 0
 
-    def begin(self) -> None:
-        """Make the folder if there is none, empty of what other runs left in it."""
+    @contextmanager
+    def alone(self) -> Iterator[None]:
+        """Within it no other run writes into the folder, which is made if there is none; InputError where one does.
+
+        The system lets go of it when the process ends, however that does. Where it knows no such thing, runs may mix.
+        """
         try:
             self.path.mkdir(exist_ok=True)
         except OSError as error:
             raise InputError(f"{self.path} cannot be made ({error.strerror}); choose another") from error
+        if fcntl is None:
+            yield
+            return
+        handle = os.open(self.path, os.O_RDONLY)
+        try:
+            try:
+                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                raise InputError(
+                    f"{self.path} is being written by another run; wait for its end, or name another folder"
+                ) from None
+            except OSError:  # a file system without locks
+                pass
+            yield
+        finally:
+            os.close(handle)
+
+    def begin(self, more: bool) -> None:
+        """Empty the folder of what other runs left in it, if it may hold frames; else refuse it as `check` does."""
+        self.check(more)
         write_files({self.path / _STATE: self._state_writer(-1, {})})
         self.clear(-1)
 
