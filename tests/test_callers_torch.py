@@ -89,3 +89,10 @@ def test_features_of_what_inference_mode_has_made_are_transposed() -> None:
     assert torch.equal(
         transposed, Metric((4, 4), torch.ones(1), (Feature(gradient),)).features_transposed(torch.ones(2, 24))
     )
+
+
+def test_pictures_of_flows_and_measures_where_numbers_are_doubles_unless_told() -> None:
+    with doubles():
+        drawn = flow.picture(flow.rotation(1.5)(0.0, (32, 36)), arrows=8)
+    assert torch.equal(drawn, flow.picture(flow.rotation(1.5)(0.0, (32, 36)), arrows=8))
+    assert drawn.dtype == torch.float32

@@ -61,6 +61,7 @@ def test_fields_in_time(folder: Path) -> None:
     ("arguments", "sentence"),
     [
         (["snik", "-o", "a.flo"], "'snik' names no flow; give one of uniform, rotation"),
+        (["snik"], "'snik' names no flow; give one of uniform, rotation"),
         (["sink"], "there is nothing to write"),
         (["sink", "-o", "wind.flo"], "wind.flo exists; name another file or allow it with --overwrite"),
         (["sink", "-o", "a.mp4"], "a.mp4 has an ending that no flow file has"),
