@@ -22,11 +22,34 @@ def winners(layout: Layout, source: Placed, matches: Tensor, weights: Tensor) ->
 
 
 def at_windows(layout: Layout, source: Placed, where: Tensor) -> Tensor:
-    """The usable source windows (N,) that put the map's coordinates at each window's center."""
-    center = layout.corners + torch.tensor([w // 2 for w in layout.width], device=layout.device)
-    center = center % torch.tensor(layout.shape, device=layout.device)
-    there = where[(slice(None), *center.T)].T
-    return source.snapped(there - torch.tensor([w // 2 for w in layout.width], device=layout.device))
+    """The usable source windows (N,) that put the map's coordinates at each window's center.
+
+    Near a video's joints in time the copy at the center often begins or ends with its clip, and a window of it would
+    lie beyond. Snapped into the clip it would show a frame again, or leave one out, and matches spread from there: of
+    the joints in smoke half as large again a quarter were places where time stood still, and motion faltered. Such a
+    window takes the copy that is seen in another of its frames, the nearest to its center of which it fits: three seeds
+    score .074 in place of .078, fish .063 in place of .066.
+    """
+    middle = [w // 2 for w in layout.width]
+    there = _pointed_to(layout.corners, middle, layout, where)
+    number = source.snapped(there)
+    if len(middle) < 3:
+        return number
+    beyond = (source.corners(number)[:, 0] != there[:, 0]).nonzero()[:, 0]
+    for frame in sorted(range(layout.width[0]), key=lambda frame: abs(frame - middle[0]))[1:]:
+        there = _pointed_to(layout.corners[beyond], [frame, *middle[1:]], layout, where)
+        other = source.snapped(there)
+        fits = source.corners(other)[:, 0] == there[:, 0]
+        number[beyond[fits]] = other[fits]
+        beyond = beyond[~fits]
+    return number
+
+
+def _pointed_to(corners: Tensor, inside: Sequence[int], layout: Layout, where: Tensor) -> Tensor:
+    """The corners (N, n) of source windows that put the map's coordinates at a place inside of windows at others."""
+    place = torch.tensor(inside, device=corners.device)
+    at = (corners + place) % torch.tensor(layout.shape, device=corners.device)
+    return where[(slice(None), *at.T)].T - place
 
 
 def finer(where: Tensor, factor: Sequence[int], shape: Sequence[int]) -> Tensor:

@@ -49,6 +49,22 @@ def test_windows_of_a_map_are_those_it_points_to():
     assert torch.equal(source.corners(matches), grid.corners + torch.tensor([4, 6]))
 
 
+def test_near_a_joint_in_time_windows_are_of_a_copy_that_lies_within_its_clip():
+    source = SourceWindows(Exemplar.of(torch.rand(1, 10, 12, 12, generator=generator())), (4, 4, 4), generator())
+    grid = Grid((12, 12, 12), (4, 4, 4), (1, 1, 1))
+    where = torch.stack(torch.meshgrid(*[torch.arange(12)] * 3, indexing="ij"))
+    where[0] = torch.tensor([4, 5, 6, 7, 8, 9, 3, 4, 5, 6, 7, 8]).view(
+        -1, 1, 1
+    )  # to the clip's end, and near its begin
+    matches = source.corners(sourcemap.at_windows(grid, source, where))
+    later = torch.where(grid.corners[:, 0] < 3, 4, -3)  # the first copy's window would begin at 7 there, the last at 6
+    assert torch.equal(matches[:, 0], grid.corners[:, 0] + later)
+    assert torch.equal(matches[:, 1:], grid.corners[:, 1:])
+    where[0] = 0  # of a frame shown all the time no window fits but where it begins: the nearest to its center
+    matches = source.corners(sourcemap.at_windows(grid, source, where))
+    assert torch.equal(matches[:, 0], torch.zeros_like(matches[:, 0]))
+
+
 def test_look_up_reads_the_canvas():
     image = torch.rand(3, 9, 9, generator=generator())
     where = torch.tensor([[[2, 0]], [[5, 8]]])
