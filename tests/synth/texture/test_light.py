@@ -136,6 +136,24 @@ def test_only_light_counts_and_clips_do_not_continue_each_other():
     assert float(rough.square().mean()) < 0.1 * float(light.square().mean())
 
 
+def test_details_that_last_pass_over_into_each_other_where_pieces_meet_in_time():
+    where = places([2, 3, 4, 2, 3, 4])
+    where[2, 3:] = (where[2, 3:] + 4).clamp(max=31)  # light stripes come where dark ones were
+    stripes = torch.sin(2 * torch.pi * torch.arange(32.0) / 8)
+
+    def left(strength: torch.Tensor) -> float:
+        """How much of the change at the joint is left where frames show stripes of some strengths (8,)."""
+        z = clip() + strength.view(-1, 1, 1) * stripes
+        x = z[(slice(None), *where)]
+        before, after = (
+            v[..., 4:24].diff(dim=1)[:, 2].abs().mean() for v in (x, evened(x, where, Exemplar.of(z), (False,) * 3))
+        )
+        return float(after / before)
+
+    assert left(0.1 + 0.01 * torch.arange(8.0)) < 0.75
+    assert left(torch.tensor([0.1, 0.2, 0.1, 0.2, 0.1, 0.2, 0.1, 0.2])) > 0.85
+
+
 def test_what_is_asked_of_pixels_is_not_made_brighter():
     z = clip(6, 24)
     start = z.flip(1)
