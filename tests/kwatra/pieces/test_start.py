@@ -134,8 +134,8 @@ def test_block_size_is_a_share_of_the_exemplar_and_at_most_half_the_output():
     [
         (2.0, (48, 48), None),
         (0.5, (48, 48), None),
-        (2.5, (48, 8), 0),
-        (0.4, (8, 48), 1),
+        (4.0, (48, 16), 0),
+        (0.25, (16, 48), 1),
         (math.inf, (48, 8), 0),
         (0.0, (8, 48), 1),
     ],
