@@ -6,7 +6,6 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 import torch
-from scipy import ndimage
 from skimage import data
 from torch import Tensor
 
@@ -14,7 +13,7 @@ from kwatra import Exemplar, InputError, Settings, SoftPixels, Stay, optimize
 from kwatra.base import generator_of
 from kwatra.loop.task import task_of
 from kwatra.pieces import BlockStart, block_start, candidates, charges
-from kwatra.pieces.start import USAGE, USAGE_IN_TIME, block_size, narrowed
+from kwatra.pieces.start import USAGE, USAGE_IN_TIME, block_size
 from kwatra.terms.controls import Wish
 
 
@@ -127,36 +126,6 @@ def test_block_size_is_a_share_of_the_exemplar_and_at_most_half_the_output():
     assert block_size(exemplar, (300, 300), 0.5, (4, 4)) == (32, 48)
     assert block_size(exemplar, (40, 300), 0.5, (4, 4)) == (20, 48)
     assert block_size(Exemplar.of(torch.rand(1, 3, 3)), (9, 9), 0.5, (4, 4)) == (3, 3)
-
-
-@pytest.mark.parametrize(
-    ("anisotropy", "made", "along"),
-    [
-        (2.0, (48, 48), None),
-        (0.5, (48, 48), None),
-        (4.0, (48, 16), 0),
-        (0.25, (16, 48), 1),
-        (math.inf, (48, 8), 0),
-        (0.0, (8, 48), 1),
-    ],
-)
-def test_blocks_of_what_runs_along_an_axis_are_narrow(anisotropy, made, along):
-    assert narrowed((48, 48), anisotropy, (4, 4)) == (made, along)
-    assert narrowed((6, 6), anisotropy, (1, 1)) == ((6, 6), along)
-
-
-@pytest.mark.parametrize("axis", [0, 1])
-@pytest.mark.parametrize("wrap", [False, True])
-def test_the_ends_of_blocks_make_no_line_across_what_runs_along_an_axis(axis, wrap):
-    rough = ndimage.gaussian_filter(np.random.default_rng(2).normal(size=(96, 96)), (24, 0.8))
-    image = torch.from_numpy(0.5 + 0.15 * (rough - rough.mean()) / rough.std()).float()[None]
-    image, shape = (image, (160, 96)) if axis == 0 else (image.mT, (96, 160))
-    made = optimize(Exemplar.of(image), shape, settings=Settings(wrap=wrap)).image
-
-    def steepest(picture):
-        return picture.diff(dim=axis + 1).abs().mean(dim=(0, 2 - axis)).max()
-
-    assert steepest(made) < 4 * steepest(image)  # 2.1 to 2.7 times as steep; 6.2 to 12 with square blocks
 
 
 def test_videos_start_from_blocks_too():

@@ -150,7 +150,7 @@ def test_pixels_to_keep_are_kept_and_masked_ones_empty_in_all_frames(clip):
     made, there = frames("drops_synth"), where[0] > 0
     assert torch.equal(made[:, :, there], picture[:, None].expand(-1, 5, -1, -1)[:, :, there])
     assert float(made[:, :, :, 20:].amax() - made[:, :, :, 20:].amin()) == 0
-    assert made[:, :, 10:, :20].std() > 0.05
+    assert made[:, :, 10:, :20].std() > 0.75 * frames("drops").std()
 
 
 def test_a_start_and_soft_pixels_of_videos_say_the_length_and_are_followed(clip):
