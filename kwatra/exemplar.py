@@ -6,7 +6,7 @@ empty are then one thing, and the search needs to know of none of them.
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import torch
@@ -197,6 +197,9 @@ def _original(image: Tensor, mask: Tensor | None, index: int) -> _Piece:
 
 def _variants(piece: _Piece, mirror: bool, rotate: Sequence[float], scale: Sequence[float]) -> list[_Piece]:
     """The piece itself, and mirrored, turned and resized variants of it."""
+    for name, values in (("turned by", rotate), ("scaled by", scale)):
+        if not isinstance(values, Iterable):
+            raise InputError(f"variants are {name} {values}; give several numbers, ({values},) for one")
     pieces = [piece]
     if mirror:
         image, mask, origin = (t.flip(-1) for t in (piece.image, piece.mask, piece.origin))

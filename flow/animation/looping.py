@@ -33,7 +33,7 @@ from flow.animation.state import State
 from flow.fields import Field, Shape
 from flow.warps import lookup, pixel_coordinates, warp
 from kwatra import Exemplar, InputError, Settings
-from kwatra.base import generator_of
+from kwatra.base import generator_of, is_whole
 from kwatra.pieces import Box, Mosaic, Patch, SeamCost, Sheet
 
 _STRETCH = 24
@@ -68,8 +68,8 @@ def loop(
     Memory: a frame's coordinates and picture for each of the last 24 frames. Raises InputError as `animate` does, or
     for fewer than 2 frames.
     """
-    if frames < 2:
-        raise InputError(f"a loop is to have {frames} frames; give at least 2")
+    if not (is_whole(frames) and frames >= 2):
+        raise InputError(f"a loop is to have {frames} frames; give a whole number, at least 2")
     shape = frame_of(shape)
     film = film_of(exemplar, also, turn, field, shape)
     check(film, field, shape, mask, None, after)

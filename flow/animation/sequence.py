@@ -39,7 +39,7 @@ from flow.animation.upright import Upright
 from flow.fields import Field
 from flow.warps import Lookup, lookup, warp
 from kwatra import Exemplar, InputError, Level, Result, Settings, Stay, optimize
-from kwatra.base import generator_of
+from kwatra.base import generator_of, is_whole
 from kwatra.result import Row
 from kwatra.source import look_up
 from kwatra.terms.stay import STAYING
@@ -99,8 +99,8 @@ def animate(
 
     Raises InputError for what cannot be done, at once where it can be seen at once.
     """
-    if frames is not None and frames < 1:
-        raise InputError(f"the number of frames is {frames}; give at least 1, or None for no end")
+    if frames is not None and not (is_whole(frames) and frames >= 1):
+        raise InputError(f"the number of frames is {frames}; give a whole number, at least 1, or None for no end")
     if enter is not None and enter not in SIDES:
         raise InputError(f"texture is to enter from {enter!r}; give one of {', '.join(SIDES)}")
     if enter is not None and first is not None:

@@ -6,7 +6,7 @@ from kwatra.base.errors import InputError, check_mask
 from kwatra.base.reductions import mean, power, principal_axes, product, total
 from kwatra.base.resampling import turned
 from kwatra.base.seeds import generator_of, whole_seed
-from kwatra.base.sizes import whole_sizes
+from kwatra.base.sizes import is_whole, whole_sizes
 from kwatra.base.solver import Solution, conjugate_gradients
 from kwatra.base.spans import box_sums
 from kwatra.base.tensors import device_of, tensor_of
@@ -29,6 +29,7 @@ __all__ = [
     "enlarged",
     "factors_of",
     "generator_of",
+    "is_whole",
     "mean",
     "power",
     "principal_axes",

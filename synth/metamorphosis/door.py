@@ -114,7 +114,10 @@ def _times(times: int | Sequence[float]) -> tuple[float, ...]:
         if times < 2:
             raise InputError(f"the number of frames is {times}; give at least 2, A and B, or times of your own")
         return tuple(float(t) for t in np.linspace(0, 1, times))
-    moments = tuple(float(t) for t in times)
+    try:
+        moments = tuple(float(t) for t in times)
+    except (TypeError, ValueError):
+        raise InputError(f"times are {times!r}; give a number of frames, or numbers from 0 (A) to 1 (B)") from None
     if not moments or not all(math.isfinite(t) and 0 <= t <= 1 for t in moments):
         raise InputError(f"times are {list(moments)}; give at least one, each from 0 (A) to 1 (B)")
     if list(moments) != sorted(moments):

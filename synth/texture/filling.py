@@ -85,7 +85,8 @@ def fill(
     if others:
         where[0] = -1
     where[:, missing.numpy()] = result.source.cpu().numpy()[:, inside]
-    return Synthesis(filled, where, result, form)
+    copied = replace(form, sizes=form.sizes[1:]) if others else form
+    return Synthesis(filled, where, result, copied)
 
 
 def _filled(

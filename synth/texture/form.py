@@ -16,13 +16,17 @@ Image = TypeVar("Image", Tensor, np.ndarray)
 
 @dataclass(frozen=True)
 class Form(Generic[Image]):
-    """The kind of image the user gave, and the affine map of its values to [0, 1]: `Form.of` images of one kind."""
+    """The kind of image the user gave, and the affine map of its values to [0, 1]: `Form.of` images of one kind.
+
+    sizes: the height and width of each, of a video with the number of frames before them.
+    """
 
     tensor: bool
     flat: bool
     dtype: torch.dtype | np.dtype
     low: float
     high: float
+    sizes: tuple[tuple[int, ...], ...]
 
     @classmethod
     def of(cls, images: Sequence[Image], what: str = "an exemplar") -> "Form[Image]":
@@ -38,7 +42,8 @@ class Form(Generic[Image]):
             if not bool(values.isfinite().all()):
                 raise InputError(f"{what} holds NaN or infinite pixels; replace them first")
             low, high = min(low, float(values.min())), max(high, float(values.max()))
-        return cls(isinstance(first, Tensor), first.ndim == 2, first.dtype, low, high)
+        sizes = tuple(tuple(i.shape[1:] if isinstance(i, Tensor) else i.shape[: max(i.ndim - 1, 2)]) for i in images)
+        return cls(isinstance(first, Tensor), first.ndim == 2, first.dtype, low, high, sizes)
 
     def normalized(self, image: Image) -> Tensor:
         """As a float tensor (C, H, W), or (C, T, H, W), with values in [0, 1]."""

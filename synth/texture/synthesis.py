@@ -41,11 +41,17 @@ class Synthesis(Generic[Image]):
         """Rearrange a map that belongs to the exemplar (one per image) just as the exemplar's pixels were.
 
         Arrays are (H, W) or (H, W, C), tensors (C, H, W); of videos (T, H, W) or (T, H, W, C), and (C, T, H, W). Values
-        and dtype stay exactly as they are. Pixels that come from no exemplar, because they were given, are 0.
+        and dtype stay exactly as they are. Pixels that come from no exemplar, because they were given, are 0. Raises
+        InputError for maps of another size than the exemplar's.
         """
         several: list[Map] = [maps] if isinstance(maps, (Tensor, np.ndarray)) else list(maps)
         if len(several) <= self.source[0].max():
             raise InputError(f"{len(several)} maps were given, but the exemplar has more images; give one for each")
+        axes = len(self.source) - 1
+        for given, size in zip(several, self.form.sizes, strict=False):
+            own = tuple(given.shape[-axes:] if isinstance(given, Tensor) else given.shape[:axes])
+            if own != size:
+                raise InputError(f"a map has size {own} but its image {size}; give maps of the exemplar's size")
         arrays: list[np.ndarray] = [
             m.detach().cpu().movedim(0, -1).numpy() if isinstance(m, Tensor) else m for m in several
         ]

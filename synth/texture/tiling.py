@@ -20,7 +20,7 @@ import torch
 from torch import Tensor
 
 from kwatra import Exemplar, InputError, Result, element_size
-from kwatra.base import conjugate_gradients, generator_of
+from kwatra.base import conjugate_gradients, generator_of, is_whole
 from kwatra.pieces import Box, Cut, Mosaic, Patch, SeamCost, Sheet
 from kwatra.pieces.fitting import Fit
 from synth.texture.filling import planes_of
@@ -123,8 +123,10 @@ def _band_of(pixels: Tensor, axes: str, band: int | None) -> int:
     if band is None:
         wanted = max(round(element_size(Exemplar.of([pixels]))), NARROWEST)
         return min(wanted, WIDEST, max(min(height, width) // PART, 4))
-    if not 2 <= band <= most:
-        raise InputError(f"the band is {band} pixels; of {width}x{height} it is 2 to {most}, a quarter of a side")
+    if not (is_whole(band) and 2 <= band <= most):
+        raise InputError(
+            f"the band is {band} pixels; of {width}x{height} it is a whole number from 2 to {most}, a quarter of a side"
+        )
     return band
 
 

@@ -78,6 +78,7 @@ def test_extent_is_the_largest_image_not_the_canvas():
         ([torch.zeros(1, 8, 8)], {"masks": [torch.ones(7, 8, dtype=torch.bool)]}, "must be the same"),
         ([torch.zeros(1, 8, 8)], {"weights": [-1.0]}, "finite number >= 0"),
         ([torch.zeros(1, 8, 8)], {"scale": [0.0]}, "scales are 0.1 to 10"),
+        ([torch.zeros(1, 8, 8)], {"rotate": 30}, r"variants are turned by 30; give several numbers, \(30,\) for one"),
     ],
 )
 def test_unusable_input_is_said_in_a_sentence(images, options, message):

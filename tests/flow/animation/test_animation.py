@@ -202,7 +202,8 @@ def test_what_cannot_be_done_is_refused_at_once() -> None:
         with pytest.raises(InputError, match=match):
             flow.animate(brick() if exemplar is None else exemplar, field or flow.uniform(), SHAPE, **how)
 
-    refused("the number of frames is 0; give at least 1, or None for no end", frames=0)
+    refused("the number of frames is 0; give a whole number, at least 1, or None for no end", frames=0)
+    refused("the number of frames is 2.5; give a whole number", frames=2.5)
     refused("texture is to enter from 'above'; give one of left, right, top, bottom, all", enter="above")
     refused("but a first frame is given; leave out one of the two", enter="left", first=brick())
     refused("is to enter from the right, but the flow never comes from there; give another side", enter="right")

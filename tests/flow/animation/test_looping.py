@@ -103,7 +103,7 @@ def test_short_loops_are_made_too(frames: int) -> None:
 
 
 def test_a_loop_of_one_frame_is_refused() -> None:
-    with pytest.raises(InputError, match="a loop is to have 1 frames; give at least 2"):
+    with pytest.raises(InputError, match="a loop is to have 1 frames; give a whole number, at least 2"):
         flow.loop(gravel(), flow.uniform(), SHAPE, frames=1)
     with pytest.raises(InputError, match="a flow is 30x20 but the frame 60x56"):
         flow.loop(gravel(), flow.sampled(torch.zeros(2, 20, 30)), SHAPE, frames=8)

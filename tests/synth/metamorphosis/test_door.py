@@ -82,6 +82,8 @@ def test_bs_features_then_lie_where_as_do():
         ({"times": 1}, "the number of frames is 1; give at least 2"),
         ({"times": [0.5, 2]}, "each from 0"),
         ({"times": []}, "at least one"),
+        ({"times": 3.5}, "times are 3.5; give a number of frames"),
+        ({"times": None}, "times are None"),
         ({"times": [0.5, 0.2]}, "give them in order"),
         ({"size": (8, 40)}, "at least 17 px"),
         ({"size": (8, 40), "method": "blend"}, "at least 16 px"),

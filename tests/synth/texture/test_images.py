@@ -77,6 +77,10 @@ def test_several_exemplars_are_all_used_and_told_apart():
     assert np.array_equal(taken, made.source[0])
     with pytest.raises(InputError, match="give one for each"):
         made.take([a])
+    with pytest.raises(InputError, match=r"a map has size \(48, 48\) but its image \(60, 60\); give maps of"):
+        made.take([np.zeros((48, 48)), np.zeros((48, 48))])
+    with pytest.raises(InputError, match=r"a map has size \(64, 48\)"):
+        made.take([torch.zeros(1, 64, 48), torch.zeros(1, 60, 60)])
 
 
 @pytest.mark.parametrize("options", [{"mirror": True}, {"rotate": (90,)}, {"scale": (0.7,)}])

@@ -99,7 +99,8 @@ def test_the_same_seed_gives_the_same_bits_and_another_another() -> None:
     ("options", "message"),
     [
         ({"axes": "z"}, "axes is 'z'"),
-        ({"band": 1}, "the band is 1 pixels; of 64x48 it is 2 to 12"),
+        ({"band": 1}, "the band is 1 pixels; of 64x48 it is a whole number from 2 to 12"),
+        ({"band": 3.5}, "the band is 3.5 pixels"),
         ({"band": 13}, "the band is 13 pixels"),
         ({"image": np.zeros((12, 64))}, "the picture is 64x12; at least 16x16"),
         ({"crop": True}, "no period was found"),
