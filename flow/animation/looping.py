@@ -68,13 +68,13 @@ def loop(
     Memory: a frame's coordinates and picture for each of the last 24 frames. Raises InputError as `animate` does, or
     for fewer than 2 frames.
     """
-    if not (is_whole(frames) and frames >= 2):
+    if not is_whole(frames, 2):
         raise InputError(f"a loop is to have {frames} frames; give a whole number, at least 2")
     shape = frame_of(shape)
     film = film_of(exemplar, also, turn, field, shape)
     check(film, field, shape, mask, None, after)
     motion = Motion(grown(film, shape, synthesis or Settings(), seed), field, shape, mask, None, renewing, seed)
-    return _frames(motion, frames, first, synthesis or Settings(), after)
+    return _frames(motion, int(frames), first, synthesis or Settings(), after)
 
 
 def _frames(

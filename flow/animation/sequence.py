@@ -99,7 +99,7 @@ def animate(
 
     Raises InputError for what cannot be done, at once where it can be seen at once.
     """
-    if frames is not None and not (is_whole(frames) and frames >= 1):
+    if frames is not None and not is_whole(frames, 1):
         raise InputError(f"the number of frames is {frames}; give a whole number, at least 1, or None for no end")
     if enter is not None and enter not in SIDES:
         raise InputError(f"texture is to enter from {enter!r}; give one of {', '.join(SIDES)}")
@@ -109,7 +109,7 @@ def animate(
     film = film_of(exemplar, also, turn, field, shape)
     check(film, field, shape, mask, enter, after)
     motion = Motion(grown(film, shape, synthesis or Settings(), seed), field, shape, mask, enter, renewing, seed)
-    return _frames(motion, frames, first, synthesis, after)
+    return _frames(motion, None if frames is None else int(frames), first, synthesis, after)
 
 
 def _frames(

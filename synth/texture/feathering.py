@@ -36,7 +36,7 @@ FINE = 0.1
 
 def passage(exemplar: Exemplar) -> float:
     """How wide seams of an exemplar of videos are to be feathered: the Gaussian's deviation in px, 0 for not at all."""
-    width = min(WIDTH * (1 - lasting(exemplar)) ** 2, FINE * element_size(exemplar))
+    width = min(WIDTH * (1 - lasting(exemplar).light) ** 2, FINE * element_size(exemplar))
     return width if width >= LEAST else 0.0
 
 

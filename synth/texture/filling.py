@@ -18,7 +18,7 @@ import kwatra
 from kwatra import Exemplar, Feature, HardPixels, InputError, Level, Prepared, Progress, Result, Settings
 from kwatra.base import tensor_of
 from kwatra.scoring import WINDOW, Ranking
-from synth.texture.form import Form, Image
+from synth.texture.form import Form, Image, size_of
 from synth.texture.runs import seed_of
 from synth.texture.synthesis import Synthesis
 from synth.texture.work import PRESETS
@@ -206,7 +206,7 @@ def _checked_hole(image: Any, hole: Tensor, elsewhere: bool) -> Tensor:
             "the image to fill must be a tensor (C, H, W), or an array (H, W) or (H, W, C), or a video (C, T, H, W) or "
             "(T, H, W, C), not empty"
         )
-    size = tuple(image.shape[1:] if isinstance(image, Tensor) else image.shape[: max(image.ndim - 1, 2)])
+    size = size_of(image)
     if hole.dtype != torch.bool or tuple(hole.shape) != size:
         raise InputError(
             f"the hole is {hole.dtype} of shape {tuple(hole.shape)}; give booleans of the image's size {size}"

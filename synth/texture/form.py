@@ -42,8 +42,7 @@ class Form(Generic[Image]):
             if not bool(values.isfinite().all()):
                 raise InputError(f"{what} holds NaN or infinite pixels; replace them first")
             low, high = min(low, float(values.min())), max(high, float(values.max()))
-        sizes = tuple(tuple(i.shape[1:] if isinstance(i, Tensor) else i.shape[: max(i.ndim - 1, 2)]) for i in images)
-        return cls(isinstance(first, Tensor), first.ndim == 2, first.dtype, low, high, sizes)
+        return cls(isinstance(first, Tensor), first.ndim == 2, first.dtype, low, high, tuple(map(size_of, images)))
 
     def normalized(self, image: Image) -> Tensor:
         """As a float tensor (C, H, W), or (C, T, H, W), with values in [0, 1]."""
@@ -60,6 +59,11 @@ class Form(Generic[Image]):
             return (values if self.dtype.is_floating_point else values.round_()).to(self.dtype)
         values = values if np.issubdtype(self.dtype, np.floating) else values.round_()
         return (values[0] if self.flat else values.movedim(0, -1)).numpy().astype(self.dtype, order="C")
+
+
+def size_of(image: Tensor | np.ndarray) -> tuple[int, ...]:
+    """The height and width of a user's image, of a video with the number of frames before them."""
+    return tuple(image.shape[1:] if isinstance(image, Tensor) else image.shape[: max(image.ndim - 1, 2)])
 
 
 def _check(image: Any, first: Any, what: str) -> None:

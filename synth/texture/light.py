@@ -16,6 +16,9 @@ step in time says as little: light counts as much as a frame's is told by the on
 that no flame has, and details as much as theirs are: .7 of smoke, .6 of fish, .02 of water.
 """
 
+from collections.abc import Sequence
+from typing import NamedTuple
+
 import numpy as np
 import torch
 from scipy import fft, ndimage
@@ -109,29 +112,35 @@ def _in_time(video: Tensor, where: Tensor, exemplar: Exemplar, wrap: tuple[bool,
     able = free.numpy()
     system = (step.T @ step + SHORT * sparse.eye(frames)).tocsr()[able][:, able]
     solved, corrected = splu(system.tocsc()), video.clone()
-    light, details = lasting(exemplar), lasting_details(exemplar)
+    lasts = lasting(exemplar)
     for channel, lack in zip(corrected, missing.cpu().numpy(), strict=True):
-        coarse, fine = (ndimage.gaussian_filter(lack, around, mode=modes, axes=(1, 2)) for around in (AROUND, FINE))
-        counted = (light * coarse + details * (fine - coarse)).reshape(pairs, -1)
+        light, details = _parted(lack, modes)
+        counted = (lasts.light * light + lasts.details * details).reshape(pairs, -1)
         found = solved.solve(np.asfortranarray((step.T @ counted)[able], np.float64))
         channel[free] += torch.from_numpy(found).to(channel).view(-1, *channel.shape[1:])
     return corrected
 
 
+class Lasting(NamedTuple):
+    """How far light and details are told by the frame before, 0 to 1."""
+
+    light: float
+    details: float
+
+
 @kept
-def lasting(exemplar: Exemplar) -> float:
-    """How far light is told by the frame before, 0 to 1: 1 less its mean square step in units of that between frames
-    at unrelated times, which is twice the variance. It is .20 of flames and .93 of smoke.
+def lasting(exemplar: Exemplar) -> Lasting:
+    """1 less the mean square step of each, in units of that between frames at unrelated times, which is twice the
+    variance. Of light it is .20 of flames and .93 of smoke.
     """
-    return _told(ndimage.gaussian_filter(exemplar.canvas.numpy(), AROUND, mode="nearest", axes=(2, 3)), exemplar.owner)
+    light, details = _parted(exemplar.canvas.numpy(), "nearest")
+    return Lasting(_told(light, exemplar.owner), _told(details, exemplar.owner))
 
 
-@kept
-def lasting_details(exemplar: Exemplar) -> float:
-    """The same of its details."""
-    canvas = exemplar.canvas.numpy()
-    coarse, fine = (ndimage.gaussian_filter(canvas, around, mode="nearest", axes=(2, 3)) for around in (AROUND, FINE))
-    return _told(fine - coarse, exemplar.owner)
+def _parted(values: np.ndarray, modes: str | Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
+    """The light of values (..., H, W), and their details; modes: how they go on beyond their borders, as in scipy."""
+    light, both = (ndimage.gaussian_filter(values, around, mode=modes, axes=(-2, -1)) for around in (AROUND, FINE))
+    return light, both - light
 
 
 def _told(canvas: np.ndarray, owner: Tensor) -> float:

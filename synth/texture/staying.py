@@ -38,4 +38,4 @@ def _growth(source: Exemplar, shape: Sequence[int]) -> float:
     larger = math.prod(shape[-2:]) / max(math.prod(picture.shape[-2:]) for picture in source.pictures())
     if larger <= 1:
         return 1.0
-    return min(larger, LARGEST) ** ENLARGED[lasting(source) >= LASTS]
+    return min(larger, LARGEST) ** ENLARGED[lasting(source).light >= LASTS]

@@ -123,11 +123,11 @@ def _band_of(pixels: Tensor, axes: str, band: int | None) -> int:
     if band is None:
         wanted = max(round(element_size(Exemplar.of([pixels]))), NARROWEST)
         return min(wanted, WIDEST, max(min(height, width) // PART, 4))
-    if not (is_whole(band) and 2 <= band <= most):
+    if not (is_whole(band, 2) and band <= most):
         raise InputError(
             f"the band is {band} pixels; of {width}x{height} it is a whole number from 2 to {most}, a quarter of a side"
         )
-    return band
+    return int(band)
 
 
 class _Sewing:

@@ -189,7 +189,7 @@ def test_what_a_hole_of_the_exemplar_holds_has_no_influence_and_is_never_shown()
 
 @pytest.mark.parametrize(("side", "shape"), [(24, (32, 40)), (23, (40, 32)), (24, (8, 9)), (9, (32, 40))])
 def test_tiny_exemplars_and_frames_are_enough(side: int, shape: tuple[int, int]) -> None:
-    frames = list(flow.animate(brick(side), flow.rotation(1.0), shape, frames=3))
+    frames = list(flow.animate(brick(side), flow.rotation(1.0), shape, frames=3.0))  # whole, of whatever type
     assert len(frames) == 3
     for frame in frames:
         assert frame.image.shape == (1, *shape)
@@ -204,6 +204,7 @@ def test_what_cannot_be_done_is_refused_at_once() -> None:
 
     refused("the number of frames is 0; give a whole number, at least 1, or None for no end", frames=0)
     refused("the number of frames is 2.5; give a whole number", frames=2.5)
+    refused("the number of frames is two; give a whole number", frames="two")
     refused("texture is to enter from 'above'; give one of left, right, top, bottom, all", enter="above")
     refused("but a first frame is given; leave out one of the two", enter="left", first=brick())
     refused("is to enter from the right, but the flow never comes from there; give another side", enter="right")

@@ -26,7 +26,7 @@ def gravel() -> Tensor:
 
 
 def looped(field: flow.Field, frames: int = FRAMES, **how) -> list[flow.Frame]:
-    return list(flow.loop(gravel(), field, SHAPE, frames=frames, renewing=QUICK, **how))
+    return list(flow.loop(gravel(), field, SHAPE, frames=float(frames), renewing=QUICK, **how))
 
 
 @cache

@@ -7,7 +7,7 @@ import torch
 import flow
 import kwatra
 from kwatra import Exemplar, InputError
-from kwatra.base import generator_of, whole_sizes
+from kwatra.base import generator_of, is_whole, whole_sizes
 from synth.quilting import QuiltSettings, quilt
 
 
@@ -60,6 +60,15 @@ def test_whole_numbers_of_other_types_are_sizes(sizes: object) -> None:
 def test_other_sizes_are_refused_at_once(sizes: object) -> None:
     with pytest.raises(InputError, match="give 2 whole numbers of pixels, each at least 1"):
         kwatra.optimize(Exemplar.of(texture()), sizes)
+
+
+@pytest.mark.parametrize(
+    ("value", "whole"), [(3, True), (3.0, True), (np.int8(3), True), (torch.tensor(2), True), (1, False), (2.5, False)]
+)
+def test_whole_numbers_are_told_from_others_and_from_too_small_ones(value: object, whole: bool) -> None:
+    assert is_whole(value, 2) == whole
+    for other in (float("nan"), float("inf"), "three", None, (3, 4)):
+        assert not is_whole(other, 2)
 
 
 def test_negative_weights_of_a_term_are_refused() -> None:

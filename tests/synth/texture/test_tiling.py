@@ -54,7 +54,7 @@ def test_a_picture_that_tiles_already_stays_nearly_as_it_is() -> None:
 
 def test_along_one_axis_the_other_borders_stay() -> None:
     gravel = torch.from_numpy(data.gravel()[:80, :96]).float()[None] / 255
-    made = tile(gravel, axes="x", band=12)
+    made = tile(gravel, axes="x", band=12.0)  # whole, of whatever type
     assert torch.equal(made.image[:, :, 12:-12], gravel[:, :, 12:-12])
     assert not torch.equal(made.image[:, :, :12], gravel[:, :, :12])
     assert wrapped_step(made.image[0].numpy(), 1) < 1.2 * usual_step(gravel[0].numpy(), 1)
