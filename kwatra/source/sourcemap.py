@@ -17,8 +17,10 @@ from kwatra.windows import Layout
 def winners(layout: Layout, source: Placed, matches: Tensor, weights: Tensor) -> Tensor:
     """For each pixel the source coordinates from the window that weighs most there (weights (N,) times falloff)."""
     heaviest = heaviest_covering(layout, source.metric, weights)
-    corners = source.corners(matches)[heaviest.window.flatten()].T.view(-1, *layout.shape)
-    return torch.stack(heaviest.inside).add_(corners)
+    where = torch.empty(len(layout.shape), *layout.shape, dtype=torch.long, device=layout.device)
+    for along, inside, corner in zip(where, heaviest.inside, source.corners(matches).T.contiguous(), strict=True):
+        torch.add(inside, corner.take(heaviest.window), out=along)
+    return where
 
 
 def at_windows(layout: Layout, source: Placed, where: Tensor) -> Tensor:
