@@ -97,7 +97,7 @@ def _performed(arguments: "argparse.Namespace", words: Sequence[str], interrupts
         recipes = import_module("synth.commands.recipes")
         recipe = recipes.begun(arguments, words)
         summary = command.run(arguments)
-        recipes.saved(recipe, arguments.save_recipe)
+        recipes.saved(recipe, arguments.save_recipe, arguments.overwrite)
         return f"{summary}\nits recipe is {arguments.save_recipe}"
 
 

@@ -38,7 +38,7 @@ def apply(arguments: argparse.Namespace, default: "argparse.Namespace") -> str:
     began, (source, turns) = time.perf_counter(), texture.read_source(arguments.apply)
     _check(arguments.apply, source, paths, arrays)
     made = texture.rearranged(first.stem, list(arrays), source, turns)
-    finish({output: io.array_writer(output, made, kinds[0])})
+    finish({output: io.array_writer(output, made, kinds[0])}, arguments.overwrite)
     took = time.perf_counter() - began
     given = int((source[0] < 0).sum())
     empty = f", {counted(given, 'pixel')} of it from no image and so 0," if given else ""

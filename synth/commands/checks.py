@@ -83,13 +83,14 @@ def check_distinct(paths: Sequence[Path]) -> None:
             raise synth.InputError(f"{path} would be written twice; give every output a name of its own")
 
 
-def finish(writers: "Mapping[Path, Writer]", more: bool = False) -> None:
+def finish(writers: "Mapping[Path, Writer]", overwrite: bool, more: bool = False) -> None:
     """Write a command's outputs, its last step: once they move to their places, Ctrl-C comes too late.
 
-    more: whether there is more to do after them, which Ctrl-C ends as before.
+    overwrite: whether they replace files that are there; else InputError, also for those that came to be since the
+    command began. more: whether there is more to do after them, which Ctrl-C ends as before.
     """
     ours, before = threading.current_thread() is threading.main_thread(), signal.getsignal(signal.SIGINT)
-    with io.staged(writers) as put:
+    with io.staged(writers, overwrite) as put:
         if ours:
             signal.signal(signal.SIGINT, signal.SIG_IGN)
         put()

@@ -91,7 +91,7 @@ def run(arguments: argparse.Namespace) -> str:
     writers |= {carried.output: texture.map_writer(carried, source) for carried in maps}
     if arguments.map is not None:
         writers[arguments.map] = texture.source_writer(arguments.map, source)
-    finish(writers)
+    finish(writers, arguments.overwrite)
     rows = {"file": output.resolve(), "pixels": kind, "preset": arguments.preset, **of_result(filled.result)}
     more = details(rows) if arguments.verbose else ""
     told = contributions(arguments.exemplar, filled.source[0][hole])

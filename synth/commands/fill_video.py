@@ -48,7 +48,7 @@ def fill_video(arguments: argparse.Namespace) -> str:
     writers = {output: io.video_writer(output, frames.unbind(1), clip.rate, clip.kind)}
     if arguments.map is not None:
         writers[arguments.map] = io.npy_writer(_numbered(filled.source, bool(exemplars)).astype("int32"))
-    finish(writers)
+    finish(writers, arguments.overwrite)
     size = f"{counted(hole.shape[0], 'frame')} of {hole.shape[2]}x{hole.shape[1]}"
     many = counted(int(hole.sum()), "pixel")
     return f"wrote {listed(list(writers))}: {size}, {many} filled, seed {arguments.seed}, in {took:.1f} s"

@@ -73,7 +73,7 @@ def run(arguments: argparse.Namespace) -> str:
     if drawing is not None:
         arrows = _ARROWS if arguments.arrows is None else arguments.arrows
         writers[drawing] = io.image_writer(drawing, flow.picture(first, seen, arrows=arrows), color)
-    finish(writers)
+    finish(writers, arguments.overwrite)
     height, width = first.shape[1:]
     frames = "" if vectors.ndim == 3 else f" in {counted(len(vectors), 'frame')}"
     fastest = float(torch.where(known.unsqueeze(-3), vectors, 0.0).norm(dim=-3).max())

@@ -170,7 +170,7 @@ class Framewise:
             return
         fps = self.arguments.fps or self.rate
         finish({track.output: io.video_writer(track.output, self._shown(track, report), fps, track.kind)
-                for track in self.tracks})  # fmt: skip
+                for track in self.tracks}, self.arguments.overwrite)  # fmt: skip
         for folder in (self.folder, *self._beside):
             folder.remove()
 

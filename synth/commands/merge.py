@@ -78,7 +78,7 @@ def run(arguments: argparse.Namespace) -> str:
     took = time.perf_counter() - began
     _hint_at_sparing(overlays, layers, result)
     writers = {output: io.image_writer(output, result.image, kind)} | extra_writers(arguments, result)
-    finish(writers)
+    finish(writers, arguments.overwrite)
     height, width = result.patch.shape
     rows = {"file": output.resolve(), "pixels": kind, "seams cost": f"{result.cost:.1f} color ranges times pixels"}
     told = contributions([arguments.background, *overlays], result.source.numpy())

@@ -118,7 +118,8 @@ def run(arguments: argparse.Namespace) -> str:
         )
         order = in_order(len(made.frames), arguments.there_and_back)
         folder = Folder(output, len(order))
-        finish(_writers(arguments, folder, kind, made, (made.frames[number] for number in order)))
+        shown = (made.frames[number] for number in order)
+        finish(_writers(arguments, folder, kind, made, shown), arguments.overwrite)
         folder.tell()
     took = time.perf_counter() - began
     height, width = made.frames[0].shape[1:]

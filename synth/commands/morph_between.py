@@ -69,7 +69,7 @@ def run_between(arguments: argparse.Namespace) -> str:
         folder = Folder(output, len(order))
         frames = (made.frames[number] for number in order) if back else made.frames.once()
         writers = {output: _writer(folder, frames, arguments.fps, kind)}
-        finish(writers | features_writers(arguments.show_features, made.features))
+        finish(writers | features_writers(arguments.show_features, made.features), arguments.overwrite)
         folder.tell()
     took = time.perf_counter() - began
     count = f"{counted(len(order), 'frame')} of " if film else ""

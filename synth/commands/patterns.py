@@ -63,5 +63,5 @@ def run(arguments: argparse.Namespace) -> str:
     writers = {output: patterns_writer(found.patterns)}
     if arguments.picture is not None:
         writers[arguments.picture] = io.image_writer(arguments.picture, drawn(pixels, found.patterns), kind)
-    finish(writers)
+    finish(writers, arguments.overwrite)
     return f"wrote {listed(list(writers))}: {found.remark}"

@@ -142,7 +142,7 @@ def _image(arguments: argparse.Namespace) -> str:
     if arguments.map is not None:
         writers[arguments.map] = texture.source_writer(arguments.map, origins, turns)
     writers |= {carried.output: texture.map_writer(carried, origins, turns) for carried in maps}
-    finish(writers)
+    finish(writers, arguments.overwrite)
     told = about(result.image, exemplars) + contributions(sources, origins[0])
     more = sewn(result, output, kind) if arguments.verbose else ""
     return f"wrote {listed(list(writers))}: {width}x{height}, seed {arguments.seed}, in {took:.1f} s{told}{more}"
@@ -181,7 +181,7 @@ def _video(arguments: argparse.Namespace) -> str:
     fps = arguments.fps or clip.rate
     writers: dict[Path, Writer] = {output: io.video_writer(output, result.image.unbind(1), fps, clip.kind)}
     writers |= extra_writers(arguments, result, fps)
-    finish(writers)
+    finish(writers, arguments.overwrite)
     made, height, width = result.patch.shape
     more = sewn(result, output, clip.kind) if arguments.verbose else ""
     size_of_all = f"{counted(made, 'frame')} of {width}x{height}"

@@ -58,11 +58,11 @@ def begun(arguments: argparse.Namespace, typed: Sequence[str]) -> Recipe:
     return Recipe(words, Path.cwd(), versions(), {name: digest(Path(name)) for name in _named(words)}, {})
 
 
-def saved(recipe: Recipe, path: Path) -> None:
+def saved(recipe: Recipe, path: Path, overwrite: bool) -> None:
     """Write a recipe when the run is done."""
     outputs = {os.path.relpath(written, recipe.folder): digest(written) for written in checks.WRITTEN}
     whole = Recipe(recipe.command, recipe.folder, recipe.versions, recipe.inputs, outputs)
-    io.write_files({path: io.bytes_writer(whole.text(path.absolute().parent))})
+    io.write_files({path: io.bytes_writer(whole.text(path.absolute().parent))}, overwrite)
 
 
 def read_recipe(path: Path) -> Recipe:

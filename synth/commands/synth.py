@@ -167,7 +167,7 @@ def _one(arguments: argparse.Namespace, work: bool) -> str:
         )
     took = time.perf_counter() - began
     writers = writers_of(arguments, inputs, synthesis)
-    finish(writers, more=getattr(arguments, "more", False))
+    finish(writers, arguments.overwrite, more=getattr(arguments, "more", False))
     told = contributions(arguments.exemplars, synthesis.source[0])
     more = _details(arguments, inputs, synthesis, exemplars) if arguments.verbose else ""
     good = about(synthesis.image, exemplars) if inputs.wishes.mask is None and not more else ""

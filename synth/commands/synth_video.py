@@ -66,8 +66,6 @@ def run_video(arguments: argparse.Namespace) -> str:
     """Check everything, work, write everything; returns the summary."""
     source = arguments.exemplars[0]
     refuse_unused(arguments, _STILL, f"is for images but {source} is a video")
-    if arguments.resume:
-        refuse_unused(arguments, _WHOLE, "tells of a whole run but --resume makes only the rest of one")
     if arguments.tile == "nearest":
         raise synth.InputError("--tile nearest is for images; for videos use --tile, and --size for whole periods")
     clips = _Clips.read(arguments)
@@ -84,13 +82,16 @@ def run_video(arguments: argparse.Namespace) -> str:
     extras.check()
     after = job.checked()
     done = 0 if after is None else after.number + 1
+    if done:
+        there = f"{job.folder.path} holds {counted(done, 'frame')} of it"
+        refuse_unused(arguments, _WHOLE, f"tells of a whole run but {there} already")
     if done == size[0] and not job.video:
         return f"{output} has its {counted(done, 'frame')} already; there is nothing to do"
     began = time.perf_counter()
     with work_line(f"{source.name} to {size[2]}x{size[1]}") as report:
         job.run(_frames(arguments, clips, asked, size, job, done, extras.add, report), done, _writing(report))
         more = extras.writers()
-        finish(more)
+        finish(more, arguments.overwrite)
     also = f"; also {listed(list(more))}" if more else ""
     return job.summary(done, time.perf_counter() - began) + also
 

@@ -86,7 +86,7 @@ def run(arguments: argparse.Namespace) -> str:
     writers |= {carried.output: texture.map_writer(carried, made.source) for carried in maps}
     if arguments.map is not None:
         writers[arguments.map] = texture.source_writer(arguments.map, made.source)
-    finish(writers)
+    finish(writers, arguments.overwrite)
     height, width = tiled.shape[:2]
     top, left = (int(places[height // 2, width // 2]) for places in made.source[1:])
     there = array[top - height // 2 :, left - width // 2 :][:height, :width]

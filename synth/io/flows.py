@@ -89,7 +89,7 @@ def write_flow(path: str | Path, flow: Tensor, known: Tensor | None = None, over
     """
     path = Path(path)
     check_flow_output(path, overwrite)
-    write_files({path: flow_writer(path, flow, known)})
+    write_files({path: flow_writer(path, flow, known)}, overwrite)
 
 
 def check_flow_output(path: Path, overwrite: bool) -> None:

@@ -117,7 +117,7 @@ class FramesFolder:
     def begin(self, more: bool) -> None:
         """Empty the folder of what other runs left in it, if it may hold frames; else refuse it as `check` does."""
         self.check(more)
-        write_files({self.path / _STATE: self._state_writer(-1, {})})
+        write_files({self.path / _STATE: self._state_writer(-1, {})}, overwrite=True)
         self.clear(-1)
 
     def clear(self, after: int) -> None:
@@ -135,7 +135,7 @@ class FramesFolder:
         frame, given = self._frame(state.number), {name: getattr(state, name) for name in (*_TENSORS, *_MAYBE)}
         tensors = {name: tensor.cpu().numpy() for name, tensor in given.items() if tensor is not None}
         states = self._state_writer(state.number, tensors)
-        write_files({frame: image_writer(frame, pixels, self.kind), self.path / _STATE: states})
+        write_files({frame: image_writer(frame, pixels, self.kind), self.path / _STATE: states}, overwrite=True)
 
     def frames(self, stop: int, first: int = 0) -> Iterator[Tensor]:
         """The frames (C, H, W) from first to stop - 1, read one by one."""

@@ -74,7 +74,7 @@ def write_image(path: str | Path, pixels: Tensor, kind: Kind, overwrite: bool = 
     does not exist, or it cannot be written; then no file is left and an existing one is as it was.
     """
     check_output(path, kind, overwrite)
-    write_files({Path(path): image_writer(path, pixels, kind)})
+    write_files({Path(path): image_writer(path, pixels, kind)}, overwrite)
 
 
 def read_mask(path: str | Path) -> Tensor:

@@ -1,7 +1,8 @@
 """Files written whole or not at all.
 
 Nothing is written in place: every file is made beside its target, forced to disk, and moved there when all files of
-the call are complete. If one cannot be moved, the others are moved back.
+the call are complete. If one cannot be moved, the others are moved back. What may not be replaced is not, also where it
+came to be only while the files were made.
 """
 
 import errno
@@ -51,17 +52,18 @@ def bytes_writer(data: bytes) -> Writer:
     return write
 
 
-def write_files(writers: Mapping[Path, Writer]) -> None:
+def write_files(writers: Mapping[Path, Writer], overwrite: bool) -> None:
     """Write several files or folders, all or none: each writer gets the path of a temporary one beside its target.
 
-    Raises InputError when one cannot be written; the temporary ones are removed then, whatever ends the call.
+    Raises InputError when one cannot be written, or is there and `overwrite` is not set; the temporary ones are removed
+    then, whatever ends the call.
     """
-    with staged(writers) as put:
+    with staged(writers, overwrite) as put:
         put()
 
 
 @contextmanager
-def staged(writers: Mapping[Path, Writer]) -> Iterator[Callable[[], None]]:
+def staged(writers: Mapping[Path, Writer], overwrite: bool) -> Iterator[Callable[[], None]]:
     """The files, complete beside their targets, and what moves them there; see `write_files`."""
     made: dict[Path, Path] = {}
     try:
@@ -72,13 +74,13 @@ def staged(writers: Mapping[Path, Writer]) -> Iterator[Callable[[], None]]:
                 writer(made[target])
                 if made[target].is_file():
                     _force_to_disk(made[target])
-        yield lambda: _put(made)
+        yield lambda: _put(made, overwrite)
     finally:
         for temporary in made.values():
             _remove(temporary)
 
 
-def _put(made: Mapping[Path, Path]) -> None:
+def _put(made: Mapping[Path, Path], overwrite: bool) -> None:
     """Move all to their targets; if one cannot be, whatever was there is back in its place."""
     aside: dict[Path, Path] = {}
     made = dict(sorted(made.items(), key=lambda pair: pair[0] == STREAM))  # what is sent cannot be taken back
@@ -89,9 +91,9 @@ def _put(made: Mapping[Path, Path]) -> None:
                 if target == STREAM:
                     to_standard_output(temporary)
                     continue
-                if target.is_dir() or (number < len(made) and target.exists()):
+                if overwrite and (target.is_dir() or (number < len(made) and target.exists())):
                     aside[target] = _set_aside(target)
-                os.replace(temporary, target)
+                (os.replace if overwrite else _claim)(temporary, target)
                 placed.append(target)
     except BaseException:
         for target in placed:
@@ -104,6 +106,26 @@ def _put(made: Mapping[Path, Path]) -> None:
         raise
     for old in aside.values():
         _remove(old)
+
+
+def _claim(temporary: Path, target: Path) -> None:
+    """Move to a name that nothing has; InputError where something came to have it, which stays as it is."""
+    try:
+        if temporary.is_dir():
+            target.mkdir()
+        else:
+            try:
+                os.link(temporary, target)
+                return
+            except FileExistsError:
+                raise
+            except OSError:  # a file system without links
+                target.touch(exist_ok=False)
+    except FileExistsError:
+        raise InputError(
+            f"{target} came to be while this ran; name another file or allow it with --overwrite"
+        ) from None
+    os.replace(temporary, target)  # ours, and empty
 
 
 def _set_aside(target: Path) -> Path:

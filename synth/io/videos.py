@@ -81,7 +81,7 @@ def write_video(path: str | Path, frames: Tensor, rate: float, kind: Kind = _COL
     Raises InputError if the target exists and `overwrite` is not set, or cannot be written; it is then as it was.
     """
     check_video_output(path, overwrite)
-    write_files({Path(path): video_writer(path, frames.unbind(1), rate, kind)})
+    write_files({Path(path): video_writer(path, frames.unbind(1), rate, kind)}, overwrite)
 
 
 def video_writer(path: str | Path, frames: Iterable[Tensor], rate: float, kind: Kind = _COLORS) -> Writer:
@@ -264,4 +264,4 @@ def _save_folder(target: Path, frames: Iterable[Tensor], kind: Kind) -> None:
     target.mkdir()
     for t, frame in enumerate(frames):
         name = target / f"{t:06d}{ending}"
-        write_files({name: image_writer(name, frame, kind)})
+        write_files({name: image_writer(name, frame, kind)}, overwrite=False)

@@ -20,7 +20,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     image = np.random.default_rng(0).integers(0, 256, (40, 40, 1), np.uint8)
     normals = np.full((40, 40, 3), (255, 127, 90), np.uint8)
     write_files({Path(name): array_writer(Path(name), array, KINDS[array.shape[2]])
-                 for name, array in (("arrows.png", image), ("normals.png", normals))})  # fmt: skip
+                 for name, array in (("arrows.png", image), ("normals.png", normals))}, overwrite=False)  # fmt: skip
     return tmp_path
 
 

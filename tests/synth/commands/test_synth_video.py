@@ -72,6 +72,8 @@ def test_what_was_interrupted_is_resumed_to_the_same_bits(clip, monkeypatch, cap
     assert "25 of 36 frames whole in parts" in capsys.readouterr().err
     monkeypatch.setattr(FramesFolder, "add", add)
     assert main([*run, "-o", "parts", "--seed", "1", "--resume"]) == 2
+    assert main([*run, "-o", "parts", "--map", "where.npy", "--resume"]) == 2
+    assert "--map tells of a whole run but parts holds 25 frames of it already" in capsys.readouterr().err
     assert main([*run, "-o", "parts", "--resume"]) == 0
     assert torch.equal(frames("whole"), frames("parts"))
 
@@ -81,7 +83,7 @@ def test_maps_sources_and_energies_of_the_whole_run(clip, monkeypatch):
     heights = (torch.arange(8 * 20 * 24).view(1, 8, 20, 24) % 251 / 255.0).expand(3, -1, -1, -1)
     write_video("heights", heights, 25.0)
     run = ["synth", "drops", "--preset", "fast", "--frames", "36", "--map", "where.npy", "--energy", "energy.csv"]
-    assert main([*run, "--also", "height=heights"]) == 0
+    assert main([*run, "--also", "height=heights", "--resume"]) == 0  # of which nothing is there to go on with
     where = np.load("where.npy")
     assert where.shape == (4, 36, 20, 24)
     carried = frames("drops_synth_height")
@@ -105,7 +107,6 @@ def test_maps_sources_and_energies_of_the_whole_run(clip, monkeypatch):
         (["drops", "--exemplar-mask", "short"], "short is 3 frames of 24x20 but its exemplar"),
         (["drops", "--mask", "mask.png", "--frames", "9000000"], "made as a whole"),
         (["drops", "--each"], "--each is for images but drops is a video"),
-        (["drops", "--map", "a.npy", "--resume"], "--map tells of a whole run"),
         (["drops", "--stay", "1", "--tile"], "leave out stay, or tile"),
         (["drops", "--tile", "nearest"], "--tile nearest is for images"),
         (["drops", "--seconds", "0.001"], "less than a frame"),

@@ -1,6 +1,7 @@
 """Files are written whole or not at all."""
 
 import os
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -27,7 +28,7 @@ def test_several_files_are_written_all_or_none(tmp_path: Path) -> None:
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        write_files({tmp_path / "a.txt": text("whole"), tmp_path / "b.txt": broken})
+        write_files({tmp_path / "a.txt": text("whole"), tmp_path / "b.txt": broken}, overwrite=False)
     assert not list(tmp_path.iterdir())
 
 
@@ -57,7 +58,7 @@ def test_a_move_that_fails_leaves_all_as_it_was(
         if not links:
             patch.setattr(os, "link", link)
         with pytest.raises(KeyboardInterrupt if isinstance(error, KeyboardInterrupt) else InputError):
-            write_files({**new, tmp_path / "b": folder("new")})
+            write_files({**new, tmp_path / "b": folder("new")}, overwrite=True)
     assert (tmp_path / "a.txt").read_text() == "old a"
     assert (tmp_path / "b" / "page").read_text() == "old b"
     assert sorted(os.listdir(tmp_path)) == ["a.txt", "b"]
@@ -65,9 +66,32 @@ def test_a_move_that_fails_leaves_all_as_it_was(
 
 def test_what_was_there_is_replaced_without_a_trace(tmp_path: Path) -> None:
     for content in ("old", "new"):
-        write_files({tmp_path / "a.txt": text(content), tmp_path / "b": folder(content), tmp_path / "c": text(content)})
+        write_files(
+            {tmp_path / "a.txt": text(content), tmp_path / "b": folder(content), tmp_path / "c": text(content)}, True
+        )
     found = [(tmp_path / name).read_text() for name in ("a.txt", "b/page", "c")]
     assert (found, sorted(os.listdir(tmp_path))) == (["new"] * 3, ["a.txt", "b", "c"])
+
+
+@pytest.mark.parametrize("links", [True, False])
+@pytest.mark.parametrize("kind", [text, folder])
+def test_what_came_to_be_meanwhile_is_replaced_only_when_asked(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: Callable[[str], Writer], links: bool
+) -> None:
+    def link(*_: object) -> None:
+        raise OSError("no links here")
+
+    if not links:
+        monkeypatch.setattr(os, "link", link)
+    files = {tmp_path / "first": kind("later"), tmp_path / "it": kind("later")}
+    with staged(files, overwrite=False) as put:
+        write_files({tmp_path / "it": kind("earlier")}, overwrite=False)
+        with pytest.raises(InputError, match=r"it came to be while this ran.*--overwrite"):
+            put()
+    place = tmp_path / "it" / "page" if kind is folder else tmp_path / "it"
+    assert (place.read_text(), os.listdir(tmp_path)) == ("earlier", ["it"])
+    write_files(files, overwrite=True)
+    assert (place.read_text(), sorted(os.listdir(tmp_path))) == ("later", ["first", "it"])
 
 
 def test_temporary_names_are_of_one_call_alone(tmp_path: Path) -> None:
@@ -76,21 +100,21 @@ def test_temporary_names_are_of_one_call_alone(tmp_path: Path) -> None:
     def nested(path: Path) -> None:
         seen.append(path.name)
         if len(seen) < 3:
-            write_files({tmp_path / "a.txt": nested})
+            write_files({tmp_path / "a.txt": nested}, overwrite=True)
         path.write_text("whole")
 
-    write_files({tmp_path / "a.txt": nested})
+    write_files({tmp_path / "a.txt": nested}, overwrite=True)
     assert len(set(seen)) == 3
     assert all(TEMPORARY.fullmatch(name) for name in seen)
 
 
 def test_a_long_name_is_no_obstacle(tmp_path: Path) -> None:
     path = tmp_path / ("x" * 251 + ".txt")
-    write_files({path: text("whole")})
+    write_files({path: text("whole")}, overwrite=False)
     assert path.read_text() == "whole"
 
 
 def test_staged_files_that_are_not_put_leave_nothing(tmp_path: Path) -> None:
-    with staged({tmp_path / "a.txt": text("whole")}):
+    with staged({tmp_path / "a.txt": text("whole")}, overwrite=False):
         assert len(list(tmp_path.iterdir())) == 1
     assert not list(tmp_path.iterdir())

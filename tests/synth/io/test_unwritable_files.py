@@ -85,7 +85,7 @@ def test_device_that_is_always_full(tmp_path: Path, suffix: str, dtype: str) -> 
     target = tmp_path / f"a{suffix}"
     write = image_writer(target, torch.zeros(3, 8, 8), Kind(dtype, RGB))  # small: OpenEXR itself notices large ones
     with pytest.raises(InputError, match=r"was not written .*disk"):
-        write_files({target: lambda _: write(Path("/dev/full"))})
+        write_files({target: lambda _: write(Path("/dev/full"))}, overwrite=False)
     assert not list(tmp_path.iterdir())
 
 
