@@ -22,10 +22,9 @@ import torch
 from scipy import ndimage
 from torch import Tensor
 
-from flow.animation.asked import Mask, check, film_of, frame_of
+from flow.animation.asked import Mask
 from flow.animation.blur import blurred
 from flow.animation.fading import Fading
-from flow.animation.growing import grown
 from flow.animation.reading import nearest_pixels
 from flow.animation.sequence import Frame, Motion
 from flow.animation.settings import Renewing
@@ -70,11 +69,9 @@ def loop(
     """
     if not is_whole(frames, 2):
         raise InputError(f"a loop is to have {frames} frames; give a whole number, at least 2")
-    shape = frame_of(shape)
-    film = film_of(exemplar, also, turn, field, shape)
-    check(film, field, shape, mask, None, after)
-    motion = Motion(grown(film, shape, synthesis or Settings(), seed), field, shape, mask, None, renewing, seed)
-    return _frames(motion, int(frames), first, synthesis or Settings(), after)
+    synthesis = synthesis or Settings()
+    motion = Motion.of(exemplar, field, shape, mask, None, renewing, synthesis, seed, after, also, turn)
+    return _frames(motion, int(frames), first, synthesis, after)
 
 
 def _frames(

@@ -105,19 +105,17 @@ def animate(
         raise InputError(f"texture is to enter from {enter!r}; give one of {', '.join(SIDES)}")
     if enter is not None and first is not None:
         raise InputError("texture is to enter an empty frame, but a first frame is given; leave out one of the two")
-    shape = frame_of(shape)
-    film = film_of(exemplar, also, turn, field, shape)
-    check(film, field, shape, mask, enter, after)
-    motion = Motion(grown(film, shape, synthesis or Settings(), seed), field, shape, mask, enter, renewing, seed)
+    synthesis = synthesis or Settings()
+    motion = Motion.of(exemplar, field, shape, mask, enter, renewing, synthesis, seed, after, also, turn)
     return _frames(motion, None if frames is None else int(frames), first, synthesis, after)
 
 
 def _frames(
-    motion: "Motion", frames: int | None, first: Tensor | None, synthesis: Settings | None, after: State | None
+    motion: "Motion", frames: int | None, first: Tensor | None, synthesis: Settings, after: State | None
 ) -> Iterator[Frame]:
     state = after
     if state is None:
-        frame = motion.begin(first, synthesis or Settings())
+        frame = motion.begin(first, synthesis)
         yield frame
         state = frame.state
     for _ in count() if frames is None else range(state.number + 1, frames):
@@ -148,6 +146,27 @@ class Motion:
         self._steady: tuple[Tensor, Lookup] | None = None
         self._flowing: Tensor | None = None
         self._whole = torch.ones(shape, dtype=torch.bool)
+
+    @classmethod
+    def of(
+        cls,
+        exemplar: Exemplar | Tensor,
+        field: Field,
+        shape: tuple[int, int],
+        mask: Mask,
+        enter: str | None,
+        renewing: Renewing | None,
+        synthesis: Settings,
+        seed: int,
+        after: State | None,
+        also: Exemplar | Tensor | None,
+        turn: bool | None,
+    ) -> "Motion":
+        """That of an exemplar as `animate` is given it; InputError for what cannot be done."""
+        shape = frame_of(shape)
+        film = film_of(exemplar, also, turn, field, shape)
+        check(film, field, shape, mask, enter, after)
+        return cls(grown(film, shape, synthesis, seed), field, shape, mask, enter, renewing, seed)
 
     def allowed(self, number: int) -> Tensor:
         """Where (H, W) texture may be in a frame."""
