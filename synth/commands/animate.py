@@ -62,8 +62,8 @@ def add(commands: Subparsers) -> None:
         "frame that texture enters from there")  # fmt: skip
     add("--turn", choices=("on", "off"), help="whether the elements of a picture turn with the flow, or keep their "
         "directions (default: on where the picture prefers none, as gravel, and the flow hardly shears)")  # fmt: skip
-    add("-o", "--output", type=file, metavar="OUT", help="an .mp4 or .gif to write, or a folder for PNG frames, TIFF "
-        "where the exemplar needs it (default: EXEMPLAR_FIELD.mp4 in this folder)")  # fmt: skip
+    add("-o", "--output", type=file, metavar="OUT", help="an .mp4, .gif, .webm or .mov, or a folder for PNG frames, "
+        "TIFF where the exemplar needs it (default: EXEMPLAR_FIELD.mp4 in this folder)")  # fmt: skip
     add("--also", action="append", default=[], metavar="NAME=FILE", help="carry a map of the exemplar along, frame by "
         "frame, to OUT_NAME; with several exemplars NAME=FILE1,FILE2; may be given again")  # fmt: skip
     add("--mirror", action="store_true", help="use mirrored variants of the exemplar too")

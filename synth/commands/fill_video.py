@@ -45,7 +45,8 @@ def fill_video(arguments: argparse.Namespace) -> str:
     took = time.perf_counter() - began
     made = torch.stack([io.straight(frame, clip.kind) for frame in filled.image.unbind(1)], 1)
     frames = torch.where(hole, made, clip.frames)
-    writers = {output: io.video_writer(output, frames.unbind(1), clip.rate, clip.kind)}
+    extremes = io.extremes_of(clip.kind, [frames])
+    writers = {output: io.video_writer(output, frames.unbind(1), clip.rate, clip.kind, extremes)}
     if arguments.map is not None:
         writers[arguments.map] = io.npy_writer(_numbered(filled.source, bool(exemplars)).astype("int32"))
     finish(writers, arguments.overwrite)

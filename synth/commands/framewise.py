@@ -169,17 +169,17 @@ class Framewise:
             WRITTEN.extend(track.output.absolute() for track in self.tracks)
             return
         fps = self.arguments.fps or self.rate
-        finish({track.output: io.video_writer(track.output, self._shown(track, report), fps, track.kind)
+        finish({track.output: io.video_writer(track.output, self._frames(track, report), fps, track.kind,
+                                              track.extremes)
                 for track in self.tracks}, self.arguments.overwrite)  # fmt: skip
         for folder in (self.folder, *self._beside):
             folder.remove()
 
-    def _shown(self, track: Track, report: Report) -> "Iterator[Tensor]":
-        """The frames of a video, from black 0 to white 1."""
-        low, high = track.extremes
+    def _frames(self, track: Track, report: Report) -> "Iterator[Tensor]":
+        """The frames of a track, while it is told how many of them are written."""
         for number, frame in enumerate(track.folder(self.settings).frames(self.total), 1):
             report(f"writing {track.output.name}", number / self.total)
-            yield (frame - low) / ((high - low) or 1.0)
+            yield frame
 
     def summary(self, done: int, took: float) -> str:
         """What the run did in so many seconds, after so many frames that were there."""

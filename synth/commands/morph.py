@@ -56,8 +56,8 @@ def add(commands: Subparsers) -> None:
     add("a", type=file, metavar="A", help="image of the texture to begin with")
     add("b", type=file, metavar="B", help="image of the texture to end with")
     add("more", type=file, nargs="*", default=[], metavar="C", help="further textures, with --at W,W,... or --weights")
-    add("-o", "--output", type=file, metavar="OUT", help="an .mp4 or .gif; a folder for the frames as they are; or an "
-        "image for all frames in one (default: A_B.png in this folder)")  # fmt: skip
+    add("-o", "--output", type=file, metavar="OUT", help="an .mp4, .gif, .webm or .mov; a folder for the frames as "
+        "they are; or an image for all frames in one (default: A_B.png in this folder)")  # fmt: skip
     add("--method", metavar="NAME", help="patches (the default), control, registration, blend, patterns or textons")
     length = parser.add_mutually_exclusive_group().add_argument
     length("--frames", type=frame_count(1), metavar="N", help=f"how many, A and B included (default: {_FRAMES})")
@@ -203,10 +203,8 @@ def _writers(
     if is_image(output):
         writers[output] = io.image_writer(output, contact_sheet(list(frames)), kind)
     else:
-        measured = kind.dtype.startswith("f") and is_video(output)
-        low, high = (made.form.low, made.form.high) if measured else (0.0, 1.0)
-        shown = ((frame - low) / ((high - low) or 1.0) for frame in frames)
-        writer = io.video_writer(output, shown, arguments.fps, kind)
+        extremes = (made.form.low, made.form.high) if kind.dtype.startswith("f") else (0.0, 1.0)
+        writer = io.video_writer(output, frames, arguments.fps, kind, extremes)
         writers[output] = writer if is_video(output) else folder.keeping(writer)
     if arguments.energy is not None:
         writers[arguments.energy] = energy_writer(arguments.energy, made.film.energies)

@@ -68,7 +68,8 @@ def run_between(arguments: argparse.Namespace) -> str:
         height, width = made.frames[0].shape[1:]
         folder = Folder(output, len(order))
         frames = (made.frames[number] for number in order) if back else made.frames.once()
-        writers = {output: _writer(folder, frames, arguments.fps, kind)}
+        extremes = io.extremes_of(kind, [picture.pixels for picture in pictures])
+        writers = {output: _writer(folder, frames, arguments.fps, kind, extremes)}
         finish(writers | features_writers(arguments.show_features, made.features), arguments.overwrite)
         folder.tell()
     took = time.perf_counter() - began
@@ -164,14 +165,16 @@ def _check(arguments: argparse.Namespace, output: Path, kind: "Kind", film: bool
     check_distinct([output, *(arguments.show_features or ())])
 
 
-def _writer(folder: Folder, frames: "Iterator[Tensor]", rate: float, kind: "Kind") -> "Writer":
+def _writer(
+    folder: Folder, frames: "Iterator[Tensor]", rate: float, kind: "Kind", extremes: tuple[float, float]
+) -> "Writer":
     from synth.sheets import contact_sheet
 
     output = folder.path
     if is_image(output):
         shown = list(frames)
         return io.image_writer(output, shown[0] if len(shown) == 1 else contact_sheet(shown), kind)
-    writer = io.video_writer(output, frames, rate, kind)
+    writer = io.video_writer(output, frames, rate, kind, extremes)
     return writer if output.suffix else folder.keeping(writer)
 
 
@@ -182,4 +185,4 @@ def is_image(output: Path) -> bool:
 
 def is_video(output: Path) -> bool:
     """Whether it is written into a video file."""
-    return output.suffix.lower() in (".mp4", ".gif")
+    return output.suffix.lower() in io.VIDEO_SUFFIXES

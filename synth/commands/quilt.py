@@ -33,7 +33,6 @@ from synth.commands.tiles import tile_size
 from synth.words import counted, listed
 
 if TYPE_CHECKING:
-    from synth.io import Writer
     from synth.quilting import QuiltSettings
 
 LOADS = ("synth.quilting.video", "synth.texture.maps", "synth.quilting.draw", "synth.io.images", "synth.io.videos")
@@ -178,8 +177,8 @@ def _video(arguments: argparse.Namespace) -> str:
             report=report,
         )
     took = time.perf_counter() - began
-    fps = arguments.fps or clip.rate
-    writers: dict[Path, Writer] = {output: io.video_writer(output, result.image.unbind(1), fps, clip.kind)}
+    fps, extremes = arguments.fps or clip.rate, io.extremes_of(clip.kind, [clip.frames])
+    writers = {output: io.video_writer(output, result.image.unbind(1), fps, clip.kind, extremes)}
     writers |= extra_writers(arguments, result, fps)
     finish(writers, arguments.overwrite)
     made, height, width = result.patch.shape

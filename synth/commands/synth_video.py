@@ -54,13 +54,6 @@ class _Clips:
         frames = [torch.stack([io.premultiplied(f, kind) for f in clip.frames.unbind(1)], 1) for clip in clips]
         return cls(frames, kind, clips[0].rate)
 
-    @property
-    def extremes(self) -> tuple[float, float]:
-        """What is black and white: 0 and 1, or the least and largest value of floats."""
-        if not self.kind.dtype.startswith("f"):
-            return 0.0, 1.0
-        return min(float(f.min()) for f in self.frames), max(float(f.max()) for f in self.frames)
-
 
 def run_video(arguments: argparse.Namespace) -> str:
     """Check everything, work, write everything; returns the summary."""
@@ -74,7 +67,7 @@ def run_video(arguments: argparse.Namespace) -> str:
     asked.check(size)
     asked = asked.through(size[0])
     output = arguments.output or Path(f"{source.stem}_synth{io.written_like(source)}")
-    track = Track(output, clips.kind, clips.extremes)
+    track = Track(output, clips.kind, io.extremes_of(clips.kind, clips.frames))
     job = Framewise(
         arguments, [track], size[0], size[1:], _settings(arguments, clips, asked, size), clips.rate, "a video"
     )  # fmt: skip
@@ -237,7 +230,8 @@ class _Extras:
         for target, (name, maps, kind) in self.maps.items():
             carried = texture.rearranged(name, [frames.movedim(0, -1).numpy() for frames in maps], source, turns)
             frames = torch.from_numpy(carried).movedim(-1, 0).unbind(1)
-            writers[target] = io.video_writer(target, frames, self.arguments.fps or self.clips.rate, kind)
+            rate = self.arguments.fps or self.clips.rate
+            writers[target] = io.video_writer(target, frames, rate, kind, io.extremes_of(kind, maps))
         return writers
 
 

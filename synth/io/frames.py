@@ -21,7 +21,7 @@ from torch import Tensor
 from flow import State
 from kwatra.base import InputError
 from synth.io.images import image_writer, read_image
-from synth.io.kinds import Kind, suffixes_for
+from synth.io.kinds import Kind, frame_ending
 from synth.io.numpy_files import npz_bytes, read_npz
 from synth.io.outputs import TEMPORARY, Writer, bytes_writer, check_writable, write_files
 
@@ -149,8 +149,7 @@ class FramesFolder:
             self.path.rmdir()
 
     def _frame(self, number: int) -> Path:
-        ending = ".png" if ".png" in suffixes_for(self.kind) else ".tif"
-        return self.path / f"{number:06d}{ending}"
+        return self.path / f"{number:06d}{frame_ending(self.kind)}"
 
     def _state_writer(self, number: int, tensors: Mapping[str, np.ndarray]) -> Writer:
         settings = np.array(json.dumps(dict(self.settings)))

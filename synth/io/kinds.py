@@ -75,6 +75,11 @@ def suffixes_for(kind: Kind) -> tuple[str, ...]:
     return tuple(endings)
 
 
+def frame_ending(kind: Kind) -> str:
+    """The ending of the files of a folder of frames of this kind."""
+    return ".png" if ".png" in suffixes_for(kind) else ".tif"
+
+
 def upright(pixels: Array, orientation: int) -> Array:
     """Turn (H, W, C) as the EXIF orientation 1..8 asks; another number asks for nothing."""
     if orientation in (5, 6, 7, 8):

@@ -21,9 +21,14 @@ def raised(pictures: Sequence[Picture], paths: Sequence[Path]) -> tuple[list[Ten
     Gray becomes color, what has no alpha is opaque, integers among floats are in [0, 1]. The color profile is the
     first's. Raises InputError for channels that no other picture can gain.
     """
-    kinds = [picture.kind for picture in pictures]
+    common = richest([picture.kind for picture in pictures], paths)
+    return [as_kind(picture, common) for picture in pictures], common
+
+
+def richest(kinds: Sequence[Kind], paths: Sequence[Path]) -> Kind:
+    """The kind that pictures of several kinds are raised to; see `raised`."""
     if len({(kind.channels, kind.dtype, kind.premultiplied) for kind in kinds}) == 1:
-        return [picture.pixels for picture in pictures], kinds[0]
+        return kinds[0]
     for path, kind in zip(paths, kinds, strict=True):
         if kind.channels != kinds[0].channels and not {kind.channels, kinds[0].channels} <= set(USUAL.values()):
             raise InputError(f"{path} holds {kind} but {paths[0]} holds {kinds[0]}; save both with the same channels")
@@ -31,8 +36,14 @@ def raised(pictures: Sequence[Picture], paths: Sequence[Path]) -> tuple[list[Ten
     alpha = any("A" in kind.channels for kind in kinds)
     usual = kinds[0].channels in USUAL.values()
     channels = (*colors, *(("A",) if alpha else ())) if usual else kinds[0].channels
-    common = Kind(_deepest(kinds), channels, profile=kinds[0].profile)
-    return [_with_channels(picture, common) if usual else _straightened(picture) for picture in pictures], common
+    return Kind(_deepest(kinds), channels, profile=kinds[0].profile)
+
+
+def as_kind(picture: Picture, kind: Kind) -> Tensor:
+    """The pixels of a picture in the kind, of its own or of more channels, that it and others are raised to."""
+    if picture.kind.channels == kind.channels and picture.kind.premultiplied == kind.premultiplied:
+        return picture.pixels
+    return _with_channels(picture, kind) if kind.channels in USUAL.values() else _straightened(picture)
 
 
 def _deepest(kinds: Sequence[Kind]) -> str:

@@ -20,13 +20,13 @@ from torch import Tensor
 from kwatra.base import InputError
 from synth.io.alpha import premultiplied
 from synth.io.alpha_videos import ALPHA_SUFFIXES, check_encoder, frames_with_alpha, has_alpha, save_with_alpha
-from synth.io.images import image_writer, read_image
-from synth.io.kinds import MOST_PIXELS, RGB, RGBA, Kind
+from synth.io.images import Picture, image_writer, read_array, to_pixels
+from synth.io.kinds import MOST_PIXELS, RGB, RGBA, Kind, frame_ending
 from synth.io.opaque_videos import save_gif, save_mp4
 from synth.io.outputs import Writer, check_place, write_files
+from synth.io.raising import as_kind, richest
 from synth.io.unreadable import reading
 from synth.saying import note
-from synth.words import counted
 
 VIDEO_SUFFIXES = (".mp4", ".gif", *ALPHA_SUFFIXES)
 _READ_SUFFIXES = (*VIDEO_SUFFIXES, ".mkv", ".avi", ".m4v", ".mpg", ".mpeg", ".ts", ".wmv", ".flv", ".ogv", ".3gp")
@@ -65,9 +65,10 @@ def written_like(path: Path) -> str:
 def read_video(path: str | Path, rate: float = 25.0) -> Clip:
     """Read a video file or a folder of images in the order of their names; `rate` is a folder's.
 
-    A file's sound, and frames that last differently long, are told of in a line on stderr: neither is kept.
+    A file's sound, and frames that last differently long, are told of in a line on stderr: neither is kept. Of a folder
+    that holds images of several kinds all are raised to the richest (`synth.io.raised`).
 
-    Raises InputError if it is missing, damaged or without frames, or if its frames differ in size or kind.
+    Raises InputError if it is missing, damaged or without frames, or if its frames differ in size.
     """
     path = Path(path)
     return _read_folder(path, rate) if path.is_dir() else _read_file(path)
@@ -76,27 +77,43 @@ def read_video(path: str | Path, rate: float = 25.0) -> Clip:
 def write_video(path: str | Path, frames: Tensor, rate: float, kind: Kind = _COLORS, overwrite: bool = False) -> None:
     """Write frames (C, T, H, W) as .mp4, .gif, .webm or .mov by the ending of `path`, or as a folder of PNG or TIFF.
 
-    The last two and folders keep alpha.
+    The last two and folders keep alpha. Floats are shown from their least value to their largest; a folder keeps them.
 
     Raises InputError if the target exists and `overwrite` is not set, or cannot be written; it is then as it was.
     """
     check_video_output(path, overwrite)
-    write_files({Path(path): video_writer(path, frames.unbind(1), rate, kind)}, overwrite)
+    writer = video_writer(path, frames.unbind(1), rate, kind, extremes_of(kind, [frames]))
+    write_files({Path(path): writer}, overwrite)
 
 
-def video_writer(path: str | Path, frames: Iterable[Tensor], rate: float, kind: Kind = _COLORS) -> Writer:
+def extremes_of(kind: Kind, videos: Iterable[Tensor]) -> tuple[float, float]:
+    """What is black and white in a video file: 0 and 1, or of floats the least and largest value of some videos."""
+    if not kind.dtype.startswith("f"):
+        return 0.0, 1.0
+    lows, highs = zip(*((float(video.min()), float(video.max())) for video in videos), strict=True)
+    return min(lows), max(highs)
+
+
+def video_writer(
+    path: str | Path,
+    frames: Iterable[Tensor],
+    rate: float,
+    kind: Kind = _COLORS,
+    extremes: tuple[float, float] = (0.0, 1.0),
+) -> Writer:
     """What writes frames (C, H, W), one by one, in the form that the ending of `path` names: see `write_files`.
 
-    What is transparent is black where a form has no alpha.
+    extremes: what is black and white in a file; a folder keeps values. What is transparent is black where a form has no
+    alpha.
     """
-    suffix = Path(path).suffix.lower()
+    suffix, (low, high) = Path(path).suffix.lower(), extremes
+    if suffix not in VIDEO_SUFFIXES:
+        return lambda target: _save_folder(target, frames, kind)
+    shown = ((frame - low) / ((high - low) or 1.0) for frame in frames)
     if suffix in ALPHA_SUFFIXES:
-        return lambda target: save_with_alpha(target, _bytes(frames, "A" in kind.channels), rate)
-    if suffix in VIDEO_SUFFIXES:
-        save = save_mp4 if suffix == ".mp4" else save_gif
-        seen = (premultiplied(frame, kind) for frame in frames)
-        return lambda target: save(target, _bytes(seen), rate)
-    return lambda target: _save_folder(target, frames, kind)
+        return lambda target: save_with_alpha(target, _bytes(shown, "A" in kind.channels), rate)
+    save = save_mp4 if suffix == ".mp4" else save_gif
+    return lambda target: save(target, _bytes(premultiplied(frame, kind) for frame in shown), rate)
 
 
 def check_video_output(path: str | Path, overwrite: bool) -> None:
@@ -135,17 +152,17 @@ def file_frames(path: Path, aloud: bool = True) -> Iterator[Tensor]:
 
 def _read_folder(path: Path, rate: float) -> Clip:
     names = frame_names(path)
-    first = read_image(names[0])
-    frames = torch.empty(first.pixels.shape[0], len(names), *first.pixels.shape[1:], dtype=torch.float32)
-    for t, name in enumerate(names):
-        picture = first if t == 0 else read_image(name)
-        if picture.pixels.shape != first.pixels.shape:
-            raise InputError(
-                f"{name} is {_size(picture.pixels)} but {names[0].name} is {_size(first.pixels)}; "
-                "all frames must have one size and kind"
-            )
-        frames[:, t] = picture.pixels
-    return Clip(frames, rate, first.kind)
+    pictures = [read_array(name) for name in names]
+    height, width, _ = pictures[0][0].shape
+    for name, (array, _) in zip(names, pictures, strict=True):
+        if array.shape[:2] != (height, width):
+            here = f"{array.shape[1]}x{array.shape[0]}"
+            raise InputError(f"{name} is {here} but {names[0].name} is {width}x{height}; all frames must have one size")
+    kind = richest([kind for _, kind in pictures], names)
+    frames = torch.empty(len(kind.channels), len(names), height, width, dtype=torch.float32)
+    for t, (array, own) in enumerate(pictures):
+        frames[:, t] = as_kind(Picture(to_pixels(array), own), kind)
+    return Clip(frames, rate, kind)
 
 
 def _is_frame(path: Path) -> bool:
@@ -156,10 +173,6 @@ def _in_order(path: Path) -> tuple[list[str | int], str]:
     """What sorts files by their names, numbers in them by value."""
     parts = re.split(r"(\d+)", path.name)  # text and digits by turns
     return [int(part) if number % 2 else part for number, part in enumerate(parts)], path.name
-
-
-def _size(pixels: Tensor) -> str:
-    return f"{pixels.shape[2]}x{pixels.shape[1]} with {counted(pixels.shape[0], 'channel')}"
 
 
 def _read_file(path: Path) -> Clip:
@@ -260,8 +273,7 @@ def _bytes(frames: Iterable[Tensor], alpha: bool = False) -> Iterator[np.ndarray
 
 
 def _save_folder(target: Path, frames: Iterable[Tensor], kind: Kind) -> None:
-    ending = ".png" if kind.dtype in ("uint8", "uint16") else ".tif"
     target.mkdir()
     for t, frame in enumerate(frames):
-        name = target / f"{t:06d}{ending}"
+        name = target / f"{t:06d}{frame_ending(kind)}"
         write_files({name: image_writer(name, frame, kind)}, overwrite=False)

@@ -35,6 +35,14 @@ def test_a_hole_in_a_single_frame(drops):
     assert not torch.equal(made, drops[:, 0])
 
 
+def test_a_file_shows_floats_from_the_least_to_the_largest(drops):
+    write_video("bright", 8 * drops[:, :1], 25.0, synth.Kind("float32", ("R", "G", "B")))
+    assert main(["fill", "bright", "--hole", "disc.png", "-o", "out.mov", "--preset", "fast"]) == 0
+    made, own = read_video("out.mov").frames[:, 0], drops[:, 0]
+    wanted = (own - own.min()) / (own.max() - own.min())
+    assert float((made - wanted)[:, 14:].abs().mean()) < 0.03
+
+
 def test_a_hole_in_every_frame_and_one_in_space_and_time(drops):
     masks = torch.zeros(1, 8, 20, 24)
     masks[:, 3:5, 4:16, 6:18] = 1

@@ -88,6 +88,8 @@ def test_there_and_back_in_a_loop(folder: Path) -> None:
     words = ["morph", "a.png", "b.png", "--method", "blend", "--frames", "5", "--there-and-back"]
     assert main([*words, "-o", "film.gif", "--fps", "10"]) == 0
     assert main([*words, "-o", "film.mp4"]) == 0
+    assert main([*words, "-o", "film.mov"]) == 0
+    assert read_video("film.mov").frames.shape == (3, 8, 32, 40)
     assert main([*words, "-o", "frames"]) == 0
     assert read_video("film.gif").frames.shape == (3, 8, 32, 40)
     assert read_video("film.mp4").frames.shape == (3, 8, 32, 40)
