@@ -107,7 +107,7 @@ class Matching:
                 number[pick], squared[pick] = nearest_in_place(pixels, corners[pick], source, near, away=away)
         if self.active is None or self.free is None:
             return Found(number, squared, squared)
-        squared = squared * self.active
+        squared = torch.where(self.active, squared, 0.0)  # nothing was looked for, which leaves infinity
         return Found(number, squared, self._freed(self.free, image, number, squared))
 
     def _freed(self, pixels: Tensor, image: Tensor, number: Tensor, squared: Tensor) -> Tensor:

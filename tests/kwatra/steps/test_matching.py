@@ -70,6 +70,15 @@ def test_windows_without_a_free_pixel_are_skipped():
     assert float((found.matches[active] != before[active]).float().mean()) > 0.9
 
 
+def test_what_is_not_looked_for_costs_nothing_without_a_match_too():
+    mask = torch.ones_like(half(0.5))
+    source, grid, matching, image, given = setting(mask, half(0.5))
+    matching = Matching(source, grid, Given(given.fixed, given.value, None))
+    found = matching.best(image, None, Wants(), "exact")
+    assert not bool(found.squared[~matching.active].any())
+    assert bool((found.squared[matching.active] > 0).any())
+
+
 def test_weights_see_only_what_is_free():
     fixed = half(0.5)
     source, grid, matching, image, _ = setting(torch.ones_like(fixed), fixed)
