@@ -52,7 +52,7 @@ class Scene:
         self.exemplar = self.source.exemplar if isinstance(self.source, Placed) else None
         self.controls = task.controls(self.factors)
         self.shape = self.controls.shape
-        self.places = {} if self.exemplar is None else self.controls.place_charges(self.exemplar, width)
+        self.places = [] if self.exemplar is None else self.controls.place_charges(self.exemplar, width)
         self._matching: Matching | None = None
 
     def context(self, iteration: int, estimate: Estimate | None = None) -> Step:
@@ -116,7 +116,8 @@ class Scene:
     def _wants(self, quadratics: list[Quadratic], x: Tensor, charges: Sequence[Charge | None]) -> Wants:
         """What the search heeds: a term's own charges, or else the wish that follows from its quadratic."""
         silent = [q for q, charge in zip(quadratics, charges, strict=True) if charge is None]
-        return Wants(wish_of(silent, x), [charge for charge in charges if charge is not None], [*self.places.values()])
+        places = [charge for _, charge in self.places]
+        return Wants(wish_of(silent, x), [charge for charge in charges if charge is not None], places)
 
     def route(self, inherited: bool, windows: int) -> str:
         """How to search: exactly while that is cheap, else by coherence or, with nothing to go by, approximately."""
@@ -148,7 +149,7 @@ class Scene:
         for name, value in self.controls.energies(image):
             energies[name] = energies.get(name, 0.0) + value
         if isinstance(self.source, Placed):
-            for name, charge in self.places.items():
+            for name, charge in self.places:
                 away = charge(layout.corners, self.source.corners(matches)[:, None])[:, 0]
                 energies[name] = energies.get(name, 0.0) + self._mean(away, matching.active)
         sum_ = sum(energies.values())

@@ -97,7 +97,7 @@ def block_start(task: "Task", exemplar: Exemplar) -> Laid:
         aligned=task.start == "aligned",
         lattice=lattice,
         along=along,
-        places=[*controls.place_charges(here, size).values()],
+        places=[charge for _, charge in controls.place_charges(here, size)],
         wish=wish,
     )
     return Laid(blocks.run(), factors, blocks)

@@ -98,10 +98,11 @@ class Controls:
         """What every term charges candidates; None for those whose quadratic says it (see `Term.charge`)."""
         return [charge_of(term, x, step) for term in self.terms]
 
-    def place_charges(self, exemplar: Exemplar, width: tuple[int, ...]) -> dict[str, PlaceCharge]:
-        """What terms charge for the places in an exemplar of this resolution that windows of `width` come from."""
-        charges = {t.name: place_charge_of(t, exemplar, self.shape, width) for t in self.terms}
-        return {name: charge for name, charge in charges.items() if charge is not None}
+    def place_charges(self, exemplar: Exemplar, width: tuple[int, ...]) -> list[tuple[str, PlaceCharge]]:
+        """What terms charge for the places in an exemplar of this resolution that windows of `width` come from, each
+        with the term's name, which several terms may have."""
+        charges = [(term.name, place_charge_of(term, exemplar, self.shape, width)) for term in self.terms]
+        return [(name, charge) for name, charge in charges if charge is not None]
 
     def wish(self, x: Tensor) -> Wish | None:
         """What the blocks of a start should agree with, where it can be told without an image: by diagonal terms."""

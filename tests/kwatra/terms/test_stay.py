@@ -61,6 +61,15 @@ def test_a_scaled_term_scales_what_it_charges_for_places():
     assert torch.equal(threefold(corners, there), 3 * charge(corners, there))
 
 
+def test_terms_of_one_name_charge_together():
+    exemplar, settings = Exemplar.of(bands()), Settings(levels=(Level(1, 4, 2, 1),))
+    whole, both = (
+        optimize(exemplar, (6, 30, 30), settings=settings, terms=terms)
+        for terms in (Stay(0.5), 0.25 * Stay(0.5) + 0.75 * Stay(0.5))
+    )
+    assert both.energies[-1]["stay"] == pytest.approx(whole.energies[-1]["stay"], rel=1e-3)
+
+
 def test_a_weight_of_0_changes_nothing():
     exemplar, settings = Exemplar.of(bands()), Settings(levels=(Level(1, 4, 2, 2),))
     plain = optimize(exemplar, (6, 30, 30), settings=settings)
