@@ -237,7 +237,8 @@ def _smoothed(image: Tensor, factor: float) -> Tensor:
     if factor >= 1:
         return image
     height, width = image.shape[-2:]
-    small = F.interpolate(image.reshape(1, -1, height, width), scale_factor=factor, mode="area")
+    size = [max(math.floor(side * factor), 1) for side in (height, width)]
+    small = F.interpolate(image.reshape(1, -1, height, width), size, mode="area")
     return small.view(*image.shape[:-2], *small.shape[-2:])
 
 

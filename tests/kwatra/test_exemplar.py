@@ -52,6 +52,14 @@ def test_scaled_variant_has_the_scaled_size_and_the_same_mean():
     assert float(copy.mean()) == pytest.approx(0.5, abs=0.02)
 
 
+@pytest.mark.parametrize(("side", "factor"), [(8, 0.1), (4, 0.2), (12, 0.1)])
+def test_a_variant_smaller_than_a_pixel_is_one(side, factor):
+    picture = image(1, side, side)
+    exemplar = Exemplar.of(picture, scale=(factor,))
+    copy = exemplar.canvas[0, side + 1 :][exemplar.owner[side + 1 :] == 1]
+    assert copy.tolist() == pytest.approx([float(picture.mean())])
+
+
 def test_coarser_averages_blocks_and_drops_broken_ones():
     picture = image(2, 17, 12)
     coarse = Exemplar.of(picture).coarser((4, 4))
