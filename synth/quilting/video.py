@@ -17,7 +17,7 @@ from collections.abc import Callable, Sequence
 
 from torch import Tensor
 
-from kwatra.base import InputError, tensor_of, whole_sizes
+from kwatra.base import InputError, is_whole, tensor_of, whole_sizes
 from kwatra.pieces.boxes import Box
 from kwatra.pieces.mosaic import Mosaic
 from kwatra.pieces.sheet import Patch, Sheet
@@ -70,6 +70,7 @@ def quilt_video(
     if hold is None and clip.ndim == 4:
         hold = min(10, clip.shape[1] // 2)
     _check(clip, frames, size, mode, loop, hold)
+    frames = None if frames is None else int(frames)
     settings = settings or default_settings(mode)
     if size != tuple(clip.shape[-2:]):
         return _of_size(clip, size, frames, mode, loop, hold, settings, report)
@@ -156,8 +157,8 @@ def _check(clip: Tensor, frames: int | None, size: tuple[int, ...], mode: str, l
             f"size is {size[1]}x{size[0]} but mode {mode} keeps the clip's {clip.shape[3]}x{clip.shape[2]}; "
             "for another size use mode spacetime"
         )
-    if frames is not None and frames < 2:
-        raise InputError(f"frames is {frames} but a video needs at least 2")
+    if frames is not None and not is_whole(frames, 2):
+        raise InputError(f"frames is {frames} but a video needs a whole number, at least 2")
     if not loop or mode == "transition":
         return
     assert hold is not None

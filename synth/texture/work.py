@@ -237,8 +237,9 @@ def _size_of(size: Sequence[int] | None, picture: Tensor, guidance: Guide | None
             raise InputError(f"no size was given; give the output's {sides}")
         return whole_sizes(size, picture.ndim - 1, f"the size ({sides})")
     there = tuple(guidance.output.shape[1:])
-    if size is not None and tuple(size) != there:
-        raise InputError(f"the size is {tuple(size)} but the guide's output map has {there}; leave the size out")
+    asked = there if size is None else whole_sizes(size, picture.ndim - 1, f"the size ({sides})")
+    if asked != there:
+        raise InputError(f"the size is {asked} but the guide's output map has {there}; leave the size out")
     return there
 
 

@@ -166,6 +166,7 @@ def test_seams_are_drawn_in_red_and_elsewhere_nothing_changes() -> None:
         (lambda: quilt_video(texture(1, 3, 16, 16)), "at least 4"),
         (lambda: quilt_video(texture(1, 9, 16, 16), mode="time", loop=True, hold=10), "hold is 10"),
         (lambda: quilt_video(texture(1, 9, 16, 16), 5, mode="time", loop=True, hold=5), "needs more than that"),
+        (lambda: quilt_video(texture(1, 9, 16, 16), 7.5, mode="time"), "frames is 7.5 but a video needs"),
         (lambda: quilt_video(texture(1, 16, 16)), r"must be \(C, T, H, W\)"),
         (lambda: QuiltSettings(placement="best"), "placement is 'best'"),
     ],

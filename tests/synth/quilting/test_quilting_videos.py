@@ -96,7 +96,7 @@ def test_the_cheapest_start_is_taken_and_laid_again_the_same() -> None:
 def test_a_loop_ends_where_it_begins() -> None:
     clip = texture(1, 14, 12, 12)
     for mode, size in (("time", (12, 12)), ("spacetime", (15, 15))):
-        result = quilt_video(clip, 20, size, mode=mode, loop=True, hold=4)
+        result = quilt_video(clip, 20.0, size, mode=mode, loop=True, hold=4)
         assert result.image.shape == (1, 20, *size)
         # The frames before the first are the last held ones, so their offsets run on from the end to the start.
         gap = (result.image[:, 0] - result.image[:, -1]).abs().mean()

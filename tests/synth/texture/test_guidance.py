@@ -58,6 +58,7 @@ def test_bad_guides_are_refused() -> None:
         ({"guide": ([labels, labels], wanted())}, "the guide has 2 maps for 1 exemplars"),
         ({"guide": (labels, wanted()), "guide_weight": 0.0}, "the guide's weight is 0.0"),
         ({"guide": (labels, wanted()), "size": (80, 90)}, r"the size is \(80, 90\) but the guide's output map"),
+        ({"guide": (labels, wanted()), "size": 80}, r"width\) is \(80,\); give 2 whole"),
         ({"guide": (labels, wanted()[..., None])}, "the guide's maps differ in their number of axes"),
         ({"guide": (labels[..., None], np.stack([wanted()] * 3, -1))}, "the guide's maps have 1 and 3 channels"),
         ({"guide": (labels,)}, "the guide has 1 parts"),
