@@ -31,7 +31,7 @@ class Level:
 
     factor: 1, 2, 4 or 8, how much coarser than the output. width: window width in this level's pixels, >= 2.
     iterations: at most so many EM iterations. depth: window width in time, for videos (time is never subsampled:
-    thesis 5.5). route: how matches are searched, one of search.ROUTES; None leaves it to the sizes.
+    thesis 5.5). route: how matches are searched, one of `kwatra.source.ROUTES`; None leaves it to the sizes.
     """
 
     factor: int

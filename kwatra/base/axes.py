@@ -32,7 +32,7 @@ def enlarged(image: Tensor, shape: Sequence[int]) -> Tensor:
 
 
 def resized(image: Tensor, factor: tuple[int, ...], shape: tuple[int, ...]) -> Tensor:
-    """An image (C, *S) averaged over blocks of `factor` pixels; a block that the border cuts averages what it has."""
+    """An image (C, *S) averaged over blocks of `factor` pixels; one that the border cuts repeats its last pixels."""
     padding = []
     for size, f, there in zip(reversed(image.shape[1:]), reversed(factor), reversed(shape), strict=True):
         padding += [0, there * f - size]

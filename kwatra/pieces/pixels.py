@@ -1,6 +1,6 @@
 """Pixels of a sheet, read in boxes and written there, in compiled loops, which may pass the borders of axes that wrap.
 
-Pixels have three axes (`kwatra.pieces.boxes.volume`): a sheet's `label` (*S), its `places` (k, *S), one or more numbers
+Pixels have three axes (`kwatra.base.spans.volume`): a sheet's `label` (*S), its `places` (k, *S), one or more numbers
 each, `fixed` (*S), and the cost of its `seams` (axes, *S) between a pixel and the next.
 
 This module is compiled by numba when first used, so it is imported where a sheet is looked at.

@@ -20,9 +20,8 @@ from kwatra.windows.layout import Covering, per_axis
 class FreeWindows:
     """Windows of `width` with given corners (N, n) int64 on an image of spatial `shape`, a `Layout`.
 
-    Each lies inside the image; along axes that `wrap` the image is periodic and
-    corners are taken modulo its shape. A pixel may
-    be covered by no window: it then keeps what it has. Memory: one number per pixel and window that covers it.
+    Each lies inside the image; along axes that `wrap` the image is periodic and corners are taken modulo its shape. A
+    pixel may be covered by no window: it then keeps what it has. Memory: one number per pixel and window covering it.
     """
 
     shape: tuple[int, ...]

@@ -3,8 +3,7 @@
 `quilt` makes images (and video as plain 3-D textures), `quilt_video` loops and longer or larger videos, `merge`
 joins images; each returns a `Quilt`. Patches are laid by `kwatra.pieces`; the rooms, in the order data passes:
 variants, matching, folds, borders, placement, growth, loops, blendseams, synthesis; then starts, transition, displaced,
-enlarge and video, merging, draw. Names load on first use, so that the command line answers
-before torch is there.
+enlarge and video, merging, draw. Names load on first use, so that the command line answers before torch is there.
 """
 
 from typing import TYPE_CHECKING
