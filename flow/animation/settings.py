@@ -47,8 +47,9 @@ class Renewing:
 
     def __post_init__(self) -> None:
         costs = self.flow_weight, self.seam, self.tolerance, self.stiffness, self.area, self.tones, self.usage
-        if min(*costs, self.inertia, self.shades, self.feather, self.aging, self.blocks) < 0:
-            raise InputError(f"{self} has a negative weight or number of blocks; give 0 or more")
+        weights = *costs, self.inertia, self.shades, self.feather, self.aging, self.blocks
+        if not all(weight >= 0 for weight in weights):  # nor may one be NaN
+            raise InputError(f"{self} has a weight or number of blocks that is not 0 or more; give such")
         if self.shades >= 1:
             raise InputError(f"{self} keeps all shades, for ever; give less than 1")
         if min(self.block, self.window, self.step) < 2:

@@ -14,6 +14,9 @@ from flow.fields.field import Field, Shape, at_speed
 from flow.warps import pixel_coordinates
 from kwatra.base import InputError, generator_of
 
+_WAVES = 24
+"""Of how many plane waves noise is the sum."""
+
 
 def uniform(speed: float = 2.0, angle: float = 0.0) -> Field:
     """Every pixel moves in the direction of `angle`."""
@@ -100,25 +103,23 @@ def waves(speed: float = 2.0, angle: float = 0.0, wavelength: float | None = Non
     return at_speed(formula, speed, steady=False)
 
 
-def noise(
-    speed: float = 2.0, scale: float | None = None, period: float | None = None, seed: int = 0, modes: int = 24
-) -> Field:
+def noise(speed: float = 2.0, scale: float | None = None, period: float | None = None, seed: int = 0) -> Field:
     """Curl noise: eddies without any pattern, free of divergence (the idea: Bridson, Hourihan and Nordenstam 2007).
 
-    The stream function is a sum of `modes` plane waves of random direction and phase. scale: their wavelength in px,
+    The stream function is a sum of plane waves of random direction and phase. scale: their wavelength in px,
     between it and twice as much (default: a third of the frame's shorter side). period: frames until all is as before;
     None for a steady field. seed: another seed, other eddies.
     """
-    _check_positive(scale=scale, period=period, modes=modes)
+    _check_positive(scale=scale, period=period)
     generator = generator_of(seed)
-    turn, phase, octave, pace = torch.rand(4, modes, generator=generator, dtype=torch.float64)
+    turn, phase, octave, pace = torch.rand(4, _WAVES, generator=generator, dtype=torch.float64)
     cycles = torch.where(pace < 0.5, -1, 1) * (1 + (2 * pace % 1 * 2).floor())
 
     def formula(t: float, shape: Shape) -> Tensor:
         x, y = _centered(shape)
         number = 2 * math.pi / ((scale or min(shape) / 3) * 2**octave)
         flow = torch.zeros(2, *shape, dtype=torch.float32)
-        for k in range(modes):
+        for k in range(_WAVES):
             kx, ky = number[k] * torch.cos(2 * math.pi * turn[k]), number[k] * torch.sin(2 * math.pi * turn[k])
             angle = 2 * math.pi * (phase[k] + (0 if period is None else cycles[k] * t / period))
             # a wave of height 1/k^2, so that large eddies are the strong ones

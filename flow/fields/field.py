@@ -53,13 +53,14 @@ class Field:
 
 def at_speed(formula: Callable[[float, Shape], Tensor], speed: float, steady: bool = True) -> Field:
     """The field of a formula for the flow's directions, scaled at all times so that the fastest pixel of the frame
-    moves `speed` px per frame; a negative speed turns it around.
+    moves `speed` px per frame; a negative speed turns it around, and what moves nowhere stays so.
     """  # fmt: skip
     _check_speed(speed)
 
     def at(t: float, shape: Shape) -> Tensor:
         flow = formula(t, shape)
-        return flow * (speed / flow.norm(dim=0).max().clamp(min=torch.finfo(flow.dtype).tiny))
+        fastest = flow.norm(dim=0).max()
+        return flow * (speed / fastest if bool(fastest > 0) else 0.0)
 
     return Field(at, steady)
 

@@ -258,8 +258,8 @@ def test_the_gradient_weight_is_half_plus_half_the_slope_over_its_mean() -> None
 
 
 def test_settings_that_make_no_sense_are_refused() -> None:
-    for wrong in ({"flow_weight": -1.0}, {"seam": -0.1}, {"inertia": -1.0}, {"blocks": -1}):
-        with pytest.raises(InputError, match="has a negative weight or number of blocks; give 0 or more"):
+    for wrong in ({"flow_weight": -1.0}, {"seam": math.nan}, {"inertia": -1.0}, {"shades": math.nan}, {"blocks": -1}):
+        with pytest.raises(InputError, match="has a weight or number of blocks that is not 0 or more"):
             Renewing(**wrong)
     for wrong in ({"block": 1}, {"window": 1}, {"step": 0}):
         with pytest.raises(InputError, match="has a size below 2 px; give at least 2"):

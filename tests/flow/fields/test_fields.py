@@ -24,6 +24,10 @@ def test_fields_add_and_scale() -> None:
     assert not (both + flow.waves()).steady
 
 
+def test_what_moves_nowhere_stays_so_at_any_speed() -> None:
+    assert torch.equal(flow.rotation(8.0)(0.0, (1, 1)), torch.zeros(2, 1, 1))
+
+
 def test_a_field_of_ones_own_is_any_function() -> None:
     grown = Field(lambda t, shape: torch.full((2, *shape), t / 10))
     assert float(grown(5.0, SHAPE)[0, 0, 0]) == 0.5
