@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from torch import Tensor
 
-    from synth.io import Kind, Picture, Writer
+    from synth.io import Kind, Writer
     from synth.metamorphosis.door import Metamorphosis
 
 LOADS = ("synth.metamorphosis.door", "synth.io.images")
@@ -92,8 +92,8 @@ def run(arguments: argparse.Namespace) -> str:
     if is_between(arguments):
         return run_between(arguments)
     set_up(arguments)
-    pictures = [io.read_image(path) for path in (arguments.a, arguments.b)]
-    kind = _kind(arguments, pictures)
+    paths = [arguments.a, arguments.b]
+    pictures, kind = io.raised([io.read_image(path) for path in paths], paths)
     output = arguments.output or Path(f"{arguments.a.stem}_{arguments.b.stem}.png")
     _check(arguments, output, kind)
     options = method_options(arguments, arguments.method or DEFAULT, pictures)
@@ -102,8 +102,8 @@ def run(arguments: argparse.Namespace) -> str:
     began = time.perf_counter()
     with work_line(f"{arguments.a.name} to {arguments.b.name}") as report:
         made = begun(
-            pictures[0].pixels,
-            pictures[1].pixels,
+            pictures[0],
+            pictures[1],
             [arguments.at] if arguments.at is not None else arguments.frames or _FRAMES,
             method=arguments.method or DEFAULT,
             size=arguments.size,
@@ -138,18 +138,6 @@ def _moment(text: str) -> float | tuple[float, ...]:
     if not 0 <= value <= 1:
         raise argparse.ArgumentTypeError(f"{text!r} is no time from 0 (A) to 1 (B)")
     return value
-
-
-def _kind(arguments: argparse.Namespace, pictures: "list[Picture]") -> "Kind":
-    """How frames are kept: with the channels and the depth of the one of A and B that has more."""
-    from dataclasses import replace
-
-    first, second = (picture.kind for picture in pictures)
-    if first.dtype.startswith("f") != second.dtype.startswith("f"):
-        raise synth.InputError(f"{arguments.a} holds {first} but {arguments.b} {second}; save both in the same way")
-    richer = second if len(second.channels) > len(first.channels) else first
-    sizes = {"bool": 1, "uint8": 8, "uint16": 16, "float16": 16, "float32": 32, "float64": 64}
-    return replace(richer, dtype=max(first.dtype, second.dtype, key=lambda name: max(sizes[name], 8)))
 
 
 def _check(arguments: argparse.Namespace, output: Path, kind: "Kind") -> None:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from torch import Tensor
 
-    from synth.io import Kind, Picture, Writer
+    from synth.io import Kind, Writer
 
 _FILM = ("frames", "energy", "flow", "show_masks")
 MASK = ("uint8", ("Y",))
@@ -42,8 +42,7 @@ def run_between(arguments: argparse.Namespace) -> str:
     refuse_unused(arguments, _FILM, "is for films from A to B")
     refuse_unused(arguments, ("retexture",), "is for films whose frames are no textures, these are")
     paths = [arguments.a, arguments.b, *arguments.more]
-    pictures = [io.read_image(path) for path in paths]
-    kind = _kind(paths, pictures)
+    pictures, kind = io.raised([io.read_image(path) for path in paths], paths)
     weights = _weights(arguments, len(paths))
     film = len(weights) > 1 and not isinstance(weights, tuple)
     output = arguments.output or Path("_".join(path.stem for path in paths) + ".png")
@@ -53,7 +52,7 @@ def run_between(arguments: argparse.Namespace) -> str:
     began = time.perf_counter()
     with work_line(" ".join(path.name for path in paths)) as report:
         made = synth.interpolate(
-            [picture.pixels for picture in pictures],
+            pictures,
             weights,
             size=arguments.size,
             features=masks,
@@ -68,7 +67,7 @@ def run_between(arguments: argparse.Namespace) -> str:
         height, width = made.frames[0].shape[1:]
         folder = Folder(output, len(order))
         frames = (made.frames[number] for number in order) if back else made.frames.once()
-        extremes = io.extremes_of(kind, [picture.pixels for picture in pictures])
+        extremes = io.extremes_of(kind, pictures)
         writers = {output: _writer(folder, frames, arguments.fps, kind, extremes)}
         finish(writers | features_writers(arguments.show_features, made.features), arguments.overwrite)
         folder.tell()
@@ -135,14 +134,6 @@ def _at(at: float | tuple[float, ...], count: int) -> tuple[float, ...]:
             f"--at {at:g} is a time from A to B but there are {count} textures; give the weight of each (--at {even})"
         )
     return 1 - at, at
-
-
-def _kind(paths: "Sequence[Path]", pictures: "Sequence[Picture]") -> "Kind":
-    kinds = [picture.kind for picture in pictures]
-    for path, kind in zip(paths, kinds, strict=True):
-        if kind.channels != kinds[0].channels or kind.dtype.startswith("f") != kinds[0].dtype.startswith("f"):
-            raise synth.InputError(f"{path} holds {kind} but {paths[0]} {kinds[0]}; save all in the same way")
-    return max(kinds, key=lambda kind: kind.dtype == "uint16")
 
 
 def _check(arguments: argparse.Namespace, output: Path, kind: "Kind", film: bool) -> None:

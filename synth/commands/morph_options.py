@@ -9,7 +9,7 @@ from synth import io
 from synth.commands.parsing import file, positive, whole
 
 if TYPE_CHECKING:
-    from synth.io import Picture
+    from torch import Tensor
 
 _METHODS = {
     "patterns": ("patterns", "landmarks", "threshold", "scale_elements", "median"),
@@ -53,7 +53,7 @@ def add_method_options(parser: argparse.ArgumentParser) -> None:
     add("--window-b", type=whole(3), metavar="PX", help="its windows' width in B, odd (default: 17)")
 
 
-def method_options(arguments: argparse.Namespace, method: str, pictures: "Sequence[Picture]") -> dict[str, Any]:
+def method_options(arguments: argparse.Namespace, method: str, pictures: "Sequence[Tensor]") -> dict[str, Any]:
     """The options that were given, by name, as the method takes them for the pictures A and B.
 
     Raises InputError for options of another method, and for files that cannot be used.
@@ -91,7 +91,7 @@ def color(text: str) -> tuple[float, ...]:
     return tuple(int(part) / 255 for part in parts)
 
 
-def _read(name: str, given: Any, pictures: "Sequence[Picture]") -> dict[str, Any]:
+def _read(name: str, given: Any, pictures: "Sequence[Tensor]") -> dict[str, Any]:
     if name == "masks":
         return {"mask_a": io.read_mask(given[0]).numpy(), "mask_b": io.read_mask(given[1]).numpy()}
     from synth.metamorphosis.patterns import read_landmarks, read_patterns
@@ -99,7 +99,7 @@ def _read(name: str, given: Any, pictures: "Sequence[Picture]") -> dict[str, Any
     if name == "patterns":
         a, b = (read_patterns(path) for path in given)
     else:
-        sizes = [(picture.pixels.shape[1], picture.pixels.shape[2]) for picture in pictures]
+        sizes = [(picture.shape[1], picture.shape[2]) for picture in pictures]
         a, b = read_landmarks(given, (sizes[0], sizes[1]))
     return {"patterns_a": a, "patterns_b": b}
 

@@ -40,18 +40,13 @@ class _Clips:
 
     @classmethod
     def read(cls, arguments: argparse.Namespace) -> "_Clips":
-        """All that the arguments name; InputError for stills among them, and for clips of different kinds."""
+        """All that the arguments name; InputError for stills. Clips of several kinds are raised to the richest."""
         still = [path for path in arguments.exemplars if not io.is_video(path)]
         if still:
             raise synth.InputError(f"{still[0]} is an image and others are videos; give all of one sort")
         clips = [io.read_video(path, arguments.fps or _FPS) for path in arguments.exemplars]
-        for path, clip in zip(arguments.exemplars, clips, strict=True):
-            if clip.kind != clips[0].kind:
-                raise synth.InputError(
-                    f"{path} holds {clip.kind} but {arguments.exemplars[0]} {clips[0].kind}; save both alike"
-                )
-        kind = clips[0].kind
-        frames = [torch.stack([io.premultiplied(f, kind) for f in clip.frames.unbind(1)], 1) for clip in clips]
+        kind = io.richest([clip.kind for clip in clips], arguments.exemplars)
+        frames = [io.premultiplied(io.as_kind(clip.frames, clip.kind, kind), kind) for clip in clips]
         return cls(frames, kind, clips[0].rate)
 
 
@@ -186,13 +181,14 @@ class _Extras:
             raise synth.InputError(f"--also is {request!r}; write NAME=VIDEO, with a video for each exemplar")
         maps = [io.read_video(file) for file in files]
         for file, carried, frames in zip(files, maps, self.clips.frames, strict=True):
-            if carried.frames.shape[1:] != frames.shape[1:] or carried.kind != maps[0].kind:
+            if carried.frames.shape[1:] != frames.shape[1:]:
                 raise synth.InputError(
                     f"{file} is {_length(carried.frames)} but its exemplar {_length(frames)}; a map has its exemplar's "
-                    "length and size, and all maps one kind"
+                    "length and size"
                 )
+        kind = io.richest([carried.kind for carried in maps], files)
         target = self.output.with_name(f"{self.output.stem}_{name}{io.written_like(files[0])}")
-        return target, (name, [carried.frames for carried in maps], maps[0].kind)
+        return target, (name, [io.as_kind(carried.frames, carried.kind, kind) for carried in maps], kind)
 
     def check(self) -> None:
         """Refuse before any work what could not be written after it, or held in memory."""

@@ -22,7 +22,7 @@ def raised(pictures: Sequence[Picture], paths: Sequence[Path]) -> tuple[list[Ten
     first's. Raises InputError for channels that no other picture can gain.
     """
     common = richest([picture.kind for picture in pictures], paths)
-    return [as_kind(picture, common) for picture in pictures], common
+    return [as_kind(picture.pixels, picture.kind, common) for picture in pictures], common
 
 
 def richest(kinds: Sequence[Kind], paths: Sequence[Path]) -> Kind:
@@ -39,11 +39,12 @@ def richest(kinds: Sequence[Kind], paths: Sequence[Path]) -> Kind:
     return Kind(_deepest(kinds), channels, profile=kinds[0].profile)
 
 
-def as_kind(picture: Picture, kind: Kind) -> Tensor:
-    """The pixels of a picture in the kind, of its own or of more channels, that it and others are raised to."""
-    if picture.kind.channels == kind.channels and picture.kind.premultiplied == kind.premultiplied:
-        return picture.pixels
-    return _with_channels(picture, kind) if kind.channels in USUAL.values() else _straightened(picture)
+def as_kind(pixels: Tensor, own: Kind, kind: Kind) -> Tensor:
+    """Pixels (C, *S) of their own kind in that, of as many or more channels, which they and others are raised to."""
+    if own.channels == kind.channels and own.premultiplied == kind.premultiplied:
+        return pixels
+    unmultiplied = straight(pixels, replace(own, premultiplied=False)) if own.premultiplied else pixels
+    return _with_channels(unmultiplied, own, kind) if kind.channels in USUAL.values() else unmultiplied
 
 
 def _deepest(kinds: Sequence[Kind]) -> str:
@@ -52,18 +53,11 @@ def _deepest(kinds: Sequence[Kind]) -> str:
     return "float32" if deepest == "float16" and "uint16" in names else deepest  # half floats hold 11 bits
 
 
-def _straightened(picture: Picture) -> Tensor:
-    """Pixels whose colors are not multiplied by alpha."""
-    if not picture.kind.premultiplied:
-        return picture.pixels
-    return straight(picture.pixels, replace(picture.kind, premultiplied=False))
-
-
-def _with_channels(picture: Picture, kind: Kind) -> Tensor:
-    """A gray or color picture with the channels of a kind that has as many or more."""
-    pixels, opaque = _straightened(picture), "A" not in picture.kind.channels
+def _with_channels(pixels: Tensor, own: Kind, kind: Kind) -> Tensor:
+    """Gray or color pixels with the channels of a kind that has as many or more."""
+    opaque = "A" not in own.channels
     colors = pixels if opaque else pixels[:-1]
-    colors = colors.expand(len(kind.channels) - ("A" in kind.channels), -1, -1)
+    colors = colors.expand(len(kind.channels) - ("A" in kind.channels), *colors.shape[1:])
     if "A" not in kind.channels:
         return colors.contiguous()
     return torch.cat([colors, torch.ones_like(colors[:1]) if opaque else pixels[-1:]])

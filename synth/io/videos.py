@@ -20,7 +20,7 @@ from torch import Tensor
 from kwatra.base import InputError
 from synth.io.alpha import premultiplied
 from synth.io.alpha_videos import ALPHA_SUFFIXES, check_encoder, frames_with_alpha, has_alpha, save_with_alpha
-from synth.io.images import Picture, image_writer, read_array, to_pixels
+from synth.io.images import image_writer, read_array, to_pixels
 from synth.io.kinds import MOST_PIXELS, RGB, RGBA, Kind, frame_ending
 from synth.io.opaque_videos import save_gif, save_mp4
 from synth.io.outputs import Writer, check_place, write_files
@@ -161,7 +161,7 @@ def _read_folder(path: Path, rate: float) -> Clip:
     kind = richest([kind for _, kind in pictures], names)
     frames = torch.empty(len(kind.channels), len(names), height, width, dtype=torch.float32)
     for t, (array, own) in enumerate(pictures):
-        frames[:, t] = as_kind(Picture(to_pixels(array), own), kind)
+        frames[:, t] = as_kind(to_pixels(array), own, kind)
     return Clip(frames, rate, kind)
 
 

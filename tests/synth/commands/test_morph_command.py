@@ -33,6 +33,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     write_image("gray.png", stripes(1.2, 4), GRAY)
     write_image("deep.png", stripes(1.2, 3), Kind("uint16", ("Y",)))
     write_image("float.tif", stripes(1.2, 3) * 10, Kind("float32", ("Y",)))
+    write_image("many.tif", stripes(1.2, 3).expand(5, -1, -1), Kind("uint8", tuple("abcde")))
     write_image("marks.png", (stripes(0.2, 4) > 0.6).float(), GRAY)
     write_image("small_marks.png", (stripes(0.2, 4, (20, 20)) > 0.6).float(), GRAY)
     write_image("tiny.png", stripes(0.2, 4, (8, 8)).expand(3, -1, -1), COLOR)
@@ -96,12 +97,19 @@ def test_there_and_back_in_a_loop(folder: Path) -> None:
     assert torch.equal(read_image("frames/000001.png").pixels, read_image("frames/000007.png").pixels)
 
 
-def test_gray_and_16_bits_beside_color_of_8(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_gray_and_16_bits_beside_color_of_8(folder: Path) -> None:
     assert main(["morph", "a.png", "deep.png", "-o", "film", "--method", "blend", "--frames", "2"]) == 0
     last = read_image("film/000001.png")
     assert last.kind == Kind("uint16", ("R", "G", "B"))
     assert torch.equal(last.pixels, read_image("deep.png").pixels.expand(3, -1, -1))
-    assert "B is gray and was made color like the other" in capsys.readouterr().out
+
+
+def test_what_has_one_bit_is_raised_to_8(folder: Path) -> None:
+    write_image("bits.png", (stripes(0.2, 4) > 0.5).float(), Kind("bool", ("Y",)))
+    assert main(["morph", "bits.png", "gray.png", "-o", "film", "--method", "blend", "--frames", "2"]) == 0
+    last = read_image("film/000001.png")
+    assert last.kind == GRAY
+    assert torch.equal(last.pixels, read_image("gray.png").pixels)
 
 
 def test_floats_keep_their_values(folder: Path) -> None:
@@ -153,7 +161,7 @@ def test_another_size_made_texture_again(folder: Path) -> None:
         (["a.png", "b.png", "-o", "a.png"], "a.png exists"),
         (["a.png", "b.png", "-o", "x.png", "--method", "control", "--energy", "x.png"], "x.png would be written twice"),
         (["a.png", "tiny.png"], "A and B have 8x8 px in common; give textures of at least 17x17"),
-        (["gray.png", "float.tif"], "save both in the same way"),
+        (["gray.png", "many.tif"], "save both with the same channels"),
         (["a.png", "b.png", "--size", "70000x20"], "is too large"),
         (["a.png", "b.png", "-o", "x.xyz"], "has an ending that cannot hold"),
     ],

@@ -9,12 +9,12 @@ import pytest
 import torch
 
 from kwatra import InputError
-from synth import Kind, Picture, write_image
+from synth import Kind, write_image
 from synth.commands.morph_options import add_method_options, in_order, method_options
 from synth.metamorphosis.patterns import PatternMorph
 from synth.metamorphosis.textons import TextonMorph
 
-PICTURE = Picture(torch.zeros(3, 48, 64), Kind("uint8", ("R", "G", "B")))
+PICTURE = torch.zeros(3, 48, 64)
 
 
 LANDMARKS = {

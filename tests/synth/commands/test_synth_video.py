@@ -47,6 +47,19 @@ def test_a_folder_becomes_a_folder_twice_as_long(clip, capsys):
     assert torch.equal(made, (again * 255).round() / 255)
 
 
+def test_clips_and_their_maps_are_raised_to_the_richest(clip):
+    deep = synth.Kind("uint16", ("Y", "A"))
+    write_video("clear", torch.cat([frames("drops")[:1], torch.full((1, 8, 20, 24), 0.9)]), 25.0, deep)
+    write_video("gray", frames("drops")[:1], 25.0, synth.Kind("uint8", ("Y",)))
+    run = ["synth", "drops", "clear", "--also", "map=drops,gray", "--preset", "fast", "--size", "48x40", "-o", "out"]
+    assert main([*run, "--map", "map.npy"]) == 0
+    made, first = read_video("out"), np.load("map.npy")[0] == 0
+    assert made.kind == synth.Kind("uint16", ("R", "G", "B", "A"))
+    for own, alpha in ((first, 1.0), (~first, 0.9)):  # but for light, which goes on where pieces meet
+        assert float((made.frames[3][own] - alpha).abs().mean()) < 0.04
+    assert read_video("out_map").kind == synth.Kind("uint8", ("R", "G", "B"))
+
+
 def test_size_and_length_in_seconds_as_a_video(clip):
     arguments = ["synth", "drops", "--preset", "fast", "-o", "out.gif", "--size", "32x28", "--seconds", "0.5"]
     assert main([*arguments, "--fps", "10"]) == 0
