@@ -64,6 +64,7 @@ def run(arguments: argparse.Namespace) -> str:
             raise synth.InputError(f"there are {len(overlays)} overlays but {len(given)} of {name}; give one for each")
     pictures = [io.read_image(path) for path in (arguments.background, *overlays)]
     images, kind = io.raised(pictures, (arguments.background, *overlays))
+    images = [io.premultiplied(image, kind) for image in images]
     masks = [[io.read_mask(path) for path in paths] for paths in (keep, spare)]
     output = output_of(arguments.output, f"{arguments.background.stem}_merge{arguments.background.suffix}")
     io.check_output(output, kind, arguments.overwrite)
@@ -77,7 +78,8 @@ def run(arguments: argparse.Namespace) -> str:
     result = quilting.merge(images[0], layers, settings)
     took = time.perf_counter() - began
     _hint_at_sparing(overlays, layers, result)
-    writers = {output: io.image_writer(output, result.image, kind)} | extra_writers(arguments, result)
+    image = io.straight(result.image, kind)
+    writers = {output: io.image_writer(output, image, kind)} | extra_writers(arguments, result)
     finish(writers, arguments.overwrite)
     height, width = result.patch.shape
     rows = {"file": output.resolve(), "pixels": kind, "seams cost": f"{result.cost:.1f} color ranges times pixels"}

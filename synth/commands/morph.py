@@ -94,6 +94,7 @@ def run(arguments: argparse.Namespace) -> str:
     set_up(arguments)
     paths = [arguments.a, arguments.b]
     pictures, kind = io.raised([io.read_image(path) for path in paths], paths)
+    pictures = [io.premultiplied(picture, kind) for picture in pictures]
     output = arguments.output or Path(f"{arguments.a.stem}_{arguments.b.stem}.png")
     _check(arguments, output, kind)
     options = method_options(arguments, arguments.method or DEFAULT, pictures)
@@ -118,7 +119,7 @@ def run(arguments: argparse.Namespace) -> str:
         )
         order = in_order(len(made.frames), arguments.there_and_back)
         folder = Folder(output, len(order))
-        shown = (made.frames[number] for number in order)
+        shown = (io.straight(made.frames[number], kind) for number in order)
         finish(_writers(arguments, folder, kind, made, shown), arguments.overwrite)
         folder.tell()
     took = time.perf_counter() - began

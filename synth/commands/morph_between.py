@@ -52,7 +52,7 @@ def run_between(arguments: argparse.Namespace) -> str:
     began = time.perf_counter()
     with work_line(" ".join(path.name for path in paths)) as report:
         made = synth.interpolate(
-            pictures,
+            [io.premultiplied(picture, kind) for picture in pictures],
             weights,
             size=arguments.size,
             features=masks,
@@ -66,7 +66,8 @@ def run_between(arguments: argparse.Namespace) -> str:
         order = in_order(len(made.frames), back)
         height, width = made.frames[0].shape[1:]
         folder = Folder(output, len(order))
-        frames = (made.frames[number] for number in order) if back else made.frames.once()
+        once = (made.frames[number] for number in order) if back else made.frames.once()
+        frames = (io.straight(frame, kind) for frame in once)
         extremes = io.extremes_of(kind, pictures)
         writers = {output: _writer(folder, frames, arguments.fps, kind, extremes)}
         finish(writers | features_writers(arguments.show_features, made.features), arguments.overwrite)

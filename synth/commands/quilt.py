@@ -120,6 +120,7 @@ def _image(arguments: argparse.Namespace) -> str:
     settings = settings_of(quilting.QuiltSettings(), arguments)
     _refuse_k(arguments, settings)
     exemplars, kind = io.raised([io.read_image(path) for path in sources], sources)
+    exemplars = [io.premultiplied(exemplar, kind) for exemplar in exemplars]
     height, width = arguments.size or [2 * n for n in exemplars[0].shape[1:]]
     check_size((height, width))
     height, width = tile_size(arguments.tile, (height, width), exemplars)
@@ -137,7 +138,8 @@ def _image(arguments: argparse.Namespace) -> str:
     took = time.perf_counter() - began
     origins = quilting.origins(result, exemplars, settings)
     turns = quilting.turns(result, exemplars, settings)
-    writers = {output: io.image_writer(output, result.image, kind)} | extra_writers(arguments, result)
+    image = io.straight(result.image, kind)
+    writers = {output: io.image_writer(output, image, kind)} | extra_writers(arguments, result)
     if arguments.map is not None:
         writers[arguments.map] = texture.source_writer(arguments.map, origins, turns)
     writers |= {carried.output: texture.map_writer(carried, origins, turns) for carried in maps}
@@ -167,7 +169,7 @@ def _video(arguments: argparse.Namespace) -> str:
     began = time.perf_counter()
     with work_line(f"{source.name}, {mode}") as report:
         result = quilting.quilt_video(
-            clip.frames,
+            io.premultiplied(clip.frames, clip.kind),
             arguments.frames,
             size,
             mode=mode,
@@ -178,7 +180,8 @@ def _video(arguments: argparse.Namespace) -> str:
         )
     took = time.perf_counter() - began
     fps, extremes = arguments.fps or clip.rate, io.extremes_of(clip.kind, [clip.frames])
-    writers = {output: io.video_writer(output, result.image.unbind(1), fps, clip.kind, extremes)}
+    frames = io.straight(result.image, clip.kind).unbind(1)
+    writers = {output: io.video_writer(output, frames, fps, clip.kind, extremes)}
     writers |= extra_writers(arguments, result, fps)
     finish(writers, arguments.overwrite)
     made, height, width = result.patch.shape
