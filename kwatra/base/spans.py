@@ -37,12 +37,15 @@ def of_volume(spans: Sequence[tuple[np.ndarray, np.ndarray]]) -> tuple[tuple[np.
 
 def volume(values: np.ndarray, axes: int) -> np.ndarray:
     """Values (..., *S) of pixels that have so many axes, as if they had AXES of them."""
-    before = values.ndim - axes
-    return values.reshape(*values.shape[:before], *(1,) * (AXES - axes), *values.shape[before:])
+    return values[_AS_VOLUME[axes]]
+
+
+_AS_VOLUME = {axes: (..., *(None,) * (AXES - axes), *(slice(None),) * axes) for axes in range(1, AXES + 1)}
 
 
 def in_volume(numbers: Sequence[Any] | np.ndarray, missing: int) -> np.ndarray:
     """Whole numbers (..., axes) of axes, as `volume` has them; `missing` those of the axes that there are not."""
     whole = np.asarray(numbers, np.int64)
-    before = np.full((*whole.shape[:-1], AXES - whole.shape[-1]), missing, np.int64)
-    return np.concatenate([before, whole], -1)
+    every = np.full((*whole.shape[:-1], AXES), missing, np.int64)
+    every[..., AXES - whole.shape[-1] :] = whole
+    return every

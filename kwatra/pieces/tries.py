@@ -105,14 +105,12 @@ def _cheapest_of(tries: Tries, ground: Ground, least: float, lowest: Array, firs
     take, places = np.empty(shape, np.bool_), np.empty_like(ground.places)
     seams = [np.empty(cost.shape, np.int32) for cost in ground.remembered]
     a, left = (sides(costs, take.size) for costs in (ground.remembered, seams))
-    spare = [tuple(np.empty(cost.shape, np.int32) for cost in a) for _ in range(3)]
     number, cost, change, price = _try_every(
         volume(ground.kept, axes), volume(ground.laid, axes), volume(ground.fixed, axes), volume(ground.places, axes),
         a, ground.total, ground.planes, in_volume(ground.sizes, 1), strides, ground.deep, ground.hidden, ground.floor,
         # a plane that is none begins before any place of the source
         in_volume(tries.shifts, 1), in_volume(tries.starts, 0), in_volume(tries.stops, 1), tries.costs, tries.rates,
-        tries.must, tries.taking, least, lowest, first, step, spare[0], spare[1], spare[2], take.ravel(),
-        places.ravel(), left,
+        tries.must, tries.taking, least, lowest, first, step, take.ravel(), places.ravel(), left,
     )  # fmt: skip
     return None if number < 0 else Found(number, cost, take, places, seams, change, price)
 
@@ -121,7 +119,7 @@ def _cheapest_of(tries: Tries, ground: Ground, least: float, lowest: Array, firs
 def _try_every(
     kept: Any, laid: Any, fixed: Any, old: Any, a: Any, total: Any, planes: Any, sizes: Any, strides: Any, deep: Any,
     hidden: Any, floor: Any, shifts: Any, starts: Any, stops: Any, costs: Any, rates: Any, must: Any, taking: Any,
-    least: Any, lowest: Any, first: Any, step: Any, b: Any, c: Any, tried: Any, take: Any, places: Any, left: Any,
+    least: Any, lowest: Any, first: Any, step: Any, take: Any, places: Any, left: Any,
 ) -> Any:  # fmt: skip
     """The number of the cheapest try, -1 for none, what it costs, its change and price.
 
@@ -133,6 +131,7 @@ def _try_every(
     weight, known = np.zeros(count, np.int64), count if len(deep) > 0 else 0
     deep_old, deep_new = np.empty(known, np.float32), np.empty(known, np.float32)
     shown_old, shown_new, may = old.ravel(), new.ravel(), choice.ravel()
+    b, c, tried = _like(a), _like(a), _like(a)
     for i in range(known):
         deep_old[i] = deep[shown_old[i]]
     for k in range(first, len(costs), step):
@@ -166,6 +165,13 @@ def _try_every(
             for axis in range(len(a)):
                 _copy(tried[axis].ravel(), left[axis].ravel())
     return best, least, best_change, best_price
+
+
+@jitted
+def _like(costs: Any) -> Any:
+    """Room for as many costs along each of three axes."""
+    first, second, third = costs
+    return np.empty(first.shape, np.int32), np.empty(second.shape, np.int32), np.empty(third.shape, np.int32)
 
 
 @jitted
