@@ -22,6 +22,7 @@ from synth.io.kinds import Kind
 from synth.io.raising import raised
 from synth.io.videos import is_video, read_video
 from synth.texture.form import Form
+from synth.texture.lighting import under_even_light
 from synth.texture.normals import is_normal
 from synth.texture.work import PRESETS
 
@@ -144,6 +145,8 @@ def frames_of(
     pixels = [inputs.form.normalized(exemplar) for exemplar in inputs.exemplars]
     variants = {"mirror": arguments.mirror, "rotate": arguments.rotate, "scale": arguments.scale or ()}
     exemplar = Exemplar.of(pixels, **variants, device=device)
+    if inputs.first is None:
+        exemplar = under_even_light(exemplar, inputs.form.black)
     if arguments.published:
         return _published(arguments, inputs, exemplar if any(variants.values()) else pixels[0].to(device), total, after)
     also = None

@@ -169,6 +169,8 @@ def _one(arguments: argparse.Namespace, work: bool) -> str:
     writers = writers_of(arguments, inputs, synthesis)
     finish(writers, arguments.overwrite, more=getattr(arguments, "more", False))
     told = contributions(arguments.exemplars, synthesis.source[0])
+    told += "; its light, which falls unevenly, was evened" if synthesis.even else ""
+    exemplars = [*synthesis.even] or exemplars
     more = _details(arguments, inputs, synthesis, exemplars) if arguments.verbose else ""
     good = about(synthesis.image, exemplars) if inputs.wishes.mask is None and not more else ""
     return f"wrote {listed(list(writers))}: {width}x{height}, seed {arguments.seed}, in {took:.1f} s{good}{told}{more}"

@@ -19,6 +19,7 @@ from kwatra import Exemplar, Feature, HardPixels, InputError, Level, Prepared, P
 from kwatra.base import tensor_of
 from kwatra.scoring import WINDOW, Ranking
 from synth.texture.form import Form, Image, size_of
+from synth.texture.lighting import find_light, under_even_light
 from synth.texture.runs import seed_of
 from synth.texture.synthesis import Synthesis
 from synth.texture.work import PRESETS
@@ -57,9 +58,11 @@ def fill(
     filled; of a video (T, H, W), or (H, W) for a hole that is the same in all frames. exemplar: one or several images
     of its kind to fill from, instead of from its own rest. preset, seed, device, callback: as for `synthesize`.
 
+    Where light falls unevenly on an image, what fills it comes under the light that is there.
+
     The result's `source` says where the filling comes from; known pixels come from themselves, or from nowhere (-1)
-    where exemplars were given. Its `result` is of the part of the image around the hole that was worked on. Raises
-    InputError for what cannot be used.
+    where exemplars were given. Its `result` is of the part of the image around the hole that was worked on, under even
+    light. Raises InputError for what cannot be used.
     """
     if preset not in PRESETS:
         raise InputError(f"the preset is {preset!r}; allowed are {', '.join(PRESETS)}")
@@ -72,15 +75,19 @@ def fill(
     form: Form[Image] = Form.of(given)
     known = form.normalized(filled)
     _check_channels(known, others)
+    light = find_light(known, form.black, ~missing)
+    even = known if light is None else light.without(known)
     if others:
-        pictures = [form.normalized(other) for other in others]
-        source = Exemplar.of(pictures, device=device)
+        source = under_even_light(Exemplar.of([*map(form.normalized, others)], device=device), form.black)
+        pictures = source.pictures()
     else:
-        pictures = _whole_parts(known, missing)
-        source = Exemplar.of([known], masks=[~missing], device=device)
-    result, box = _filled(known, missing, source, pictures, preset, seed, callback)
+        pictures = _whole_parts(even, missing)
+        source = Exemplar.of([even], masks=[~missing], device=device)
+    result, box = _filled(even, missing, source, pictures, preset, seed, callback)
     inside = missing[box].numpy()
-    pixels[:, missing.numpy()] = planes_of(form.restored(result.image.cpu()))[:, inside]
+    made = result.image.cpu()[:, inside]
+    made = made if light is None else light.at(missing.nonzero().unbind(1)).upon(made)
+    pixels[:, missing.numpy()] = planes_of(form.restored(made[..., None]))[..., 0]
     where = np.indices((1, *missing.shape))[:, 0]
     if others:
         where[0] = -1

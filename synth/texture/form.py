@@ -44,6 +44,11 @@ class Form(Generic[Image]):
             low, high = min(low, float(values.min())), max(high, float(values.max()))
         return cls(isinstance(first, Tensor), first.ndim == 2, first.dtype, low, high, tuple(map(size_of, images)))
 
+    @property
+    def black(self) -> float:
+        """What normalized values lack of being in proportion to the user's; 0 where those go below 0."""
+        return max(self.low, 0.0) / ((self.high - self.low) or 1.0)
+
     def normalized(self, image: Image) -> Tensor:
         """As a float tensor (C, H, W), or (C, T, H, W), with values in [0, 1]."""
         values = tensor_of(image).double()

@@ -23,7 +23,8 @@ class Synthesis(Generic[Image]):
     from, -1 for pixels that were given, and its row and column there; of a video (4, T, H, W), with the frame before
     the row. result: what the engine returned (its image
     normalized, channels first). turns (2, 2, H, W), or (2, 2, T, H, W): what takes directions in the exemplar, x
-    first, y down, to those of the pixels; None where no mirrored or turned variant was used.
+    first, y down, to those of the pixels; None where no mirrored or turned variant was used. even: the exemplars
+    without the light that falls on them unevenly, which it is of then; empty where they are as they were given.
     """
 
     image: Image
@@ -31,6 +32,7 @@ class Synthesis(Generic[Image]):
     result: Result
     form: Form[Image]
     turns: np.ndarray | None = None
+    even: Sequence[Image] = ()
 
     @property
     def stages(self) -> list[Image]:

@@ -19,6 +19,7 @@ from synth.texture.feathering import feathered, passage
 from synth.texture.form import Form, Image
 from synth.texture.guidance import Guide
 from synth.texture.light import evened
+from synth.texture.lighting import under_even_light
 from synth.texture.moving import in_time
 from synth.texture.runs import Runs, share_of
 from synth.texture.search import Effort, Search
@@ -55,7 +56,7 @@ class Work(Generic[Image]):
 
     tries: of how many whole results the best is kept. effort: that with which the best beginning is looked for instead,
     of a still that nothing steers. steered: whether something is asked of the output's pixels, so that it can only be
-    made as a whole.
+    made as a whole. evened: whether light that falls unevenly was taken out of the source.
     """
 
     form: Form[Image]
@@ -69,6 +70,7 @@ class Work(Generic[Image]):
     start: Tensor | None
     channels: int
     steered: bool
+    evened: bool = False
 
     @classmethod
     def of(
@@ -114,9 +116,15 @@ class Work(Generic[Image]):
         if len(shape) > 2:
             settings = in_time(settings, source)
         effort = _effort(preset, shape) if len(shape) == 2 and not steered else None
-        hidden = None if mask is None else tensor_of(mask).to(device)
-        begin = None if begin is None else begin.to(device)
-        return cls(form, source, shape, settings, PRESETS[preset][1], effort, asked, hidden, begin, channels, steered)
+        hidden, begin = (None if one is None else tensor_of(one).to(device) for one in (mask, begin))
+        work = cls(form, source, shape, settings, PRESETS[preset][1], effort, asked, hidden, begin, channels, steered)
+        return work.evenly_lit()
+
+    def evenly_lit(self) -> "Work[Image]":
+        """The same, without light that falls unevenly on its source, unless what is asked for may mean that."""
+        meant = bool(self.terms) or self.start is not None
+        source = self.source if meant else under_even_light(self.source, self.form.black)
+        return self if source is self.source else replace(self, source=source, evened=True)
 
     def stretches(self) -> list[Stretch]:
         """The parts in which it is made: one, or for a long video that nothing steers several."""
@@ -182,9 +190,10 @@ class Work(Generic[Image]):
             cut = {name: getattr(result, name)[:, new] for name in ("image", "source", "where")}
             result = replace(result, stages=[], **cut)
         turns = self.source.turned(result.where)
+        even = [self.form.restored(picture.cpu()) for picture in self.source.pictures()] if self.evened else []
         return Synthesis(
             self.form.restored(result.image.cpu()), result.source.cpu().numpy(), result, self.form,
-            None if turns is None else turns.cpu().numpy(),
+            None if turns is None else turns.cpu().numpy(), even,
         )  # fmt: skip
 
 

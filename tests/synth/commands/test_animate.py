@@ -14,6 +14,7 @@ from synth.cli import main
 from synth.io import flow_formats
 from synth.io.images import read_array
 from synth.io.videos import read_video
+from synth.texture.lighting import under_even_light
 from synth.texture.work import PRESETS
 
 
@@ -172,3 +173,20 @@ def test_elements_turn_or_keep_their_directions_as_asked(folder: Path) -> None:
         made = read_image(f"out{asked}/000001.png").pixels
         torch.testing.assert_close(made, frame.image * (high - low) + low, rtol=0, atol=0.51 / 255)
     assert not torch.equal(*(read_image(f"out{asked}/000001.png").pixels for asked in (True, False)))
+
+
+def test_light_that_falls_unevenly_on_an_exemplar_does_not_flow(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    lit = texture(size=80) * torch.linspace(0.4, 1, 80)
+    write_image("lit.png", lit, GRAY)
+    given = ["--flow", "uniform", *QUICK, "--frames", "2"]
+    assert main(["animate", "lit.png", *given, "-o", "out"]) == 0
+    pixels = read_image("lit.png").pixels
+    low, high = float(pixels.min()), float(pixels.max())
+    even = under_even_light(Exemplar.of((pixels - low) / (high - low)), low / (high - low))
+    first, _ = flow.animate(
+        even, flow.uniform(), SHAPE, frames=2, renewing=flow.PRESETS["fast"], synthesis=PRESETS["fast"][0], seed=0
+    )
+    made = read_image("out/000000.png").pixels
+    torch.testing.assert_close(made, first.image * (high - low) + low, rtol=0, atol=0.51 / 255)
+    monkeypatch.delattr("synth.commands.animate_inputs.under_even_light")  # what is begun with may be lit alike
+    assert main(["animate", "lit.png", *given, "--first", "out/000000.png", "-o", "begun"]) == 0

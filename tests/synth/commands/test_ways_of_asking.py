@@ -198,3 +198,12 @@ def test_a_try_of_several_is_named_and_the_bar_never_runs_back(monkeypatch: pyte
         for fraction in (0.1, 0.5, 0.4, 0.8):
             show(Progress(fraction, 0, 1, 0.0, image))
     assert shown == [0.1, 0.5, 0.5, 0.8]
+
+
+def test_light_that_was_evened_is_told(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    lit = noise(1, size=80) * torch.linspace(0.4, 1, 80)
+    for name, picture in (("lit.png", lit), ("even.png", noise(1, size=80))):
+        write_image(name, picture, GRAY)
+        assert main(["synth", name, *FAST]) == 0
+    lines = [line for line in capsys.readouterr().out.splitlines() if "_synth.png" in line]
+    assert ["evened" in line for line in lines] == [True, False]
