@@ -8,6 +8,7 @@ gradients (thesis section 5.3), whose blend spreads what is left of a step at th
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from torch import Tensor
 import kwatra
 from kwatra import Exemplar, Feature, HardPixels, InputError, Level, Prepared, Progress, Result, Settings
 from kwatra.base import tensor_of
+from kwatra.levels import drawn_out
 from kwatra.scoring import WINDOW, Ranking
 from synth.texture.form import Form, Image, size_of
 from synth.texture.lighting import find_light, under_even_light
@@ -109,8 +111,9 @@ def _filled(
     settings, tries = PRESETS[preset]
     levels = kwatra.planned_levels(source, missing.shape, settings.iterations)
     settings = replace(settings, levels=levels, r=ROBUST, block=BLOCK)
-    box = _box(missing, [max(level.factors(missing.ndim)[axis] * level.window(missing.ndim)[axis] for level in levels)
-                         for axis in range(missing.ndim)])  # fmt: skip
+    drawn, axes = drawn_out(levels, source, missing.shape), missing.ndim
+    box = _box(missing, [max(level.factors(axes)[axis] * level.window(axes)[axis] for level in drawn)
+                         for axis in range(axes)])  # fmt: skip
     device = source.canvas.device
     rest = HardPixels(known[(slice(None), *box)].to(device), ~missing[box][None].to(device), weight=MINDED)
     return _Filling(Prepared(source), rest, settings, tries, callback).best(seed, pictures), box
@@ -139,20 +142,20 @@ class _Filling:
 
     def run(self, number: int, seed: int) -> Result:
         """One filling, its seams smoothed."""
-        shape = self.rest.target.shape[1:]
+        shape, levels = self.rest.target.shape[1:], self.settings.levels or ()
+        drawn = partial(drawn_out, exemplar=self.source.exemplar, shape=shape)
         filled = kwatra.optimize(
             self.source,
             shape,
-            settings=self.settings,
+            settings=replace(self.settings, levels=drawn(levels)),
             terms=self.rest,
             seed=seed_of(seed, number),
             callback=self._part(number, 0.0, 0.8),
         )
-        levels = self.settings.levels or ()
         width = min(8, *shape[-2:], *(level.width for level in levels))
         depth = min([shape[0], *(level.depth for level in levels)])
         features = (Feature(kwatra.gradient, GRADIENT),)
-        last = replace(self.settings, levels=(Level(1, width, 1, depth),), features=features)
+        last = replace(self.settings, levels=drawn([Level(1, width, 1, depth)]), features=features)
         smooth = kwatra.optimize(
             self.source,
             shape,
