@@ -22,7 +22,7 @@ from synth.io.kinds import Kind
 from synth.io.raising import raised
 from synth.io.videos import is_video, read_video
 from synth.texture.form import Form
-from synth.texture.lighting import under_even_light
+from synth.texture.illumination import under_even_light
 from synth.texture.normals import is_normal
 from synth.texture.work import PRESETS
 

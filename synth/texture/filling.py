@@ -21,7 +21,7 @@ from kwatra.base import tensor_of
 from kwatra.levels import drawn_out
 from kwatra.scoring import WINDOW, Ranking
 from synth.texture.form import Form, Image, size_of
-from synth.texture.lighting import find_light, under_even_light
+from synth.texture.illumination import find_light, under_even_light
 from synth.texture.runs import seed_of
 from synth.texture.synthesis import Synthesis
 from synth.texture.work import PRESETS

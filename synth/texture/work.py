@@ -19,7 +19,7 @@ from synth.texture.feathering import feathered, passage
 from synth.texture.form import Form, Image
 from synth.texture.guidance import Guide
 from synth.texture.light import evened
-from synth.texture.lighting import under_even_light
+from synth.texture.illumination import under_even_light
 from synth.texture.moving import in_time
 from synth.texture.runs import Runs, share_of
 from synth.texture.search import Effort, Search

@@ -14,7 +14,7 @@ from synth.cli import main
 from synth.io import flow_formats
 from synth.io.images import read_array
 from synth.io.videos import read_video
-from synth.texture.lighting import under_even_light
+from synth.texture.illumination import under_even_light
 from synth.texture.work import PRESETS
 
 

@@ -11,9 +11,9 @@ from torch import Tensor
 
 from kwatra import Exemplar, SoftPixels
 from synth import fill, synthesize
-from synth.texture import lighting
+from synth.texture import illumination
 from synth.texture.form import Form
-from synth.texture.lighting import find_light, under_even_light
+from synth.texture.illumination import find_light, under_even_light
 from synth.texture.work import Work
 
 SIDE = 128
@@ -78,9 +78,9 @@ def test_even_light_is_told_from_uneven_with_a_margin(name: str, monkeypatch: py
     exemplar = Exemplar.of(picture(EVEN[name] / 255))
     lit = picture(texture(name) * gradient() / 1.4)
     assert under_even_light(exemplar, 0.0) is exemplar
-    monkeypatch.setattr(lighting, "BELIEVED", lighting.BELIEVED / 2)
+    monkeypatch.setattr(illumination, "BELIEVED", illumination.BELIEVED / 2)
     assert under_even_light(exemplar, 0.0) is exemplar
-    monkeypatch.setattr(lighting, "BELIEVED", lighting.BELIEVED * 4)
+    monkeypatch.setattr(illumination, "BELIEVED", illumination.BELIEVED * 4)
     assert find_light(lit, 0.0, everywhere()) is not None
 
 
@@ -94,7 +94,7 @@ def test_what_may_be_no_color_or_is_small_or_of_one_color_is_left_alone() -> Non
     lit = picture(texture("brick") * gradient() / 1.4)
     for other in (lit.expand(4, -1, -1), lit.expand(2, -1, -1), torch.full_like(lit, 0.5), torch.zeros_like(lit)):
         assert find_light(other, 0.0, everywhere()) is None
-    small = lit[:, : lighting.LEAST - 1]
+    small = lit[:, : illumination.LEAST - 1]
     assert find_light(small, 0.0, everywhere(tuple(small.shape[1:]))) is None
     clip = lit[:, None].expand(-1, 80, -1, -1)
     assert find_light(clip, 0.0, everywhere((80, SIDE, SIDE))) is None
