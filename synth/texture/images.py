@@ -50,8 +50,8 @@ def synthesize(
     in the exemplar; `size` may be left out, it is the output map's. guide_weight: what the guide counts beside the
     colors; 0.1 to 0.3 suits maps that vary smoothly. Several guides are a list, and may have a weight each.
     exemplar_mask: boolean, of the exemplar's size, True where it may be copied from; of several exemplars one for each.
-    Of a still light that falls unevenly is taken out of the exemplar (see `synth.texture.illumination`), unless terms, a
-    guide, a start or stay are given, which may mean it.
+    Of a still light that falls unevenly is taken out of the exemplar (see `synth.texture.illumination`), unless terms,
+    a guide, a start or stay are given, which may mean it.
     callback: told of each iteration, by one thread at a time, but not always the same one. Same seed, same bits, for
     any number of threads.
 

@@ -18,8 +18,8 @@ from kwatra.windows import per_axis
 from synth.texture.feathering import feathered, passage
 from synth.texture.form import Form, Image
 from synth.texture.guidance import Guide
-from synth.texture.light import evened
 from synth.texture.illumination import under_even_light
+from synth.texture.light import evened
 from synth.texture.moving import in_time
 from synth.texture.runs import Runs, share_of
 from synth.texture.search import Effort, Search
