@@ -5,7 +5,7 @@ An iteration is `step`: search (M), robust weights, blend (E) - thesis algorithm
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import torch
 from torch import Tensor
@@ -14,7 +14,7 @@ from kwatra.base import Solution, enlarged, mean, total
 from kwatra.loop.task import Task
 from kwatra.result import Row
 from kwatra.source import Placed, sourcemap
-from kwatra.steps import Ballot, Matching, Step, Wants, blend, rho, weight
+from kwatra.steps import PRICE, Ballot, Matching, Runs, Step, Wants, blend, rho, weight
 from kwatra.terms import Charge, Quadratic, wish_of
 from kwatra.windows import Layout
 
@@ -119,6 +119,14 @@ class Scene:
         places = [charge for _, charge in self.places]
         return Wants(wish_of(silent, x), [charge for charge in charges if charge is not None], places)
 
+    def _runs(self, estimate: Estimate) -> list[Runs]:
+        """What long copies in time cost a video that stays in its place."""
+        if len(self.shape) < 3 or not self.places or estimate.matches is None or self.exemplar is None:
+            return []
+        assert isinstance(self.source, Placed)
+        variance = float(total(self.exemplar.variances * self.exemplar.share.flatten()))
+        return [Runs(estimate.layout, self.source, estimate.matches, PRICE * variance)]
+
     def route(self, inherited: bool, windows: int) -> str:
         """How to search: exactly while that is cheap, else by coherence or, with nothing to go by, approximately."""
         wanted = self.level.route
@@ -139,6 +147,7 @@ class Scene:
         matching, route = self._matches_of(layout), self.route(inherited, len(layout))
         quadratics = self.controls.quadratics(estimate.image)
         wants = self._wants(quadratics, estimate.image, self.controls.charges(estimate.image, context))
+        wants = replace(wants, places=[*wants.places, *self._runs(estimate)])
         found = matching.best(estimate.image, estimate.matches, wants, route, self.level.route is None)
         matches, weights = found.matches, weight(found.free, settings.r)
         if matching.active is not None:
