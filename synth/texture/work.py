@@ -24,6 +24,7 @@ from synth.texture.moving import in_time
 from synth.texture.runs import Runs, share_of
 from synth.texture.search import Effort, Search
 from synth.texture.staying import staying
+from synth.texture.steepness import steepened
 from synth.texture.stretch import Memory, Stretch, planned_stretches
 from synth.texture.synthesis import Synthesis
 
@@ -175,12 +176,13 @@ class Work(Generic[Image]):
         return runs.best(run, self.source)
 
     def _finished(self, part: Stretch, settings: Settings, result: Result) -> Result:
-        """The result with seams feathered and even light; the frames that a stretch holds are left alone."""
+        """The result with seams feathered, strong details and even light; frames a stretch holds are left alone."""
         held = torch.zeros(part.length, dtype=torch.bool)
         held[: part.before], held[part.length - part.after :] = True, True
         wrap = per_axis(settings.wrap, 3)
         soft = feathered(result.image, result.where, self.source, passage(self.source), wrap, ~held)
-        image = evened(soft, result.where, self.source, wrap, held)
+        sharp = steepened(soft, result.where, self.source, wrap, held)
+        image = evened(sharp, result.where, self.source, wrap, held)
         return replace(result, image=image)
 
     def made(self, result: Result, part: Stretch) -> Synthesis[Image]:
