@@ -14,7 +14,7 @@ from kwatra.base import Solution, enlarged, mean, total
 from kwatra.loop.task import Task
 from kwatra.result import Row
 from kwatra.source import Placed, sourcemap
-from kwatra.steps import PRICE, Ballot, Matching, Runs, Step, Wants, blend, rho, weight
+from kwatra.steps import Ballot, Matching, Replays, Step, Wants, blend, rho, weight
 from kwatra.terms import Charge, Quadratic, wish_of
 from kwatra.windows import Layout
 
@@ -119,13 +119,12 @@ class Scene:
         places = [charge for _, charge in self.places]
         return Wants(wish_of(silent, x), [charge for charge in charges if charge is not None], places)
 
-    def _runs(self, estimate: Estimate) -> list[Runs]:
+    def _replays(self, estimate: Estimate) -> list[Replays]:
         """What long copies in time cost a video that stays in its place."""
-        if len(self.shape) < 3 or not self.places or estimate.matches is None or self.exemplar is None:
+        if len(self.shape) < 3 or not self.places or estimate.matches is None:
             return []
         assert isinstance(self.source, Placed)
-        variance = float(total(self.exemplar.variances * self.exemplar.share.flatten()))
-        return [Runs(estimate.layout, self.source, estimate.matches, PRICE * variance)]
+        return [Replays(estimate.layout, self.source, estimate.matches)]
 
     def route(self, inherited: bool, windows: int) -> str:
         """How to search: exactly while that is cheap, else by coherence or, with nothing to go by, approximately."""
@@ -147,7 +146,7 @@ class Scene:
         matching, route = self._matches_of(layout), self.route(inherited, len(layout))
         quadratics = self.controls.quadratics(estimate.image)
         wants = self._wants(quadratics, estimate.image, self.controls.charges(estimate.image, context))
-        wants = replace(wants, places=[*wants.places, *self._runs(estimate)])
+        wants = replace(wants, places=[*wants.places, *self._replays(estimate)])
         found = matching.best(estimate.image, estimate.matches, wants, route, self.level.route is None)
         matches, weights = found.matches, weight(found.free, settings.r)
         if matching.active is not None:

@@ -4,21 +4,20 @@ from kwatra.steps.asked import Wants
 from kwatra.steps.blend import blend
 from kwatra.steps.histogram import match_histogram
 from kwatra.steps.matching import Matching
+from kwatra.steps.replays import Replays
 from kwatra.steps.robust import rho, weight
-from kwatra.steps.runs import PRICE, Runs
 from kwatra.steps.seamvote import CheapestSeams
 from kwatra.steps.step import Step, regular
 from kwatra.steps.votes import Ballot, Decisive, Mode, Pull, Vote, mean, winner
 
 __all__ = [
-    "PRICE",
     "Ballot",
     "CheapestSeams",
     "Decisive",
     "Matching",
     "Mode",
     "Pull",
-    "Runs",
+    "Replays",
     "Step",
     "Vote",
     "Wants",

@@ -5,8 +5,8 @@ import torch
 
 from kwatra import Exemplar, Settings, Stay, optimize
 from kwatra.source import SourceWindows
-from kwatra.steps import Runs
-from kwatra.steps.runs import LONGEST, PRICE
+from kwatra.steps import Replays
+from kwatra.steps.replays import LONGEST, PRICE
 from kwatra.windows import Grid
 
 
@@ -49,16 +49,18 @@ def test_windows_pay_that_make_a_copy_of_more_frames_than_are_free(wraps, depth,
     there = source.corners(matches)[:, None] + shifts
     expected = charged(source, grid, matches, there)
     assert 0.02 < float(expected.mean()) < 0.98
-    assert torch.equal(Runs(grid, source, matches, 0.5)(grid.corners, there), 0.5 * expected)
+    replays = Replays(grid, source, matches)
+    assert replays.price == pytest.approx(PRICE / 12, rel=0.05)  # of values that are spread evenly from 0 to 1
+    assert torch.equal(replays(grid.corners, there), replays.price * expected)
     some = torch.randperm(len(grid), generator=generator(1))[:50]
-    assert torch.equal(Runs(grid, source, matches, 0.5)(grid.corners[some], there[some]), 0.5 * expected[some])
+    assert torch.equal(replays(grid.corners[some], there[some]), replays.price * expected[some])
 
 
 def test_videos_in_their_place_are_charged_for_long_copies_and_others_are_not(monkeypatch):
-    prices = []
-    monkeypatch.setattr("kwatra.loop.scene.Runs", lambda *arguments: prices.append(arguments[-1]) or Runs(*arguments))
+    charges = []
+    monkeypatch.setattr("kwatra.loop.scene.Replays", lambda *given: charges.append(Replays(*given)) or charges[-1])
     exemplar = Exemplar.of(torch.rand(1, 12, 24, 24, generator=generator()))
     optimize(exemplar, (12, 24, 24), settings=Settings(iterations=2))
-    assert not prices
+    assert not charges
     optimize(exemplar, (12, 24, 24), settings=Settings(iterations=2), terms=Stay(0.3))
-    assert prices[-1] == pytest.approx(PRICE / 12, rel=0.05)  # of values that are spread evenly from 0 to 1
+    assert charges

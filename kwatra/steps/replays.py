@@ -8,6 +8,7 @@ matched with what comes there of that one, and it runs on through all three.
 import torch
 from torch import Tensor
 
+from kwatra.base import total
 from kwatra.source import Placed
 from kwatra.steps.inplace import TOGETHER
 from kwatra.windows import Layout
@@ -21,20 +22,20 @@ PRICE = 0.05
 where it is 0, .157 with .002, .148 with .01 and .119 with .05 (three seeds)."""
 
 
-class Runs:
+class Replays:
     """A charge for where windows come from (`PlaceCharge`), given the matches (N,) that all windows of a layout have.
 
-    A window is charged `price` if, matched with what comes from a place, it and those before and after it in time
-    would be one copy of more than LONGEST frames.
+    A window is charged `price`, as squared colors, if, matched with what comes from a place, it and those before and
+    after it in time would be one copy of more than LONGEST frames.
     """
 
-    def __init__(self, layout: Layout, source: Placed, matches: Tensor, price: float) -> None:
-        self.price = price
-        corners = layout.corners
+    def __init__(self, layout: Layout, source: Placed, matches: Tensor) -> None:
+        exemplar, corners = source.exemplar, layout.corners
+        self.price = PRICE * float(total(exemplar.variances * exemplar.share.flatten()))
         times = torch.bincount(corners[:, 0]).nonzero()[:, 0]
         step = int(times.diff().min()) if len(times) > 1 else 1
         self.free = max((LONGEST - layout.width[0]) // step + 1, 1)  # so many windows hold LONGEST frames
-        self._strides = strides(source.exemplar.shape, 1).to(corners.device)
+        self._strides = strides(exemplar.shape, 1).to(corners.device)
         self._number = torch.full(layout.shape, -1, device=corners.device)
         self._number[tuple(corners.T)] = torch.arange(len(corners), device=corners.device)
         there, onward = (source.corners(matches) * self._strides).sum(1), step * int(self._strides[0])
