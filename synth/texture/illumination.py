@@ -62,12 +62,13 @@ FLOOR, BRIGHT = 0.02, 0.99
 class Light:
     """Light on a picture: `field` (H, W) float32, 0 where it is as on average, of log v if it `times` v, else of v.
 
-    black: what normalized values lack of v, which is 0 where no light is.
+    black: what normalized values lack of v, which is 0 where no light is. colors: on so many channels, the first.
     """
 
     field: Tensor
     times: bool
     black: float
+    colors: int
 
     def without(self, picture: Tensor) -> Tensor:
         """A picture (C, H, W), as it would be under even light; values stay within [0, 1]."""
@@ -83,7 +84,9 @@ class Light:
         return replace(self, field=self.field[near])
 
     def _moved(self, picture: Tensor, field: Tensor) -> Tensor:
-        return (picture + self.black) * field.exp() - self.black if self.times else picture + field
+        lit = picture[: self.colors]
+        lit = (lit + self.black) * field.exp() - self.black if self.times else lit + field
+        return torch.cat([lit, picture[self.colors :]])
 
 
 def under_even_light(exemplar: Exemplar, black: float) -> Exemplar:
@@ -107,15 +110,16 @@ def under_even_light(exemplar: Exemplar, black: float) -> Exemplar:
 def find_light(picture: Tensor, black: float, known: Tensor) -> Light | None:
     """The light on a picture (C, H, W) in [0, 1], where it is known (H, W); None where that cannot be told from even.
 
-    black: see `Light`. Looked for on stills, gray or of three colors: what else has channels need not be lit.
+    black: see `Light`. Looked for on stills, gray or of three colors, with or without one channel more that is the same
+    everywhere, as alpha of what is opaque is: what else has channels need not be lit.
     """
     step = math.ceil(math.sqrt(max(known.numel() / LOOKED_AT, 1)))
     there = known.cpu().numpy()
     some = there[::step, ::step]
-    colors = known.ndim == 2 and len(picture) in (1, 3)
-    if not colors or min(known.shape) < LEAST or np.count_nonzero(some) < LEAST**2:
+    colors = _colors(picture[:, known.to(picture.device)]) if known.ndim == 2 else 0
+    if colors == 0 or min(known.shape) < LEAST or np.count_nonzero(some) < LEAST**2:
         return None
-    values = picture.double().mean(0).cpu().numpy() + black
+    values = picture[:colors].double().mean(0).cpu().numpy() + black
     lit = values[::step, ::step][some]
     unit = float(np.quantile(lit, BRIGHT)) or 1.0
     told = _told(lit / unit, _Basis.over(some))
@@ -129,7 +133,13 @@ def find_light(picture: Tensor, black: float, known: Tensor) -> Light | None:
         field += np.log((whole * np.exp(-field[there])).mean() / whole.mean())
     else:
         field -= field[there].mean()
-    return Light(torch.from_numpy(field).float().to(picture.device), times, black)
+    return Light(torch.from_numpy(field).float().to(picture.device), times, black, colors)
+
+
+def _colors(pixels: Tensor) -> int:
+    """How many of the channels of pixels (C, n) are colors that light falls on; 0 where that is not clear."""
+    opaque = len(pixels) in (2, 4) and pixels.numel() > 0 and bool((pixels[-1] == pixels[-1, 0]).all())
+    return len(pixels) - opaque if len(pixels) - opaque in (1, 3) else 0
 
 
 def _told(values: Any, basis: "_Basis") -> tuple[Any, bool] | None:

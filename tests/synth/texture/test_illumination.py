@@ -100,6 +100,22 @@ def test_what_may_be_no_color_or_is_small_or_of_one_color_is_left_alone() -> Non
     assert find_light(clip, 0.0, everywhere((80, SIDE, SIDE))) is None
 
 
+@pytest.mark.parametrize("colors", [1, 3])
+def test_light_falls_on_the_colors_of_what_is_opaque(colors: int) -> None:
+    lit = picture(texture("brick") * gradient() / 1.4).expand(colors, -1, -1)
+    plain, known = find_light(lit, 0.0, everywhere()), everywhere()
+    opaque = torch.cat([lit, torch.ones(1, SIDE, SIDE)])
+    found = find_light(opaque, 0.0, everywhere())
+    assert plain is not None
+    assert found is not None
+    assert torch.equal(found.field, plain.field)
+    assert torch.equal(found.without(opaque), torch.cat([plain.without(lit), torch.ones(1, SIDE, SIDE)]))
+    opaque[-1, :10] = 0.5
+    assert find_light(opaque, 0.0, known) is None
+    known[:10] = False
+    assert find_light(opaque, 0.0, known) is not None
+
+
 def test_what_is_not_known_has_no_influence() -> None:
     lit, known = picture(texture("gravel") * gradient() / 1.4), everywhere()
     known[30:70, 50:100] = False
