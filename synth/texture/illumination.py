@@ -27,6 +27,7 @@ from scipy import ndimage
 from torch import Tensor
 
 from kwatra import Exemplar
+from kwatra.base import product
 
 BELIEVED = 0.7
 """Light is believed whose standard deviation, in log v, times the root of how many times its coefficients are as large
@@ -219,10 +220,11 @@ class _Basis:
     def over(cls, known: Any) -> "_Basis":
         """Those over the known pixels of a picture (H, W)."""
         down, right = (_legendre(size) for size in known.shape)
-        at = np.stack([np.outer(down[d - k], right[k])[known] for d, k in _powers()])
-        overlap = np.einsum("kn,jn->kj", at, at) / at.shape[1]
+        at = torch.from_numpy(np.stack([np.outer(down[d - k], right[k])[known] for d, k in _powers()]))
+        overlap = product(at, at.T).numpy() / at.shape[1]
         mixing = np.linalg.inv(np.linalg.cholesky(overlap + 1e-9 * np.eye(len(at))))
-        return cls(np.einsum("kj,jn->kn", mixing, at), np.array([d for d, _ in _powers()]), mixing)
+        degrees = np.array([d for d, _ in _powers()])
+        return cls(product(torch.from_numpy(mixing), at).numpy(), degrees, mixing)
 
     @staticmethod
     def field(light: Any, shape: Sequence[int]) -> Any:
