@@ -57,7 +57,7 @@ class Work(Generic[Image]):
 
     tries: of how many whole results the best is kept. effort: that with which the best beginning is looked for instead,
     of a still that nothing steers. steered: whether something is asked of the output's pixels, so that it can only be
-    made as a whole. evened: whether light that falls unevenly was taken out of the source.
+    made as a whole. relit: whether light that falls unevenly was taken out of the source.
     """
 
     form: Form[Image]
@@ -71,7 +71,7 @@ class Work(Generic[Image]):
     start: Tensor | None
     channels: int
     steered: bool
-    evened: bool = False
+    relit: bool = False
 
     @classmethod
     def of(
@@ -125,7 +125,7 @@ class Work(Generic[Image]):
         """The same, without light that falls unevenly on its source, unless what is asked for may mean that."""
         meant = bool(self.terms) or self.start is not None
         source = self.source if meant else under_even_light(self.source, self.form.black)
-        return self if source is self.source else replace(self, source=source, evened=True)
+        return self if source is self.source else replace(self, source=source, relit=True)
 
     def stretches(self) -> list[Stretch]:
         """The parts in which it is made: one, or for a long video that nothing steers several."""
@@ -192,7 +192,7 @@ class Work(Generic[Image]):
             cut = {name: getattr(result, name)[:, new] for name in ("image", "source", "where")}
             result = replace(result, stages=[], **cut)
         turns = self.source.turned(result.where)
-        even = [self.form.restored(picture.cpu()) for picture in self.source.pictures()] if self.evened else []
+        even = [self.form.restored(picture.cpu()) for picture in self.source.pictures()] if self.relit else []
         return Synthesis(
             self.form.restored(result.image.cpu()), result.source.cpu().numpy(), result, self.form,
             None if turns is None else turns.cpu().numpy(), even,
