@@ -129,6 +129,19 @@ def test_what_is_not_known_has_no_influence() -> None:
     assert (found.field - whole.field).abs().max() < 0.15
 
 
+@pytest.mark.parametrize("name", EVEN)
+def test_light_goes_on_into_what_is_not_known_without_leaps(name: str) -> None:
+    bright = 1 + 0.7 * (np.indices((256, 256)).sum(0) / 256 - 1)
+    known = everywhere((256, 256))
+    known[:, :128] = False
+    found = find_light(picture(EVEN[name][:256, :256] / 255 * bright / bright.max()), 0.0, known)
+    assert found is not None
+    rest = found.field.numpy() - np.log(bright)
+    rest -= rest[:, 128:].mean()
+    assert np.square(rest[:, 128:]).mean() ** 0.5 < 0.07
+    assert np.square(rest[:, :128]).mean() ** 0.5 < 0.8 * np.log(bright).std()
+
+
 def test_light_times_what_values_are_above_black() -> None:
     light = 200 * texture("brick") * gradient() / 1.4 + 20
     form = Form.of([light.astype(np.uint8)])
