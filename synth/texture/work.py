@@ -27,6 +27,7 @@ from synth.texture.staying import staying
 from synth.texture.steepness import steepened
 from synth.texture.stretch import Memory, Stretch, planned_stretches
 from synth.texture.synthesis import Synthesis
+from synth.texture.transparency import as_far_as_seen
 
 PRESETS = {
     "fast": (Settings(seams=1, iterations=1), 1),
@@ -183,7 +184,7 @@ class Work(Generic[Image]):
         soft = feathered(result.image, result.where, self.source, passage(self.source), wrap, ~held)
         sharp = steepened(soft, result.where, self.source, wrap, held)
         image = evened(sharp, result.where, self.source, wrap, held)
-        return replace(result, image=image)
+        return replace(result, image=as_far_as_seen(soft, image, self.source))
 
     def made(self, result: Result, part: Stretch) -> Synthesis[Image]:
         """A stretch's result as the exemplar's kind, without the frames it held."""
