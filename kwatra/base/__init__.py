@@ -3,7 +3,7 @@
 from kwatra.base.axes import AVERAGE, CONVOLUTION, LARGEST, coarse_shape, enlarged, factors_of, resized, running
 from kwatra.base.derivatives import constant, differentiable
 from kwatra.base.errors import InputError, check_mask
-from kwatra.base.reductions import mean, power, principal_axes, product, total
+from kwatra.base.reductions import mean, over_channels, power, principal_axes, product, total
 from kwatra.base.resampling import turned
 from kwatra.base.seeds import generator_of, whole_seed
 from kwatra.base.sizes import is_whole, whole_sizes
@@ -31,6 +31,7 @@ __all__ = [
     "generator_of",
     "is_whole",
     "mean",
+    "over_channels",
     "power",
     "principal_axes",
     "product",

@@ -33,6 +33,17 @@ def mean(values: Tensor) -> Tensor:
     return total(values) / values.numel()
 
 
+def over_channels(values: Tensor) -> Tensor:
+    """Sum of values (C, *S) over the channels, (*S), one after the other.
+
+    `sum` adds five and more in another order where pixels are left over at the end of a thread's share.
+    """
+    summed = values[0].clone()
+    for channel in values[1:]:
+        summed += channel
+    return summed
+
+
 def product(a: Tensor, b: Tensor) -> Tensor:
     """The product of matrices (M, K) and (K, N), by one thread.
 

@@ -15,7 +15,7 @@ import torch.nn.functional as F
 from scipy import fft
 from torch import Tensor
 
-from kwatra.base import running, total
+from kwatra.base import over_channels, running, total
 from kwatra.base.spans import span_sums
 from kwatra.elements.kept import kept_up_to
 from kwatra.exemplar import Exemplar
@@ -85,7 +85,7 @@ def edges(picture: Tensor, present: Tensor) -> Tensor:
     smooth = _blurred(picture) / _blurred(present[None]).clamp(min=1e-6)
     rim = F.pad(smooth.flatten(0, -3), (1, 1, 1, 1), mode="replicate")
     down, right = rim[:, 2:, 1:-1] - rim[:, :-2, 1:-1], rim[:, 1:-1, 2:] - rim[:, 1:-1, :-2]
-    return (down.square() + right.square()).view(smooth.shape).sum(0, keepdim=True).sqrt() * present
+    return over_channels((down.square() + right.square()).view(smooth.shape))[None].sqrt() * present
 
 
 def _blurred(stack: Tensor) -> Tensor:
@@ -127,7 +127,7 @@ def _products(picture: Tensor, present: Tensor, reach: tuple[int, int]) -> tuple
     for frame, there in zip(frames, present.reshape(-1, *present.shape[-2:]), strict=True):
         over = _over(there, reach, size)
         pixels = over(there).clamp(min=0)
-        first += over(frame.square().sum(0))
+        first += over(over_channels(frame.square()))
         overlap += pixels
         pixels.clamp_(min=0.5)
         for channel in frame:

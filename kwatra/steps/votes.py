@@ -12,7 +12,7 @@ from typing import NamedTuple
 import torch
 from torch import Tensor
 
-from kwatra.base import InputError
+from kwatra.base import InputError, over_channels, power
 from kwatra.source import Bag, Source, chunk, heaviest_covering
 from kwatra.steps.inbag import modes_in_bag
 from kwatra.steps.inplace import fits, sums_in_place
@@ -101,7 +101,7 @@ class Mode:
             for number, inside, there in layout.coverings():
                 window, *places = torch.broadcast_tensors(number, *inside)
                 value = source.values(ballot.matches[window], places)
-                apart = ((value - mode).square() * share).sum(0)
+                apart = over_channels((value - mode).square() * share)
                 weight = ballot.weights[window] * falloff[tuple(places)] * there
                 weight = weight * torch.exp(-exponent * apart)
                 total, count = total + weight * value, count + weight
@@ -130,11 +130,11 @@ class Decisive:
     def __call__(self, ballot: Ballot) -> Pull:
         """The vote. Memory: a few images more than the mean."""
         total, mass = mean(ballot)
-        sharp, decided = mean(replace(ballot, weights=ballot.weights**DECIDING))
+        sharp, decided = mean(replace(ballot, weights=power(ballot.weights, DECIDING)))
         middle = total / mass.clamp(min=TINY)
         apart = sharp / decided.clamp(min=TINY) - middle
         share = ballot.source.metric.share.view(-1, *[1] * len(ballot.layout.shape))
-        squared = (apart.square() * share).sum(0, keepdim=True)
+        squared = over_channels(apart.square() * share)
         heeded = self.tolerance**2 / (self.tolerance**2 + squared).clamp(min=TINY)
         return Pull((middle + apart * heeded) * mass, mass)
 

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from kwatra import Decisive, Exemplar, Settings
-from kwatra.base import mean
+from kwatra.base import mean, over_channels
 from kwatra.elements import translation
 
 ROBUST = 0.4
@@ -43,7 +43,7 @@ def change(exemplar: Exemplar) -> float:
     inside = (owner[1:] == owner[:-1]) & (owner[1:] >= 0)
     if not bool(inside.any()):
         return 0.0
-    squared = (exemplar.canvas.diff(dim=1).square() * exemplar.share).sum(0)
+    squared = over_channels(exemplar.canvas.diff(dim=1).square() * exemplar.share)
     return float(mean(squared[inside])) ** 0.5
 
 

@@ -12,6 +12,7 @@ from scipy import ndimage
 from torch import Tensor
 
 from kwatra import Exemplar
+from kwatra.base import over_channels
 from kwatra.source import look_up
 
 MOST = 2**0.5
@@ -68,6 +69,6 @@ def _inside(owner: Tensor) -> Tensor:
 def _squared_steps(colors: Tensor, share: Tensor) -> Tensor:
     """The squared steps (2, T, H, W) of colors (C, T, H, W) to the next row and column."""
     steps = torch.zeros(2, *colors.shape[1:], dtype=torch.float32, device=colors.device)
-    steps[0, :, :-1] = (colors.diff(dim=2).square() * share).sum(0)
-    steps[1, :, :, :-1] = (colors.diff(dim=3).square() * share).sum(0)
+    steps[0, :, :-1] = over_channels(colors.diff(dim=2).square() * share)
+    steps[1, :, :, :-1] = over_channels(colors.diff(dim=3).square() * share)
     return steps

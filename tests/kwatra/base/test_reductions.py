@@ -3,7 +3,7 @@
 import pytest
 import torch
 
-from kwatra.base import mean, power, principal_axes, product, total
+from kwatra.base import mean, over_channels, power, principal_axes, product, total
 
 
 @pytest.mark.parametrize("shape", [(1, 4356, 24), (20, 867, 24), (100, 768, 32), (3000, 1156, 24), (24, 3000, 32)])
@@ -26,6 +26,18 @@ def test_sums_do_not_depend_on_threads() -> None:
         found.append(total(values))
     assert torch.equal(found[0], found[1])
     assert float(mean(values)) == pytest.approx(float(values.double().mean()), rel=1e-6)
+
+
+@pytest.mark.parametrize("channels", [1, 3, 6, 9])
+def test_sums_over_channels_do_not_depend_on_threads(channels: int) -> None:
+    values = torch.rand(channels, 401, 403, generator=torch.Generator().manual_seed(0))
+    found = []
+    for count in (1, 2, 3):
+        torch.set_num_threads(count)
+        found.append(over_channels(values))
+    assert all(torch.equal(found[0], other) for other in found)
+    assert torch.allclose(found[0], values.double().sum(0).float(), rtol=1e-6)
+    assert torch.equal(values, torch.rand(values.shape, generator=torch.Generator().manual_seed(0)))  # as they were
 
 
 def test_powers_do_not_depend_on_threads() -> None:

@@ -44,6 +44,19 @@ def test_the_best_window_decides_where_others_say_about_the_same():
     assert torch.allclose(blend(alike, vote=Decisive(0.0)).x, torch.full((1, 4, 4), 0.4))
 
 
+def test_the_best_windows_decide_alike_for_any_number_of_threads():
+    exemplar = Exemplar.of(torch.rand(6, 40, 40, generator=generator()))
+    layout = Grid((402, 406), (4, 4), (1, 1))  # no share of which is whole vectors
+    source = SourceWindows(exemplar, (4, 4), generator())
+    matches = source.snapped(torch.randint(0, 36, (len(layout), 2), generator=generator(1)))
+    weights = 10 ** (6 * torch.rand(len(layout), generator=generator(3)))
+    ballot, found = Ballot(layout, source, matches, weights), []
+    for count in (1, 2, 3):
+        torch.set_num_threads(count)
+        found.append(Decisive(0.1)(ballot).total)
+    assert all(torch.equal(found[0], other) for other in found)
+
+
 def test_the_mode_is_where_the_weighted_density_peaks():
     values = torch.rand(12, generator=generator(2)).tolist()
     weights = (torch.rand(12, generator=generator(3)) + 0.1).tolist()
