@@ -33,7 +33,7 @@ class Replays:
         exemplar, corners = source.exemplar, layout.corners
         self.price = PRICE * float(total(exemplar.variances * exemplar.share.flatten()))
         times = torch.bincount(corners[:, 0]).nonzero()[:, 0]
-        step = int(times.diff().min()) if len(times) > 1 else 1
+        step = int(times.diff().median()) if len(times) > 1 else 1  # the last may be less
         self.free = max((LONGEST - layout.width[0]) // step + 1, 1)  # so many windows hold LONGEST frames
         self._strides = strides(exemplar.shape, 1).to(corners.device)
         self._number = torch.full(layout.shape, -1, device=corners.device)
