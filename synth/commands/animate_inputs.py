@@ -145,7 +145,7 @@ def frames_of(
     pixels = [inputs.form.normalized(exemplar) for exemplar in inputs.exemplars]
     variants = {"mirror": arguments.mirror, "rotate": arguments.rotate, "scale": arguments.scale or ()}
     exemplar = Exemplar.of(pixels, **variants, device=device)
-    if inputs.first is None:
+    if inputs.first is None and not arguments.published:
         exemplar = under_even_light(exemplar, inputs.form.black)
     if arguments.published:
         return _published(arguments, inputs, exemplar if any(variants.values()) else pixels[0].to(device), total, after)

@@ -190,3 +190,5 @@ def test_light_that_falls_unevenly_on_an_exemplar_does_not_flow(folder: Path, mo
     torch.testing.assert_close(made, first.image * (high - low) + low, rtol=0, atol=0.51 / 255)
     monkeypatch.delattr("synth.commands.animate_inputs.under_even_light")  # what is begun with may be lit alike
     assert main(["animate", "lit.png", *given, "--first", "out/000000.png", "-o", "begun"]) == 0
+    published = ["animate", "lit.png", "--flow", "uniform", "--size", "48x40", "--frames", "1", "--published"]
+    assert main([*published, "--mirror", "-o", "mirrored"]) == 0  # nor was light evened then, of variants or none
