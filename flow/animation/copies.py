@@ -12,6 +12,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from kwatra.base import atan2
+
 JUMP = 1.5
 """Neighboring pixels belong to two copies where what the second shows is so many px or more from where the first one's
 copy goes on. Tried: .203 with 1, .199 with 2.5."""
@@ -58,7 +60,7 @@ def turned(source: Tensor, inside: Tensor | None = None) -> Tensor:
 
 def angle_of(beside: Tensor) -> Tensor:
     """By how much copies are turned (*S) that change by so much to the right, (2, *S), x first."""
-    return torch.atan2(beside[1], beside[0])
+    return atan2(beside[1], beside[0])
 
 
 def parted(source: Tensor, inside: Tensor, beside: Tensor, steps: Sequence[tuple[int, int]]) -> tuple[Tensor, Tensor]:

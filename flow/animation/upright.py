@@ -27,7 +27,7 @@ from flow.animation.copies import JUMP, angles, rigid
 from flow.animation.reading import continued
 from flow.warps import warp
 from kwatra import Exemplar
-from kwatra.base import mean
+from kwatra.base import atan2, mean
 
 Array = np.ndarray[Any, Any]
 
@@ -94,4 +94,4 @@ class Upright:
             return torch.zeros_like(source[0])
         angle = angles(source, free)
         sin, cos = blurred(torch.stack([angle.sin(), angle.cos()]), torch.ones_like(free), self._turning)
-        return torch.atan2(sin, cos)
+        return atan2(sin, cos)

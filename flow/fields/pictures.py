@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from flow.warps import warp
-from kwatra.base import InputError, check_mask
+from kwatra.base import InputError, atan2, check_mask
 
 Vector = NDArray[np.float64]
 
@@ -56,7 +56,7 @@ def wheel(size: int) -> Tensor:
 def _colors(flow: Tensor) -> Tensor:
     """Colors (3, H, W) of vectors (2, H, W) whose full length is 1."""
     hues = _hues().to(flow.device)
-    turn = torch.atan2(flow[1], flow[0]) / (2 * math.pi) % 1
+    turn = atan2(flow[1], flow[0]) / (2 * math.pi) % 1
     hue = warp(hues[:, None], torch.stack([turn * hues.shape[1], torch.zeros_like(turn)]), "bilinear", wrap=True)
     length = flow.norm(dim=0)
     # the fastest pixel's own length may be rounded to just above 1

@@ -3,7 +3,7 @@
 from kwatra.base.axes import AVERAGE, CONVOLUTION, LARGEST, coarse_shape, enlarged, factors_of, resized, running
 from kwatra.base.derivatives import constant, differentiable
 from kwatra.base.errors import InputError, check_mask
-from kwatra.base.reductions import mean, over_channels, power, principal_axes, product, total
+from kwatra.base.reductions import atan2, mean, over_channels, power, principal_axes, product, total
 from kwatra.base.resampling import turned
 from kwatra.base.seeds import generator_of, whole_seed
 from kwatra.base.sizes import is_whole, whole_sizes
@@ -18,6 +18,7 @@ __all__ = [
     "LARGEST",
     "InputError",
     "Solution",
+    "atan2",
     "box_sums",
     "by_one_thread",
     "check_mask",

@@ -1,8 +1,10 @@
-"""Sums, products and powers that are the same bits for any number of threads.
+"""Sums, products, powers and angles that are the same bits for any number of threads.
 
 A sum of a whole tensor is split among threads and so rounded differently for another number of them. Summing rows
 of fixed length, then the rows' sums, fixes the order.
 """
+
+from collections.abc import Callable
 
 import torch
 import torch.nn.functional as F
@@ -58,12 +60,23 @@ def product(a: Tensor, b: Tensor) -> Tensor:
 
 
 def power(values: Tensor, exponent: float) -> Tensor:
-    """Each of some values, of any shape, to a power.
+    """Each of some values, of any shape, to a power."""
+    return _in_equal_shares(lambda some: some**exponent, values)
 
-    Values go through the processor several at once, those left over at the end of a thread's share one by one, and the
-    two ways round differently: so no share is given to another thread.
+
+def atan2(y: Tensor, x: Tensor) -> Tensor:
+    """The angles, from -pi to pi, of vectors whose ordinates and abscissas have one shape (atan2)."""
+    return _in_equal_shares(torch.atan2, y, x)
+
+
+def _in_equal_shares(function: Callable[..., Tensor], *values: Tensor) -> Tensor:
+    """What a function makes of each of some values, of any shape.
+
+    Values go through the processor several at once, those left over at the end of a thread's share one by one, and of
+    some functions the two ways round differently: so no share is given to another thread.
     """
-    return torch.cat([part**exponent for part in values.flatten().split(_ALONE)]).view(values.shape)
+    shares = zip(*(each.flatten().split(_ALONE) for each in values), strict=True)
+    return torch.cat([function(*share) for share in shares]).view(values[0].shape)
 
 
 def principal_axes(values: Tensor) -> Tensor:

@@ -7,7 +7,7 @@ import torch
 from scipy import ndimage
 from torch import Tensor
 
-from kwatra.base import total
+from kwatra.base import atan2, total
 from kwatra.elements.correlation import pictures
 from kwatra.elements.kept import kept
 from kwatra.elements.size import element_size
@@ -51,7 +51,7 @@ def _largest(exemplar: Exemplar, sigma: float, size: float) -> float:
             continue
         down, right, inside = _slopes(picture, present, sigma)
         down, right = down[:, inside].double(), right[:, inside].double()
-        square, angle = down.square() + right.square(), torch.atan2(down, right)
+        square, angle = down.square() + right.square(), atan2(down, right)
         turned = [way(k * angle) for way in (torch.cos, torch.sin) for k in range(1, HARMONICS + 1)]
         number = _squares(present.shape, size)[inside]
         weights = [(square * part).sum(0) for part in (torch.ones((), dtype=torch.float32), *turned)]

@@ -20,6 +20,7 @@ import torch.nn.functional as F
 from torch import Tensor
 from torch.fft import fftfreq, irfft2, rfft2
 
+from kwatra.base import atan2
 from kwatra.base.transforms import of_complex, to_complex
 
 _ORIENTATIONS = 4
@@ -107,7 +108,7 @@ def _filters_of(height: int, width: int, device: torch.device) -> _Filters:
     fall, fall_below = (torch.pi / 2 * (octave + shift).clamp(-1, 0) for shift in (0, 1))
     turn = torch.arange(_ORIENTATIONS, dtype=torch.float32).view(-1, 1, 1) * torch.pi / _ORIENTATIONS
     # 1.6 = 2 / the sum of the squares over all orientations
-    oriented = 1.6**0.5 * torch.cos(torch.atan2(y, x) - turn) ** (_ORIENTATIONS - 1) * fall_below.cos()
+    oriented = 1.6**0.5 * torch.cos(atan2(y, x) - turn) ** (_ORIENTATIONS - 1) * fall_below.cos()
     return _Filters(*(each.float().to(device) for each in (-fall.sin(), fall.cos(), oriented)))
 
 

@@ -1,9 +1,10 @@
-"""Sums, products and powers: right, and the same bits for any number of threads."""
+"""Sums, products, powers and angles: right, and the same bits for any number of threads."""
 
+import numpy as np
 import pytest
 import torch
 
-from kwatra.base import mean, over_channels, power, principal_axes, product, total
+from kwatra.base import atan2, mean, over_channels, power, principal_axes, product, total
 
 
 @pytest.mark.parametrize("shape", [(1, 4356, 24), (20, 867, 24), (100, 768, 32), (3000, 1156, 24), (24, 3000, 32)])
@@ -40,14 +41,21 @@ def test_sums_over_channels_do_not_depend_on_threads(channels: int) -> None:
     assert torch.equal(values, torch.rand(values.shape, generator=torch.Generator().manual_seed(0)))  # as they were
 
 
-def test_powers_do_not_depend_on_threads() -> None:
-    values = torch.rand(255, 255, generator=torch.Generator().manual_seed(0))  # no share of which is whole vectors
+@pytest.mark.parametrize(
+    ("made", "by_hand"),
+    [
+        (lambda x, y: power(x, -0.6), lambda x, y: x**-0.6),
+        (lambda x, y: atan2(y - 0.5, x - 0.5), lambda x, y: np.arctan2(y - 0.5, x - 0.5)),
+    ],
+)
+def test_powers_and_angles_do_not_depend_on_threads(made, by_hand) -> None:
+    x, y = torch.rand(2, 255, 255, generator=torch.Generator().manual_seed(0))  # no share of which is whole vectors
     found = []
     for count in (1, 2, 3):
         torch.set_num_threads(count)
-        found.append(power(values, -0.6))
+        found.append(made(x, y))
     assert all(torch.equal(found[0], other) for other in found)
-    assert torch.allclose(found[0], (values.double() ** -0.6).float(), rtol=1e-5)
+    np.testing.assert_allclose(found[0], by_hand(*(values.double().numpy() for values in (x, y))), rtol=1e-4)
 
 
 def test_principal_axes_are_those_of_an_ellipse_longest_first() -> None:
