@@ -20,7 +20,7 @@ from flow.animation.drift import drift
 from flow.animation.reading import Reading
 from flow.warps import pixel_coordinates, warp
 from kwatra import Exemplar, InputError, direction_dependence, element_size, place_dependence
-from kwatra.base import mean
+from kwatra.base import mean, over_channels
 from kwatra.source import look_up
 from kwatra.terms.stay import SCENE
 
@@ -205,8 +205,8 @@ class Film:
         before = places[:, : -self.pitch].unflatten(1, (self.pages - 1, self.pitch))[:, :, known].flatten(1)
         after = replace(self, step=1).onward(before)
         lives = (after != before).any(0)
-        change = (self.read(after) - self.read(before))[:, lives].square().sum(0)
-        spread = frames[:, :, known].var(1).sum(0)
+        change = over_channels((self.read(after) - self.read(before))[:, lives].square())
+        spread = over_channels(frames[:, :, known].var(1))
         unrelated = 2 * mean(spread) if bool(lives.any()) else torch.zeros((), dtype=torch.float32)
         return float((1 - mean(change) / unrelated).clamp(0, _LONGEST)) if float(unrelated) > 0 else 0.0
 

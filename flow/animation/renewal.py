@@ -40,7 +40,7 @@ from flow.animation.stock import COUNTS, Coordinates, counted
 from flow.animation.term import gradient_weight
 from flow.animation.tones import Tones
 from flow.animation.wear import Wear, Worn
-from kwatra.base import mean, total
+from kwatra.base import mean, over_channels, total
 from kwatra.cut import along
 from kwatra.pieces import Box, Patch, Sheet, hidden_seams
 
@@ -210,7 +210,7 @@ class Renewal:
     def _flow(self, frame: Carried, image: Tensor, spot: Spot = _ALL) -> Tensor:
         """U's second sum, pixel by pixel: what an image (C, h, w) costs at a spot of the frame."""
         change = (image - frame.carried[(slice(None), *spot)]).square() * self._share
-        return frame.weight[spot] * change.sum(0) / self.wear.variance
+        return frame.weight[spot] * over_channels(change) / self.wear.variance
 
     def _renew(self, frame: Carried, places: list[tuple[int, int]], generator: torch.Generator) -> None:
         """Find a block for each place and take of it what lowers the energy."""

@@ -20,6 +20,7 @@ from flow.animation.settings import Renewing
 from flow.animation.state import State
 from flow.animation.term import lasting
 from flow.warps import Lookup, filled, warp
+from kwatra.base import over_channels
 
 _SEEN = 1 / 512
 """Of what fades seams are feathered where more than this share of it is still shown: half of one of 256 levels."""
@@ -82,7 +83,8 @@ class Showing:
             return copies
         image = filled(before.image, before.inside)
         carried = filled(warp(image, look.coordinates, self.renewing.interpolation), look.known)
-        off = ((carried - copies)[: self.channels].square() * self.film.strip.share).sum(0) / self._variance
+        apart = (carried - copies)[: self.channels].square()
+        off = over_channels(apart * self.film.strip.share) / self._variance
         share = lasting(off, self.renewing.inertia) * look.known
         return self._within(copies + share * (carried - copies))
 

@@ -10,7 +10,7 @@ from torch import Tensor
 
 from flow.warps import Lookup, filled, warp
 from kwatra import SoftPixels
-from kwatra.base import mean
+from kwatra.base import mean, over_channels
 
 _UNLIKE = 0.3
 """What differs by so many deviations of the exemplar counts for 1 / e of what it counts where both agree. Of made
@@ -50,5 +50,5 @@ def gradient_weight(image: Tensor, share: Tensor) -> Tensor:
     """
     padded = F.pad(image[None], (0, 1, 0, 1), mode="replicate")[0]
     steps = (padded[:, :-1, 1:] - image).abs() + (padded[:, 1:, :-1] - image).abs()
-    slope = (steps * share).sum(0)
+    slope = over_channels(steps * share)
     return 0.5 + 0.5 * slope / mean(slope).clamp(min=1e-6)

@@ -27,7 +27,7 @@ from flow.animation.copies import JUMP, angles, rigid
 from flow.animation.reading import continued
 from flow.warps import warp
 from kwatra import Exemplar
-from kwatra.base import atan2, mean
+from kwatra.base import atan2, mean, over_channels
 
 Array = np.ndarray[Any, Any]
 
@@ -60,7 +60,7 @@ class Upright:
         canvas = continued(exemplar.canvas, exemplar.owner)
         padded = F.pad(canvas[None], (0, 1, 0, 1), mode="replicate")[0]
         slopes = padded[:, :-1, 1:] - canvas, padded[:, 1:, :-1] - canvas
-        energy = ((slopes[0].square() + slopes[1].square()) * exemplar.share).sum(0)
+        energy = over_channels((slopes[0].square() + slopes[1].square()) * exemplar.share)
         smooth = blurred(energy[None], torch.ones_like(energy, dtype=torch.bool), _AROUND)[0]
         self._detail = (smooth / mean(smooth).clamp(min=1e-12)).clamp(min=_FLAT)
 

@@ -13,6 +13,7 @@ from scipy import ndimage
 from torch import Tensor
 
 from kwatra import InputError
+from kwatra.base import over_channels
 from synth.texture.form import Image
 
 REACH = 8.0
@@ -49,7 +50,7 @@ def tones(exemplars: Image | Sequence[Image], wanted: Image) -> tuple[list[Image
 def _gray(image: Tensor | np.ndarray) -> np.ndarray:
     """The mean of an image's channels, (*S) float64."""
     if isinstance(image, Tensor):
-        return image.detach().cpu().double().mean(0).numpy()
+        return (over_channels(image.detach().cpu().double()) / len(image)).numpy()
     values = np.asarray(image, np.float64)
     return values if values.ndim == 2 else values.mean(-1)
 
