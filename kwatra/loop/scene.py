@@ -5,7 +5,7 @@ An iteration is `step`: search (M), robust weights, blend (E) - thesis algorithm
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import torch
 from torch import Tensor
@@ -15,7 +15,7 @@ from kwatra.loop.task import Task
 from kwatra.result import Row
 from kwatra.source import Placed, sourcemap
 from kwatra.steps import Ballot, Matching, Replays, Step, Wants, blend, rho, weight
-from kwatra.terms import Charge, Quadratic, wish_of
+from kwatra.terms import Charge, PlaceCharge, Quadratic, wish_of
 from kwatra.windows import Layout
 
 EXACT_PAIRS = 1 << 26
@@ -113,10 +113,16 @@ class Scene:
             self._matching = Matching(self.source, layout, self.controls.given)
         return self._matching
 
-    def _wants(self, quadratics: list[Quadratic], x: Tensor, charges: Sequence[Charge | None]) -> Wants:
-        """What the search heeds: a term's own charges, or else the wish that follows from its quadratic."""
+    def _wants(
+        self,
+        quadratics: list[Quadratic],
+        x: Tensor,
+        charges: Sequence[Charge | None],
+        replays: Sequence[PlaceCharge] = (),
+    ) -> Wants:
+        """What the search heeds: a term's own charges, or else the wish that follows from its quadratic, and places."""
         silent = [q for q, charge in zip(quadratics, charges, strict=True) if charge is None]
-        places = [charge for _, charge in self.places]
+        places: list[PlaceCharge] = [*(charge for _, charge in self.places), *replays]
         return Wants(wish_of(silent, x), [charge for charge in charges if charge is not None], places)
 
     def _replays(self, estimate: Estimate) -> list[Replays]:
@@ -145,8 +151,8 @@ class Scene:
         layout, inherited = estimate.layout, estimate.matches is not None
         matching, route = self._matches_of(layout), self.route(inherited, len(layout))
         quadratics = self.controls.quadratics(estimate.image)
-        wants = self._wants(quadratics, estimate.image, self.controls.charges(estimate.image, context))
-        wants = replace(wants, places=[*wants.places, *self._replays(estimate)])
+        charges = self.controls.charges(estimate.image, context)
+        wants = self._wants(quadratics, estimate.image, charges, self._replays(estimate))
         found = matching.best(estimate.image, estimate.matches, wants, route, self.level.route is None)
         matches, weights = found.matches, weight(found.free, settings.r)
         if matching.active is not None:

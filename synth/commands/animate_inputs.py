@@ -113,7 +113,7 @@ def read_inputs(arguments: argparse.Namespace, output: Path) -> Inputs:
     field = asked.field(arguments.speed, arguments.resample)
     mask = None if arguments.obstacle is None else _mask(arguments.obstacle, drawn, shape)
     field = field if mask is None else flow.around(field, mask)
-    mixed = [_mixed(exemplar, kind) for exemplar in exemplars]
+    mixed = [premultiplied(exemplar, kind) for exemplar in exemplars]
     begin = None if first is None else premultiplied(first.pixels, first.kind)
     maps = [read_along(request, exemplars, output) for request in arguments.also]
     turned = [along.name for along in maps if is_normal(along.name)]
@@ -130,13 +130,6 @@ def read_inputs(arguments: argparse.Namespace, output: Path) -> Inputs:
     return Inputs(mixed, kind, asked, field, shape, mask, begin, form, behind, maps, settings, rate)
 
 
-def _mixed(exemplar: Tensor, kind: Kind) -> Tensor:
-    """Pixels (C, H, W) or (C, T, H, W) fit to be mixed."""
-    if exemplar.ndim == 3:
-        return premultiplied(exemplar, kind)
-    return torch.stack([premultiplied(frame, kind) for frame in exemplar.unbind(1)], 1)
-
-
 def frames_of(
     arguments: argparse.Namespace, inputs: Inputs, total: int, after: flow.State | None
 ) -> Iterator[flow.Frame]:
@@ -145,10 +138,10 @@ def frames_of(
     pixels = [inputs.form.normalized(exemplar) for exemplar in inputs.exemplars]
     variants = {"mirror": arguments.mirror, "rotate": arguments.rotate, "scale": arguments.scale or ()}
     exemplar = Exemplar.of(pixels, **variants, device=device)
-    if inputs.first is None and not arguments.published:
-        exemplar = under_even_light(exemplar, inputs.form.black)
     if arguments.published:
         return _published(arguments, inputs, exemplar if any(variants.values()) else pixels[0].to(device), total, after)
+    if inputs.first is None:
+        exemplar = under_even_light(exemplar, inputs.form.black)
     also = None
     if inputs.maps:
         values = zip(*(along.values for along in inputs.maps), strict=True)

@@ -30,7 +30,7 @@ def fill_video(arguments: argparse.Namespace) -> str:
     clip = io.read_video(path)
     hole = _hole(arguments.hole, path, clip.frames)
     exemplars = [_exemplar(each, path, clip) for each in arguments.exemplar]
-    mixed = [torch.stack([io.premultiplied(f, clip.kind) for f in v.unbind(1)], 1) for v in (clip.frames, *exemplars)]
+    mixed = [io.premultiplied(video, clip.kind) for video in (clip.frames, *exemplars)]
     began = time.perf_counter()
     with progress_line(f"{path.name}, {counted(int(hole.sum()), 'pixel')}") as callback:
         filled = texture.fill(
@@ -43,8 +43,7 @@ def fill_video(arguments: argparse.Namespace) -> str:
             callback=callback,
         )
     took = time.perf_counter() - began
-    made = torch.stack([io.straight(frame, clip.kind) for frame in filled.image.unbind(1)], 1)
-    frames = torch.where(hole, made, clip.frames)
+    frames = torch.where(hole, io.straight(filled.image, clip.kind), clip.frames)
     extremes = io.extremes_of(clip.kind, [frames])
     writers = {output: io.video_writer(output, frames.unbind(1), clip.rate, clip.kind, extremes)}
     if arguments.map is not None:
