@@ -24,14 +24,13 @@ import torch
 from torch import Tensor
 
 from kwatra.base import mean, shared
-from kwatra.cut import KEEP
 from kwatra.elements import Lattice
 from kwatra.exemplar import Exemplar
 from kwatra.pieces.again import Budget, lay_again
 from kwatra.pieces.boxes import Box
 from kwatra.pieces.candidates import LUCK, Asked, Candidates
 from kwatra.pieces.charges import SceneUse
-from kwatra.pieces.cheapest import Offer, cheapest_cuts
+from kwatra.pieces.cheapest import Offer, cheapest_cuts, patch_of, sides_of
 from kwatra.pieces.corners import Corners
 from kwatra.pieces.fitting import continued
 from kwatra.pieces.fronts import fronts
@@ -260,25 +259,19 @@ class BlockStart:
         what counts is that seams cost less, with what a wish adds. places (n, axes): of the blocks' first pixels; costs
         (n,). often (T, H, W): what is charged for how often places of a scene are shown.
         """
-        window, least = self.sheet.window(box), math.inf
-        patches = [self._patch(box, place) for place in places.tolist()]
+        window, least, shifts = self.sheet.window(box), math.inf, np.array(box.start) - places
         if again:
-            costs, rates, least = np.zeros(len(patches)), np.ones(len(patches)), 0.0
+            costs, rates, least = np.zeros(len(shifts)), np.ones(len(shifts)), 0.0
         else:
-            rates = np.array([1 / (self.contrast * self._length(window, patch)) for patch in patches])
+            rates = 1 / (self.contrast * self._lengths(window, *sides_of(box, shifts, self.sheet)))
         priced = self.wish is not None or often is not None
-        taking = [self._taking(patch, often) for patch in patches] if priced else []
-        return Offer(window, patches, costs, rates, least, must=not self.aligned, taking=taking)
+        patches = (patch_of(box, shift, self.sheet) for shift in shifts.tolist()) if priced else ()
+        taking = [self._taking(patch, often) for patch in patches]
+        return Offer(window, box, shifts, costs, rates, least, must=not self.aligned, taking=taking)
 
-    def _patch(self, box: Box, place: Sequence[int]) -> Patch:
-        """What a box shows of the exemplar if its first pixel is that at a place, which may lie outside."""
-        shift = tuple(s - p for s, p in zip(box.start, place, strict=True))
-        return Patch(0, shift, box.within(Box(shift, self.exemplar.shape)))
-
-    def _length(self, window: Window, patch: Patch) -> float:
-        """How long the seam of a patch is, about."""
-        known = np.count_nonzero(window.kept[window.box.part(patch.box)] == KEEP)
-        return max(known / min(self.overlap), 1.0)
+    def _lengths(self, window: Window, starts: Array, stops: Array) -> Array:
+        """How long the seams of patches are, about, (n,); starts, stops (n, axes): their first and after last pixels."""
+        return np.maximum(window.known(starts, stops) / min(self.overlap), 1.0)
 
     def _taking(self, patch: Patch, often: Array | None) -> Array:
         """What each pixel of a patch costs more than what it replaces, as seams cost: by wish, and place in a scene."""

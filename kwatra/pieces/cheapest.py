@@ -9,6 +9,7 @@ import numpy as np
 
 from kwatra.base import shared
 from kwatra.cut import MOST, solved_at_once
+from kwatra.pieces.boxes import Box
 from kwatra.pieces.mosaic import Mosaic
 from kwatra.pieces.sheet import Cut, Patch, Sheet, Window
 from kwatra.pieces.stock import Array
@@ -18,19 +19,31 @@ if TYPE_CHECKING:
 
 
 class Offer(NamedTuple):
-    """Patches of a mosaic's first source, tried in a window of a sheet.
+    """Patches of a mosaic's first source, each all that it shows of a box in a window of a sheet.
 
-    A patch costs its own of the costs (n,) and, times its rate (n,), the price of its cut; `least`: what it has to cost
-    less than. must: whether all of a patch is taken. taking: as for `Sheet.cut`, of each patch; () for nothing.
+    shifts (n, axes): by how much the source is shifted (`Patch`). A patch costs its own of the costs (n,) and, times
+    its rate (n,), the price of its cut; `least`: what it has to cost less than. must: whether all of a patch is taken.
+    taking: as for `Sheet.cut`, of each patch; () for nothing.
     """
 
     window: Window
-    patches: Sequence[Patch]
+    box: Box
+    shifts: Array
     costs: Array
     rates: Array
     least: float
     must: bool = False
     taking: Sequence[Array] = ()
+
+
+def patch_of(box: Box, shift: Sequence[int], sheet: Sheet[Mosaic]) -> Patch:
+    """All that a box of a sheet shows of its mosaic's first source, shifted."""
+    return Patch(0, tuple(shift), box.within(Box(tuple(shift), sheet.sources.shapes[0])))
+
+
+def sides_of(box: Box, shifts: Array, sheet: Sheet[Mosaic]) -> tuple[Array, Array]:
+    """The first pixels (n, axes) of such patches, and those after their last, one of `shifts` (n, axes) each."""
+    return np.maximum(shifts, box.start), np.minimum(shifts + np.array(sheet.sources.shapes[0]), box.stop)
 
 
 def cheapest_cuts(sheet: Sheet[Mosaic], offers: Sequence[Offer]) -> list[Cut | None]:
@@ -45,39 +58,40 @@ def cheapest_cuts(sheet: Sheet[Mosaic], offers: Sequence[Offer]) -> list[Cut | N
     cuts = iter(shared(partial(_one_by_one, sheet), large))
     found = iter(cheapest_of([_tried(sheet, offer) for offer, at_once in zip(offers, small, strict=True) if at_once]))
     chosen = zip(offers, small, strict=True)
-    return [_cut_of(offer, next(found)) if at_once else next(cuts) for offer, at_once in chosen]
+    return [_cut_of(sheet, offer, next(found)) if at_once else next(cuts) for offer, at_once in chosen]
 
 
-def _cut_of(offer: Offer, best: "Found | None") -> Cut | None:
+def _cut_of(sheet: Sheet[Mosaic], offer: Offer, best: "Found | None") -> Cut | None:
     """What was found of an offer as a cut of the sheet."""
     if best is None:
         return None
     taken = best.take, best.places, best.seams, best.change, best.price
-    return Cut(offer.patches[best.number], offer.window.box, *taken)
+    return Cut(patch_of(offer.box, offer.shifts[best.number].tolist(), sheet), offer.window.box, *taken)
 
 
 def _tried(sheet: Sheet[Mosaic], offer: Offer) -> tuple["Tries", "Ground", float]:
     """An offer as arrays, counted from its window's first pixel."""
     from kwatra.pieces.tries import Ground, Tries
 
-    window, patches = offer.window, offer.patches
-    origin, extra = np.array(window.box.start), np.zeros((len(offer.taking), window.kept.size), np.int64)
-    for row, patch, priced in zip(extra, patches, offer.taking, strict=False):
-        row.reshape(window.kept.shape)[window.box.part(patch.box)] = priced
-    corners = [patch.shift for patch in patches], [p.box.start for p in patches], [p.box.stop for p in patches]
-    shifts, starts, stops = (np.array(corner) - origin for corner in corners)
+    window, origin = offer.window, np.array(offer.window.box.start)
+    starts, stops = (side - origin for side in sides_of(offer.box, offer.shifts, sheet))
+    extra = np.zeros((len(offer.taking), window.kept.size), np.int64)
+    for row, start, stop, priced in zip(extra, starts.tolist(), stops.tolist(), offer.taking, strict=False):
+        row.reshape(window.kept.shape)[tuple(map(slice, start, stop))] = priced
     depth, mosaic = sheet.cost.depth, sheet.sources
     hidden = (1.0, 0.0) if depth is None else (depth.hidden, depth.least)
     laid = window.kept, window.laid, window.fixed, window.places, window.remembered, window.total
     ground = Ground(*laid, mosaic.planes, mosaic.shapes[0], mosaic.strides, sheet.cost.deep, *hidden)
-    return Tries(shifts, starts, stops, offer.costs, offer.rates, offer.must, extra), ground, offer.least
+    return Tries(offer.shifts - origin, starts, stops, offer.costs, offer.rates, offer.must, extra), ground, offer.least
 
 
 def _one_by_one(sheet: Sheet[Mosaic], offer: Offer) -> Cut | None:
     """The same where cuts may be too large to be solved at once."""
     best, least = None, offer.least
-    more: Sequence[Array | None] = offer.taking or [None] * len(offer.patches)
-    for patch, cost, rate, taking in zip(offer.patches, offer.costs.tolist(), offer.rates.tolist(), more, strict=True):
+    more: Sequence[Array | None] = offer.taking or [None] * len(offer.shifts)
+    each = offer.shifts.tolist(), offer.costs.tolist(), offer.rates.tolist(), more
+    for shift, cost, rate, taking in zip(*each, strict=True):
+        patch = patch_of(offer.box, shift, sheet)
         most = MOST if least == math.inf else math.ceil((least - cost) / rate)
         whole = np.ones(patch.box.extent, bool) if offer.must else None
         cut = sheet.cut_below(most, patch, must=whole, taking=taking, window=offer.window)

@@ -107,6 +107,18 @@ def recount(take: Any, new: Any, old: Any, kept: Any, counts: Any) -> None:
 
 
 @jitted
+def count_kept(kept: Any, starts: Any, stops: Any, counts: Any) -> None:
+    """Count (n,) the pixels that are KEEP in boxes from starts (n, 3) to before stops, of a window (*E)."""
+    for box in range(len(counts)):
+        count = 0
+        for i in range(starts[box, 0], stops[box, 0]):
+            for j in range(starts[box, 1], stops[box, 1]):
+                for k in range(starts[box, 2], stops[box, 2]):
+                    count += kept[i, j, k] == KEEP
+        counts[box] = count
+
+
+@jitted
 def score(seams: Any, tried: Any, low: Any, high: Any, extent: Any, scores: Any, highest: Any) -> None:
     """Set the scores of regions of `extent` (3,) that begin from low (3,) to before high (3,), and the highest ones.
 

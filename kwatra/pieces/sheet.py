@@ -80,6 +80,14 @@ class Window(NamedTuple):
     remembered: list[np.ndarray]
     total: int
 
+    def known(self, starts: Array, stops: Array) -> Array:
+        """How many pixels have a patch in boxes of the sheet, (n,), from starts (n, axes) to before stops."""
+        from kwatra.pieces.pixels import count_kept
+
+        first, counts = np.array(self.box.start), np.empty(len(starts), np.int64)
+        count_kept(volume(self.kept, len(first)), in_volume(starts - first, 0), in_volume(stops - first, 1), counts)
+        return counts
+
     def recount(self, cut: Cut, shown: Array) -> None:
         """Count how often each place of a mosaic is `shown` (*cell) once a cut into this window is committed."""
         from kwatra.pieces.pixels import recount

@@ -196,7 +196,8 @@ def test_of_several_patches_the_one_is_cut_in_that_costs_least(shape, hidden, pr
     sheet.lay(Patch(0, (0,) * axes, Box((0,) * axes, source)))
     sheet.lay(Patch(0, (2,) * axes, Box((2,) * axes, source)))
     shifts = [(1,) * axes, (2, 1, 0)[:axes], (0, 2, 1)[:axes], (1, 0, 2)[:axes]]
-    patches = [Patch(0, shift, Box(tuple(s + 1 for s in shift), tuple(n - 2 for n in source))) for shift in shifts]
+    box = Box((1,) * axes, tuple(n - 1 for n in source))
+    patches = [Patch(0, shift, box.within(Box(shift, source))) for shift in shifts]
     taking = [rng.integers(-900, 900, patch.box.extent) for patch in patches] if priced else []
     window = sheet.window(Box((0,) * axes, shape))
     for costs, rates in (
@@ -206,18 +207,18 @@ def test_of_several_patches_the_one_is_cut_in_that_costs_least(shape, hidden, pr
         cuts = [sheet.cut(p, taking=taking[k] if priced else None) for k, p in enumerate(patches)]
         worth = [cost + rate * cut.price for cut, cost, rate in zip(cuts, costs, rates, strict=True)]
         best = int(np.argmin(worth))
-        equal = [*patches, *map(replace, patches)]  # of equals the first is taken
+        equal = np.array([*shifts, *shifts])  # of equals the first is taken
         twice = np.tile(costs, 2), np.tile(rates, 2)
-        dearer = Offer(window, patches, costs, rates, min(worth), taking=taking)
-        none, found = cheapest_cuts(sheet, [dearer, Offer(window, equal, *twice, np.inf, taking=taking * 2)])
+        dearer = Offer(window, box, np.array(shifts), costs, rates, min(worth), taking=taking)
+        none, found = cheapest_cuts(sheet, [dearer, Offer(window, box, equal, *twice, np.inf, taking=taking * 2)])
         assert none is None
-        assert found.patch is patches[best]
+        assert found.patch == patches[best]
         assert (found.change, found.price) == (cuts[best].change, cuts[best].price)
         inner = tuple(
             slice(max(s - 1, 0), e + 1) for s, e in zip(patches[best].box.start, patches[best].box.stop, strict=True)
         )
         np.testing.assert_array_equal(found.take[inner], cuts[best].take)
         np.testing.assert_array_equal(found.places[inner][cuts[best].take], cuts[best].places[cuts[best].take])
-    must = Offer(window, patches[:1], costs[:1], rates[:1], np.inf, must=True, taking=taking[:1])
+    must = Offer(window, box, np.array(shifts[:1]), costs[:1], rates[:1], np.inf, must=True, taking=taking[:1])
     (whole,) = cheapest_cuts(sheet, [must])
     assert int(whole.take.sum()) == np.prod(patches[0].box.extent)
