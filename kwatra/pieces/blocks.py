@@ -38,9 +38,10 @@ from kwatra.pieces.gaps import LARGEST, Gaps, gaps
 from kwatra.pieces.mosaic import Mosaic
 from kwatra.pieces.regions import Regions
 from kwatra.pieces.seams import SeamCost
-from kwatra.pieces.sheet import Patch, Sheet, Window
+from kwatra.pieces.sheet import Patch, Sheet
 from kwatra.pieces.spread import Spread
 from kwatra.pieces.stock import Array, each
+from kwatra.pieces.window import Window
 from kwatra.pieces.wished import Wished, variance
 from kwatra.terms import PlaceCharge, Wish
 
@@ -197,7 +198,8 @@ class BlockStart:
             some = [boxes[number] for number in numbers]
             needed = None if again else self._needed(some)
             chosen = self.candidates.choose(some, needed, worn, self.seams, [luck[number] for number in numbers])
-            return [self._offered(box, *tried, often, again) for box, tried in zip(some, chosen, strict=True)]
+            seen = zip(self.sheet.windows(some), some, chosen, strict=True)
+            return [self._offered(window, box, *tried, often, again) for window, box, tried in seen]
 
         groups = self._groups(boxes)
         made = dict(zip(chain(*groups), chain(*shared(choose, groups)), strict=True))
@@ -205,7 +207,7 @@ class BlockStart:
         cuts = cheapest_cuts(self.sheet, offers)
         for offer, cut in zip(offers, cuts, strict=True):
             if cut is not None:
-                offer.window.recount(cut, self.shown)
+                offer.window.recount(cut.take, cut.places, self.shown)
                 self.sheet.commit(cut)
         return [cut is not None for cut in cuts]
 
@@ -252,14 +254,16 @@ class BlockStart:
             corner.append(first if wraps else min(max(first, 0), max(size - block, 0) // g * g))
         return self._box(corner)
 
-    def _offered(self, box: Box, places: Array, costs: Array, often: Array | None, again: bool) -> Offer:
-        """Blocks that are tried in a box, with what they and their seams cost.
+    def _offered(
+        self, window: Window, box: Box, places: Array, costs: Array, often: Array | None, again: bool
+    ) -> Offer:
+        """Blocks that are tried in a box, with what they and their seams cost; window: that of the box.
 
         That is 1 for a seam in plain sight: between unrelated pixels all along the block. Where blocks are laid again
         what counts is that seams cost less, with what a wish adds. places (n, axes): of the blocks' first pixels; costs
         (n,). often (T, H, W): what is charged for how often places of a scene are shown.
         """
-        window, least, shifts = self.sheet.window(box), math.inf, np.array(box.start) - places
+        least, shifts = math.inf, np.array(box.start) - places
         if again:
             costs, rates, least = np.zeros(len(shifts)), np.ones(len(shifts)), 0.0
         else:
@@ -270,7 +274,7 @@ class BlockStart:
         return Offer(window, box, shifts, costs, rates, least, must=not self.aligned, taking=taking)
 
     def _lengths(self, window: Window, starts: Array, stops: Array) -> Array:
-        """How long the seams of patches are, about, (n,); starts, stops (n, axes): their first and after last pixels."""
+        """How long the seams of patches are, about, (n,), which lie from starts (n, axes) to before stops."""
         return np.maximum(window.known(starts, stops) / min(self.overlap), 1.0)
 
     def _taking(self, patch: Patch, often: Array | None) -> Array:

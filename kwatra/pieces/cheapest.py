@@ -11,8 +11,9 @@ from kwatra.base import shared
 from kwatra.cut import MOST, solved_at_once
 from kwatra.pieces.boxes import Box
 from kwatra.pieces.mosaic import Mosaic
-from kwatra.pieces.sheet import Cut, Patch, Sheet, Window
+from kwatra.pieces.sheet import Cut, Patch, Sheet
 from kwatra.pieces.stock import Array
+from kwatra.pieces.window import Window
 
 if TYPE_CHECKING:
     from kwatra.pieces.tries import Found, Ground, Tries

@@ -32,45 +32,56 @@ def look(label: Any, places: Any, starts: Any, shown: Any, known: Any) -> None:
 
 @jitted
 def look_around(
-    label: Any, places: Any, fixed: Any, seams: Any, start: Any, kept: Any, laid: Any, held: Any, shown: Any,
-    remembered: Any,
-) -> Any:  # fmt: skip
-    """Set what a sheet shows of a box (*E) that begins at `start` (3,), as in `Window`; what its seams come to.
+    label: Any, places: Any, fixed: Any, seams: Any, starts: Any, extents: Any, kept: Any, laid: Any, held: Any,
+    shown: Any, remembered: Any, totals: Any,
+) -> None:  # fmt: skip
+    """Set what a sheet shows of boxes that begin at starts (b, 3), of extents (b, 3), as in `Window`, one box after
+    the other: (N,) of all their pixels, and what their seams come to (b,).
 
-    kept, laid, held (*E): what may happen to pixels that no patch is laid on, and that one is, and which are fixed.
-    shown (k, *E): their places. remembered: of each of three axes the seams between pixels and the next, one fewer
-    along that axis; none of axes that there are not, which come first.
+    kept, laid, held: what may happen to pixels that no patch is laid on, and that one is, and which are fixed. shown:
+    their places, of each box one number of all, then the next. remembered: of each box and axis the seams between
+    pixels and the next, one fewer along that axis.
     """
-    lines = _lines(kept.shape)
-    _follow(start, label.shape, lines)
-    for i in range(kept.shape[0]):
-        for j in range(kept.shape[1]):
-            one, other = lines[0][i], lines[1][j]
-            for k in range(kept.shape[2]):
-                last = lines[2][k]
-                filled = label[one, other, last] >= 0
-                held[i, j, k] = fixed[one, other, last]
-                kept[i, j, k] = KEEP if filled else VOID
-                laid[i, j, k] = KEEP if held[i, j, k] else FREE if filled else TAKE
-                for n in range(len(places)):
-                    shown[n, i, j, k] = places[n, one, other, last]
-    total, missing = np.int64(0), len(remembered) - len(seams)
-    for axis in range(missing, len(remembered)):
-        cost, seam = remembered[axis], seams[axis - missing]
-        for i in range(cost.shape[0]):
-            for j in range(cost.shape[1]):
+    pixel, cost, missing = 0, 0, 3 - len(seams)
+    for box in range(len(starts)):
+        a, b, c = extents[box]
+        lines = _lines((a, b, c))
+        _follow(starts[box], label.shape, lines)
+        first, count = len(places) * pixel, a * b * c
+        for i in range(a):
+            for j in range(b):
                 one, other = lines[0][i], lines[1][j]
-                for k in range(cost.shape[2]):
-                    cost[i, j, k] = seam[one, other, lines[2][k]]
-                    total += cost[i, j, k]
-    return total
+                for k in range(c):
+                    last = lines[2][k]
+                    filled = label[one, other, last] >= 0
+                    held[pixel] = fixed[one, other, last]
+                    kept[pixel] = KEEP if filled else VOID
+                    laid[pixel] = KEEP if held[pixel] else FREE if filled else TAKE
+                    pixel += 1
+        for n in range(len(places)):
+            for i in range(a):
+                for j in range(b):
+                    one, other = lines[0][i], lines[1][j]
+                    for k in range(c):
+                        shown[first + n * count + (i * b + j) * c + k] = places[n, one, other, lines[2][k]]
+        total = np.int64(0)
+        for axis in range(missing, 3):
+            for i in range(a - (axis == 0)):
+                for j in range(b - (axis == 1)):
+                    one, other = lines[0][i], lines[1][j]
+                    for k in range(c - (axis == 2)):
+                        remembered[cost] = seams[axis - missing, one, other, lines[2][k]]
+                        total += remembered[cost]
+                        cost += 1
+        totals[box] = total
 
 
 @jitted
 def lay(label: Any, places: Any, seams: Any, start: Any, number: Any, take: Any, shown: Any, left: Any) -> None:
     """Have the pixels (*E) of a box that `take` a patch show its places (k, *E), and set all seams that are `left`.
 
-    number: of the patch; left: as `remembered` in `look_around`.
+    number: of the patch; left: of each of three axes the seams between pixels and the next, one fewer along that axis;
+    none of axes that there are not, which come first.
     """
     lines = _lines(take.shape)
     _follow(start, label.shape, lines)

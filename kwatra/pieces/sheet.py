@@ -14,12 +14,12 @@ from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 
-from kwatra.base.axes import AXES
 from kwatra.base.spans import in_volume, volume
 from kwatra.cut import FREE, MOST, TAKE
 from kwatra.pieces.boxes import Box
 from kwatra.pieces.seams import SeamCost, summed
 from kwatra.pieces.stock import Array, Stock
+from kwatra.pieces.window import Window, as_volumes, seen_in
 
 S = TypeVar("S", bound=Stock)
 
@@ -62,37 +62,6 @@ class Cut(NamedTuple):
     seams: list[np.ndarray]
     change: int
     price: int
-
-
-class Window(NamedTuple):
-    """What a sheet shows in a box, which is one pixel wider than what patches are cut into: arrays over its pixels.
-
-    kept: what happens to pixels that no patch is laid on (kwatra.cut); laid: to those that one is. fixed: pixels that
-    keep their patch. places: what they show; remembered: per axis the cost of the seam between a pixel and the next,
-    which come to `total`.
-    """
-
-    box: Box
-    kept: np.ndarray
-    laid: np.ndarray
-    fixed: np.ndarray
-    places: np.ndarray
-    remembered: list[np.ndarray]
-    total: int
-
-    def known(self, starts: Array, stops: Array) -> Array:
-        """How many pixels have a patch in boxes of the sheet, (n,), from starts (n, axes) to before stops."""
-        from kwatra.pieces.pixels import count_kept
-
-        first, counts = np.array(self.box.start), np.empty(len(starts), np.int64)
-        count_kept(volume(self.kept, len(first)), in_volume(starts - first, 0), in_volume(stops - first, 1), counts)
-        return counts
-
-    def recount(self, cut: Cut, shown: Array) -> None:
-        """Count how often each place of a mosaic is `shown` (*cell) once a cut into this window is committed."""
-        from kwatra.pieces.pixels import recount
-
-        recount(cut.take.ravel(), cut.places.ravel(), self.places.ravel(), self.kept.ravel(), shown.reshape(-1))
 
 
 class Sheet(Generic[S]):
@@ -186,20 +155,11 @@ class Sheet(Generic[S]):
         self.commit(cut)
         return True
 
-    def window(self, box: Box) -> Window:
-        """What there is to cut patches into that lie within a box."""
-        from kwatra.pieces.pixels import look_around
-
-        around = Box(tuple(s - 1 for s in box.start), tuple(e + 2 for e in box.extent))
-        around = around.clipped(self.shape, self.periodic)
-        axes, extent = len(self.shape), around.extent
-        kept, laid, fixed = np.empty(extent, np.int8), np.empty(extent, np.int8), np.empty(extent, bool)
-        remembered = [np.empty([e - (d == axis) for d, e in enumerate(extent)], np.int32) for axis in range(axes)]
-        places = np.empty((*self.places.shape[:-axes], *extent), self.places.dtype)
-        sheet = volume(self.label, axes), self._numbers(self.places), volume(self.fixed, axes), volume(self.seams, axes)
-        made = volume(kept, axes), volume(laid, axes), volume(fixed, axes)
-        total = look_around(*sheet, in_volume(around.start, 0), *made, self._numbers(places), _as_volumes(remembered))
-        return Window(around, kept, laid, fixed, places, remembered, total)
+    def windows(self, boxes: Sequence[Box]) -> list[Window]:
+        """What there is to cut patches into that lie within each of boxes."""
+        wide = (Box(tuple(s - 1 for s in box.start), tuple(e + 2 for e in box.extent)) for box in boxes)
+        around = [box.clipped(self.shape, self.periodic) for box in wide]
+        return seen_in(around, self.label, self.places, self.fixed, self.seams)
 
     def cut(
         self,
@@ -232,7 +192,7 @@ class Sheet(Generic[S]):
 
         window: of a box in which the patch's lies, as it is now, where several patches are tried on it.
         """
-        window = self.window(patch.box) if window is None else window
+        window = self.windows([patch.box])[0] if window is None else window
         if taking is None and -window.total > most:  # were no seam left
             return None
         inner = window.box.part(patch.box)
@@ -256,7 +216,7 @@ class Sheet(Generic[S]):
 
         axes, number = len(self.shape), len(self.patches)
         sheet = volume(self.label, axes), self._numbers(self.places), volume(self.seams, axes)
-        taken = volume(cut.take, axes), self._numbers(np.ascontiguousarray(cut.places)), _as_volumes(cut.seams)
+        taken = volume(cut.take, axes), self._numbers(np.ascontiguousarray(cut.places)), as_volumes(cut.seams)
         lay(*sheet, in_volume(cut.box.start, 0), number, *taken)
         self.patches.append(cut.patch)
         self.total += cut.change
@@ -287,9 +247,3 @@ def _choice(
         core[must_not & free] = window.kept[inner][must_not & free]
     choice[inner] = core
     return choice
-
-
-def _as_volumes(seams: Sequence[Array]) -> tuple[Array, ...]:
-    """Costs of seams along each axis, as of AXES axes; of those that there are not none."""
-    missing = (np.empty((0, 0, 0), np.int32) for _ in range(AXES - len(seams)))
-    return (*missing, *(volume(np.ascontiguousarray(cost), len(seams)) for cost in seams))

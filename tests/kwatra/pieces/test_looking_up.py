@@ -57,7 +57,7 @@ def test_a_window_shows_what_lies_in_a_box_and_around_it(start):
     for first in ((0, 0), (3, 3)):
         sheet.lay(Patch(0, first, Box(first, (4, 5))))
     sheet.fixed[:, 3:5] = True
-    window = sheet.window(Box(start, (3, 4)))
+    _, window = sheet.windows([Box((0, 0), (2, 3)), Box(start, (3, 4))])
     rows, columns = (np.arange(s - 1, s + e + 1) % n for s, e, n in zip(start, (3, 4), shape, strict=True))
     at = np.ix_(rows, columns)
     filled = sheet.label[at] >= 0
@@ -78,7 +78,7 @@ def test_a_cut_changes_the_pixels_that_take_it_and_how_often_places_are_shown():
     for first in ((0, 0), (3, 3), (-2, 5), (1, -1)):
         before, patch = sheet.places.copy(), Patch(0, first, Box(first, (4, 5)))
         cut = sheet.cut(patch)
-        sheet.window(patch.box).recount(cut, shown)
+        sheet.windows([patch.box])[0].recount(cut.take, cut.places, shown)
         sheet.commit(cut)
         at = np.ix_(*(np.arange(s, e) % n for s, e, n in zip(cut.box.start, cut.box.stop, shape, strict=True)))
         np.testing.assert_array_equal(sheet.places[at], np.where(cut.take, cut.places, before[at]))

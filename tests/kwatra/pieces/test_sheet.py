@@ -1,7 +1,6 @@
 """Laying patches against brute force: no labeling of a small sheet may be cheaper than the one that is chosen."""
 
 import itertools
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -199,7 +198,7 @@ def test_of_several_patches_the_one_is_cut_in_that_costs_least(shape, hidden, pr
     box = Box((1,) * axes, tuple(n - 1 for n in source))
     patches = [Patch(0, shift, box.within(Box(shift, source))) for shift in shifts]
     taking = [rng.integers(-900, 900, patch.box.extent) for patch in patches] if priced else []
-    window = sheet.window(Box((0,) * axes, shape))
+    window = sheet.windows([Box((0,) * axes, shape)])[0]
     for costs, rates in (
         (np.zeros(4), np.ones(4)),
         (np.array([3.0, 0.5, 2.0, 1.0]), np.array([2e-5, 1e-4, 1e-5, 3e-5])),
