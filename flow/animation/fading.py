@@ -18,6 +18,7 @@ from flow.animation.blur import blurred
 from flow.animation.carrying import carried
 from flow.animation.film import Film
 from flow.warps import Lookup, filled, warp
+from kwatra.base import over_channels
 
 _SHADES = 6.0
 """Shades are colors blurred by so many px."""
@@ -114,7 +115,7 @@ def _detail(colors: Tensor, known: Tensor, scale: float) -> Tensor:
 
 def _strength(detail: Tensor, known: Tensor, scale: float) -> Tensor:
     """The mean square (1, H, W) of details (C, H, W) around each pixel."""
-    return blurred(detail.square().sum(0, keepdim=True), known, scale)
+    return blurred(over_channels(detail.square())[None], known, scale)
 
 
 def left_of(film: Film, frames: float) -> float:

@@ -164,7 +164,7 @@ class Film:
     @cached_property
     def _gray(self) -> Tensor:
         """The strip's mean color, (1, rows, W)."""
-        return (self.read.continued * self.strip.share).sum(0, keepdim=True)
+        return over_channels(self.read.continued * self.strip.share)[None]
 
     @cached_property
     def grain(self) -> Tensor | None:

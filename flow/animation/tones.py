@@ -14,7 +14,7 @@ from torch import Tensor
 from flow.animation.blur import blurred
 from flow.animation.reading import continued, nearest_pixels, where_inside
 from kwatra import Exemplar
-from kwatra.base import principal_axes
+from kwatra.base import over_channels, principal_axes
 from kwatra.source import look_up
 
 _CLASSES = 16
@@ -41,7 +41,7 @@ class Tones:
         known = exemplar.owner >= 0
         smooth = blurred(exemplar.canvas * exemplar.share.sqrt(), known, _BLUR)
         colors = smooth[:, known].double()
-        tone = (principal_axes(colors)[0, :, None] * colors).sum(0)
+        tone = over_channels(principal_axes(colors)[0, :, None] * colors)
         classes, self._count = _sorted(tone, _CLASSES if grain is None else _TONES), _CLASSES
         if grain is not None:
             grades, self._count = torch.empty_like(classes), _TONES * _GRAINS

@@ -14,6 +14,7 @@ import torch
 from torch import Tensor
 
 from flow.volume.springs import PAIRS, Springs
+from kwatra.base import over_channels
 
 
 class Candidates:
@@ -69,7 +70,7 @@ class _Place:
                 stretched.addcmul_(weight, values.gather(2, number.expand_as(values)), value=-1)
                 whole += weight
             # the weights that a spring reads by sum to 1
-            return (stretched.square().sum(0) * (whole > 1 - 1e-4)).sum(1)
+            return (over_channels(stretched.square()) * (whole > 1 - 1e-4)).sum(1)
         change = values - self.x
         force = self.pull + self.own * change
         volume = change.unflatten(2, self.width)
@@ -77,7 +78,7 @@ class _Place:
             force.addcmul_(coupled, volume.roll((-offset[0], -offset[1]), (3, 4)).flatten(2), value=2)
         for number, weight in self.read:
             force.addcmul_(weight, change.gather(2, number.expand_as(change)), value=-2)
-        return change.mul_(force).sum(0).sum(1)
+        return over_channels(change.mul_(force)).sum(1)
 
     def _of(self, table: Tensor) -> Tensor:
         """A table of the video's pixels at those of the windows."""

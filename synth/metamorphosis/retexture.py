@@ -16,7 +16,7 @@ from torch import Tensor
 from flow.animation.carrying import carried
 from flow.warps import Lookup, displacement, filled, jacobian, pixel_coordinates, warp
 from kwatra import Exemplar, Level, Settings, SoftPixels, optimize
-from kwatra.base import InputError
+from kwatra.base import InputError, over_channels
 from synth.metamorphosis.bands import bands_at
 from synth.metamorphosis.method import Film, Frames, Pair, Report
 from synth.metamorphosis.recolor import Colors, barycenter, recolored
@@ -105,7 +105,7 @@ def sureness(film: Film, pair: Pair, time: float) -> Tensor:
     a, b = (warp(image, pixels + way, wrap=pair.tile) for image, way in zip(shown, ways, strict=True))
     between = barycenter((sources.colors_a, sources.colors_b), (1 - time, time))
     variance = float(between.covariance.diagonal().mean())
-    unlike = (a - b).square().mean(0) / variance
+    unlike = over_channels((a - b).square()) / (len(a) * variance)
     stretched = torch.stack([jacobian(way, pair.tile).clamp(min=_FLAT).log().square() for way in ways]).sum(0)
     return 1 / (1 + 4 * time * (1 - time) * (unlike + stretched))
 

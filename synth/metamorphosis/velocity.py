@@ -16,7 +16,7 @@ import torch.nn.functional as F
 from torch import Tensor
 
 from flow.warps import Smoothness, followed, interpolated, jacobian, pixel_coordinates
-from kwatra.base import InputError, coarse_shape, constant, differentiable, mean, resized
+from kwatra.base import InputError, coarse_shape, constant, differentiable, mean, over_channels, resized
 from kwatra.result import Row
 from synth.metamorphosis.descent import Oracle, descent, inner
 from synth.metamorphosis.method import Report
@@ -179,7 +179,7 @@ class Mismatch:
             least.append(jacobian(moved.detach(), self.wrap).min())
         place = moved + pixel_coordinates(velocity.shape[-2:], velocity.device).to(velocity.dtype)
         apart = self.images[1] - interpolated(self.images[0], place, "bicubic", self.wrap)
-        yield {"mismatch": mean(apart.square().sum(0)) / self.sigma**2}, torch.stack(least).min()
+        yield {"mismatch": mean(over_channels(apart.square())) / self.sigma**2}, torch.stack(least).min()
 
 
 def _factors(shape: tuple[int, int], wrap: bool) -> list[int]:

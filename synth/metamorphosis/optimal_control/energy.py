@@ -29,7 +29,7 @@ import torch
 from torch import Tensor
 
 from flow.warps import again, followed, interpolated, jacobian, pixel_coordinates
-from kwatra.base import mean
+from kwatra.base import mean, over_channels
 
 _FLAT = 1e-6
 """Areas count as no less: where maps fold, the energy has no meaning, and is refused by the search."""
@@ -70,9 +70,9 @@ class Change:
         moved = maps[-1]
         place = moved + pixel_coordinates(moved.shape[-2:], moved.device).to(moved.dtype)
         apart = (here - interpolated(there, place, "bicubic", self.wrap)).square()
-        energies = {"change": mean(apart[: self.colors].sum(0) / spent) / 2}
+        energies = {"change": mean(over_channels(apart[: self.colors]) / spent) / 2}
         if self.colors < len(apart):
-            energies["features"] = mean(apart[self.colors :].sum(0)) / (2 * self.sigma**2)
+            energies["features"] = mean(over_channels(apart[self.colors :])) / (2 * self.sigma**2)
         return energies, 1 / torch.stack(most).max()
 
 
