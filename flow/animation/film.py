@@ -21,6 +21,9 @@ from flow.animation.reading import Reading
 from flow.warps import pixel_coordinates, warp
 from kwatra import Exemplar, InputError, direction_dependence, element_size, place_dependence
 from kwatra.base import mean, over_channels
+from kwatra.elements import anisotropy
+from kwatra.levels import STRAIGHT
+from kwatra.pieces import Hidden, hidden_seams
 from kwatra.source import look_up
 from kwatra.terms.stay import SCENE
 
@@ -134,6 +137,19 @@ class Film:
     def read(self) -> Reading:
         """The strip between its pixels, bilinearly."""
         return Reading(self.strip, "bilinear")
+
+    @cached_property
+    def hidden(self) -> Hidden | None:
+        """Where gaps between a picture's elements hide seams; None where they do nowhere, and of videos."""
+        return hidden_seams(self.strip) if self.motion is None else None
+
+    @cached_property
+    def along(self) -> int | None:
+        """The axis, 0 down and 1 to the right, along which a picture runs, turned nowhere; None: along none."""
+        if self.motion is not None or self.turning or self.hidden is not None:
+            return None
+        much = anisotropy(self.strip)
+        return None if 1 / STRAIGHT < much < STRAIGHT else int(much < 1)
 
     def onward(self, source: Tensor) -> Tensor:
         """Where texture at source coordinates (2, *S) is read a frame later; the same where it cannot live on."""

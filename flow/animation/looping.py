@@ -110,7 +110,7 @@ class _Back:
             motion.seed,
         )
         stretch = max(min(_STRETCH, frames // 2), 1)
-        size = min(motion.renewal.blocks.size, -(-min(motion.shape) // 2))
+        size = min(*motion.renewal.blocks.sides, -(-min(motion.shape) // 2))
         self._band = _BAND * size
         since = _times(motion.shape, frames - stretch + 1, frames, size, motion.seed)
         frame, self._stops = start, {}
@@ -167,7 +167,7 @@ class _Back:
 
     def _cost(self, mosaic: Mosaic, sources: Sequence[Tensor]) -> SeamCost:
         """What seams of a mosaic of frames cost, given their source coordinates (2, H, W): more through elements."""
-        hidden = self.motion.renewal.hidden
+        hidden = self.motion.film.hidden
         if hidden is None:
             return SeamCost(mosaic)
         places = [nearest_pixels(source, hidden.depth.shape).numpy() for source in sources]

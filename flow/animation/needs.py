@@ -1,5 +1,7 @@
 """Which blocks of a frame are to be renewed: those most worn, and all that have lost their texture."""
 
+import math
+
 import numpy as np
 from torch import Tensor
 
@@ -22,18 +24,20 @@ _APART = 3 / 8
 """Of blocks closer than this, in their sizes, one is renewed in a frame. Not tuned."""
 
 
-def neediest(wear: Tensor, lost: Tensor, left: Tensor | None, size: int, most: int) -> list[tuple[int, int]]:
-    """Corners (row, column) of up to `most` blocks of `size` px, and of as many more as hold what is lost.
+def neediest(
+    wear: Tensor, lost: Tensor, left: Tensor | None, sides: tuple[int, int], most: int
+) -> list[tuple[int, int]]:
+    """Corners (row, column) of up to `most` blocks of `sides` px, and of as many more as hold what is lost.
 
     wear (H, W): what can be gained; lost (H, W): where there is no texture any more; left (H, W): what tries left, on
     average over their blocks, 0 where there was none; None where nothing was tried.
     """
-    rows, columns = (starts(side, size) for side in wear.shape)
+    rows, columns = (starts(*line) for line in zip(wear.shape, sides, strict=True))
     worn, holes, rested = (
-        0 if v is None else box_sums(v.double().numpy(), (size, size))[np.ix_(rows, columns)]
-        for v in (wear, lost, left)
+        0 if v is None else box_sums(v.double().numpy(), sides)[np.ix_(rows, columns)] for v in (wear, lost, left)
     )
-    worn, rested = worn / size**2, rested / size**2
+    area = math.prod(sides)
+    worn, rested = worn / area, rested / area
     need = np.where(holes > 0.5, 10 + holes, np.where((worn > _LEAST) & (worn > _AGAIN * rested), worn, 0))
     places: list[tuple[int, int]] = []
     while need.max() > 0:
@@ -41,8 +45,8 @@ def neediest(wear: Tensor, lost: Tensor, left: Tensor | None, size: int, most: i
         if len(places) >= most and need[row, column] < 10:
             break
         places.append((int(rows[row]), int(columns[column])))
-        near = (np.abs(rows - rows[row]) < _APART * size)[:, None] & (np.abs(columns - columns[column]) < _APART * size)
-        need[near] = 0
+        above, beside = np.abs(rows - rows[row]), np.abs(columns - columns[column])
+        need[np.ix_(above < _APART * sides[0], beside < _APART * sides[1])] = 0
     return places
 
 

@@ -28,8 +28,9 @@ import torch
 from torch import Tensor
 
 from flow.animation.aging import Aging
-from flow.animation.blocks import Blocks, side_of
+from flow.animation.blocks import Blocks, bell, inner, side_of
 from flow.animation.copies import angle_of, parted, softened, turned
+from flow.animation.fibers import block_sides, easier
 from flow.animation.film import Film
 from flow.animation.needs import neediest
 from flow.animation.placing import Spot, bounds, reach, settled, shift_of, taken_by, turn_of, upright, widened
@@ -42,11 +43,7 @@ from flow.animation.tones import Tones
 from flow.animation.wear import Wear, Worn
 from kwatra.base import mean, over_channels, total
 from kwatra.cut import along
-from kwatra.pieces import Box, Patch, Sheet, hidden_seams
-
-_RIM = 1 / 6
-"""The part of a block's side, at either end, over which the wear that it saves is guessed less, down to nothing. Tried:
-.197 with half as much, .205 with twice as much."""
+from kwatra.pieces import Box, Patch, Sheet
 
 _BEYOND, _UNSURE = 1 / 4, 0.1
 """Where gaps hide seams, by so much of its side a block may go on, and what a pixel costs there, and less in its rim.
@@ -123,18 +120,14 @@ class Renewal:
         self.tones = Tones(film.strip, settings.tones, film.grain, film.pages)
         self.aging = Aging(film, settings.aging)
         self.read = Reading(exemplar, settings.interpolation)
-        self.hidden = hidden = hidden_seams(film.strip) if film.motion is None else None
-        self.blocks = Blocks(film, min(side_of(settings.block, hidden), *shape), hidden)
-        self._beyond, self._unsure = (0, 0.0) if hidden is None else (round(_BEYOND * self.blocks.size), _UNSURE)
+        hidden, size = film.hidden, min(side_of(settings.block, film.hidden), *shape)
+        self.blocks = Blocks(film, block_sides(size, film.along, shape), hidden)
+        sides = self.blocks.sides
+        self._beyond, self._unsure = (0, 0.0) if hidden is None else (round(_BEYOND * sides[0]), _UNSURE)
         self._share = exemplar.share
         self.stock = Coordinates(exemplar, self.wear.variance, settings.seam)
-        self._seams = self.stock.whole(hidden)
-        side = torch.arange(self.blocks.size, dtype=torch.float32)
-        bell = torch.exp(-((side - (self.blocks.size - 1) / 2) / (0.4 * self.blocks.size)).square())
-        self._bell = bell[:, None] * bell
-        inner = (side / (_RIM * self.blocks.size)).clamp(max=1)
-        inner = inner.minimum(inner.flip(0))
-        self._inner = inner[:, None].minimum(inner)
+        self._seams = self.stock.whole(hidden, easier(film))
+        self._bell, self._inner = bell(sides), inner(sides)
 
     def __call__(
         self,
@@ -152,12 +145,12 @@ class Renewal:
         left (H, W): `Renewed.left` of the frame before, carried along (default: nothing was tried). place (2, H, W):
         where in a scene pixels belong (default: anywhere).
         """
-        frame, size, most = self.begin(source, inside, moved, left, place), self.blocks.size, self.settings.blocks
+        frame, sides, most = self.begin(source, inside, moved, left, place), self.blocks.sides, self.settings.blocks
         worn, lost = self._worn(frame, frame.worn.wear, frame.costs), inside & self.read.lost(source)
         usable = frame.usable
-        self._renew(frame, neediest(worn, lost, frame.left, size, most), generator)
+        self._renew(frame, neediest(worn, lost, frame.left, sides, most), generator)
         while bool((lost := lost & ~frame.usable).any()):
-            self._renew(frame, neediest(torch.zeros_like(worn), lost, frame.left, size, most), generator)
+            self._renew(frame, neediest(torch.zeros_like(worn), lost, frame.left, sides, most), generator)
         after = frame.source
         changed = usable & (after != source).any(0)
         area = total(inside.float()).clamp(min=1)
@@ -216,16 +209,16 @@ class Renewal:
         """Find a block for each place and take of it what lowers the energy."""
         if not places:
             return
-        size = self.blocks.size
-        spots = [(slice(row, row + size), slice(column, column + size)) for row, column in places]
+        height, width = self.blocks.sides
+        spots = [(slice(row, row + height), slice(column, column + width)) for row, column in places]
         turns = [self._turn(frame, spot) for spot in spots]
         image = self.blocks.seen(frame.image, frame.source)
         seen = [upright(image, frame.usable, spot, turn) for spot, turn in zip(spots, turns, strict=True)]
         content, known = torch.stack([part for part, _ in seen]), torch.stack([there * self._bell for _, there in seen])
-        homes, more = [self._home(frame, spot) for spot in spots], [reach(size, turn) for turn in turns]
+        homes, more = [self._home(frame, spot) for spot in spots], [reach(height, turn) for turn in turns]
         corners = self.blocks.nearest(content, known[:, None], self._using(frame), generator, homes, more)
         for spot, turn, corner in zip(spots, turns, corners, strict=True):
-            patch = Patch(turn, shift_of(corner, spot, turn), Box((spot[0].start, spot[1].start), (size, size)))
+            patch = Patch(turn, shift_of(corner, spot, turn), Box((spot[0].start, spot[1].start), (height, width)))
             self._fuse(frame, self._in_place(frame, spot, patch), spot)
             if frame.left is not None:
                 here = frame.costs[(slice(None), *spot)]
@@ -234,7 +227,7 @@ class Renewal:
     def _turn(self, frame: Carried, spot: Spot) -> int:
         """The source that is turned as copies of a spot are, if they may be and the exemplar holds such blocks."""
         turn = turn_of(frame.worn.angle[spot], frame.usable[spot]) if self.film.turning else 0
-        return turn if self.blocks.holds(reach(self.blocks.size, turn)) else 0
+        return turn if self.blocks.holds(reach(self.blocks.sides[0], turn)) else 0
 
     def _home(self, frame: Carried, spot: Spot) -> Tensor | None:
         """The corner (2,) of the block that belongs to a spot; None where texture is missing or places tell nothing."""

@@ -218,8 +218,8 @@ class Motion:
         moved = inside & (source != state.source).any(0)
         older = self.upright(tidied(source, moved, inside), moved)
         source = self.film.onward(older)
-        if self.renewal.hidden is not None:
-            depth = torch.from_numpy(self.renewal.hidden.depth)
+        if self.film.hidden is not None:
+            depth = torch.from_numpy(self.film.hidden.depth)
             source = overlapped(source, moved, inside, depth, self.film.read.usable)
         lives = inside & (source != older).any(0)
         left = None if state.left is None else warp(state.left[None], look.coordinates, "nearest")[0] * look.known

@@ -8,6 +8,7 @@ from torch import Tensor
 
 from flow.animation.blur import blurred
 from flow.animation.copies import angle_of, distortion, turned
+from flow.animation.fibers import window_sides
 from flow.animation.film import Film
 from flow.animation.placing import Spot, widened
 from kwatra import Grid
@@ -50,8 +51,9 @@ class Worn:
 class Wear:
     """Measures frames of `shape` (H, W) against an exemplar, by windows `width` px wide every `step` px.
 
-    Values are in variances of the exemplar: 0 is a verbatim copy, 2 what two unrelated pixels have between them. Where
-    copies may turn (`Film.turning`) a window is compared with what its copy shows turned as it is.
+    They are long and slim where it runs along an axis (`flow.animation.fibers`). Values are in variances of the
+    exemplar: 0 is a verbatim copy, 2 what two unrelated pixels have between them. Where copies may turn
+    (`Film.turning`) a window is compared with what its copy shows turned as it is.
     """
 
     def __init__(self, film: Film, shape: tuple[int, int], width: int, step: int, area: float) -> None:
@@ -60,17 +62,19 @@ class Wear:
         self.area, self._film = area, film
         self.variance = max(float((exemplar.variances * exemplar.share.flatten()).sum()), 1e-8)
         page = film.cut(exemplar, [0])
-        fits = (w for w in range(min(width, *shape), 0, -1) if bool(page.corners((w, w)).any()))
-        width = next(fits, 1)
-        step = min(step, width)
-        width -= width % step
+        sides, steps = (window_sides(side, film.along) for side in (width, step))
+        if sides[0] > shape[0] or sides[1] > shape[1] or not bool(page.corners(sides).any()):
+            fits = (w for w in range(min(width, *shape), 0, -1) if bool(page.corners((w, w)).any()))
+            sides, steps = (next(fits, 1),) * 2, (step, step)
+        steps = min(steps[0], sides[0]), min(steps[1], sides[1])
+        sides = sides[0] - sides[0] % steps[0], sides[1] - sides[1] % steps[1]
         smooth = replace(exemplar, canvas=blurred(exemplar.canvas, exemplar.owner >= 0, _BLUR))
         self._pixels = channels_last(smooth.canvas)
-        self.source = SourceWindows(film.cut(smooth, pages), (width, width), torch.Generator().manual_seed(0))
-        self.grid = Grid(shape, (width, width), (step, step))
+        self.source = SourceWindows(film.cut(smooth, pages), sides, torch.Generator().manual_seed(0))
+        self.grid = Grid(shape, sides, steps)
         pairs = len(self.grid) * len(self.source.numbers)
         self._route = "exact" if pairs <= _EXACT else "approximate"
-        last = [film.pitch - width, exemplar.shape[1] - width] if film.pages > 1 else [*self.source.positions]
+        last = [film.pitch - sides[0], exemplar.shape[1] - sides[1]] if film.pages > 1 else [*self.source.positions]
         self._last = torch.tensor(last)
         every = torch.arange(len(self.grid))
         self._whole = slice(0, shape[0]), slice(0, shape[1])

@@ -33,7 +33,7 @@ def cut(image: Tensor, x: float, y: float) -> Tensor:
 def nearest(exemplar: Exemplar, content: Tensor, known: Tensor | None = None, used: Tensor | None = None) -> Tensor:
     known = torch.ones(len(content), 1, SIZE, SIZE) if known is None else known
     used = torch.zeros(exemplar.shape) if used is None else used
-    return Blocks(Film.of(exemplar), SIZE).nearest(content, known, lambda rows: used[rows], generator())
+    return Blocks(Film.of(exemplar), (SIZE, SIZE)).nearest(content, known, lambda rows: used[rows], generator())
 
 
 @pytest.mark.parametrize("place", [(0, 0), (54, 44), (53, 43), (13, 22), (30, 7)])
@@ -135,17 +135,17 @@ def test_channels_without_weight_do_not_count() -> None:
 
 
 def test_blocks_shrink_until_they_fit() -> None:
-    assert Blocks(Film.of(Exemplar.of(smooth(24, 24))), 48).size == 24
-    assert Blocks(Film.of(Exemplar.of(smooth(23, 40))), 48).size == 12
-    blocks = Blocks(Film.of(Exemplar.of(smooth(9, 9))), 15)  # odd, so without a coarse search
-    assert blocks.size == 7
+    assert Blocks(Film.of(Exemplar.of(smooth(24, 24))), (48, 48)).sides == (24, 24)
+    assert Blocks(Film.of(Exemplar.of(smooth(23, 40))), (48, 48)).sides == (12, 12)
+    blocks = Blocks(Film.of(Exemplar.of(smooth(9, 9))), (15, 15))  # odd, so without a coarse search
+    assert blocks.sides == (7, 7)
     content = smooth(9, 9)[None, :, 1:8, 2:9]
     found = blocks.nearest(content, torch.ones(1, 1, 7, 7), lambda rows: torch.zeros(len(rows), 9), generator())
     assert torch.equal(found, torch.tensor([[2.0, 1.0]]))
     holes = torch.zeros(9, 9, dtype=torch.bool)
     holes[::2, ::2] = True
     with pytest.raises(InputError, match="no 2x2 block fits into the exemplar; its mask leaves too little"):
-        Blocks(Film.of(Exemplar.of(smooth(9, 9), masks=[holes])), 15)
+        Blocks(Film.of(Exemplar.of(smooth(9, 9), masks=[holes])), (15, 15))
 
 
 def test_of_blocks_that_agree_as_well_the_one_near_its_home_is_found_whatever_its_frame() -> None:
@@ -156,8 +156,8 @@ def test_of_blocks_that_agree_as_well_the_one_near_its_home_is_found_whatever_it
     for x in (12, 52):
         for y in (8, 48):
             home = [torch.tensor([x + 9.0, y - 7.0])]
-            found = Blocks(clip, SIZE).nearest(content, known, unused, generator(), home)[0]
+            found = Blocks(clip, (SIZE, SIZE)).nearest(content, known, unused, generator(), home)[0]
             assert found[0] == x
             assert found[1] % clip.pitch == y
     odd = content + torch.where(torch.arange(SIZE) < 8, 0.0, 0.05)
-    assert Blocks(clip, SIZE).nearest(odd, known, unused, generator(), [torch.tensor([52.0, 8.0])])[0, 0] == 52
+    assert Blocks(clip, (SIZE, SIZE)).nearest(odd, known, unused, generator(), [torch.tensor([52.0, 8.0])])[0, 0] == 52

@@ -127,7 +127,7 @@ def test_how_grainy_texture_is_is_told_and_heeded(monkeypatch: pytest.MonkeyPatc
     assert float(film.described.canvas[-1].std()) == pytest.approx(float(film.strip.canvas.std()), rel=0.3)
     content, known = other.described.canvas[:, 20:36, 64:80][None], torch.ones(1, 1, 16, 16)
     free = torch.Generator().manual_seed(0)
-    corner = Blocks(film, 16).nearest(content, known, lambda rows: torch.zeros(len(rows), 96), free)
+    corner = Blocks(film, (16, 16)).nearest(content, known, lambda rows: torch.zeros(len(rows), 96), free)
     assert int(corner[0, 0]) >= 40  # of flat texture alone the mean fits better
 
 

@@ -283,8 +283,8 @@ def test_every_pixel_lies_in_a_block_however_small_the_exemplar(side: int) -> No
     renewal = Renewal(Film.of(Exemplar.of(brick()[:, :side, :side])), (13, 18), QUICK)
     covered = [torch.zeros(n, dtype=torch.bool) for n in (13, 18)]
     for line, n in zip(covered, (13, 18), strict=True):
-        for start in starts(n, renewal.blocks.size).tolist():
-            line[start : start + renewal.blocks.size] = True
+        for start in starts(n, renewal.blocks.sides[0]).tolist():
+            line[start : start + renewal.blocks.sides[0]] = True
         assert bool(line.all())
 
 

@@ -26,10 +26,10 @@ def test_blocks_hold_whole_elements_where_there_are_gaps_between_them() -> None:
     film = Film.of(stones())
     found = hidden_seams(film.strip)
     assert found is not None
-    assert Renewal(film, SHAPE, Renewing(block=24)).blocks.size == round(2 * found.size)
-    assert Renewal(film, SHAPE, Renewing(block=56)).blocks.size == 56
+    assert Renewal(film, SHAPE, Renewing(block=24)).blocks.sides == (round(2 * found.size),) * 2
+    assert Renewal(film, SHAPE, Renewing(block=56)).blocks.sides == (56, 56)
     noise = torch.rand(3, 64, 64, generator=torch.Generator().manual_seed(0))
-    assert Renewal(Film.of(Exemplar.of(noise)), SHAPE, Renewing(block=24)).blocks.size == 24
+    assert Renewal(Film.of(Exemplar.of(noise)), SHAPE, Renewing(block=24)).blocks.sides == (24, 24)
 
 
 @pytest.mark.parametrize("place", [(10, 60), (71, 5), (30, 70)])
@@ -43,7 +43,7 @@ def test_of_blocks_whose_colors_tell_nothing_the_one_is_found_whose_gaps_lie_whe
     free, known = torch.Generator().manual_seed(0), torch.ones(1, 1, 48, 48)
     corners = []
     for hidden in (found, None):
-        blocks = Blocks(film, 48, hidden)
+        blocks = Blocks(film, (48, 48), hidden)
         content = blocks.seen(gray, here)
         assert torch.equal(content[:3], gray)
         corners += blocks.nearest(content[None], known, lambda rows: torch.zeros(len(rows), 128), free).tolist()
@@ -55,7 +55,7 @@ def test_a_seam_through_elements_costs_more_and_along_gaps_as_much_as_anywhere()
     exemplar = stones()
     stock, found = Coordinates(exemplar, 0.02, 1.2), hidden_seams(exemplar)
     assert found is not None
-    plain, dearer = SeamCost(stock), stock.whole(found)
+    plain, dearer = SeamCost(stock), stock.whole(found, (1.0, 1.0))
     generator = np.random.default_rng(0)
     s, t = generator.uniform(2, 125, (2, 3, 500)).astype(np.float32)
     depth = np.minimum(*(found.depth[tuple(np.rint(at[1::-1]).astype(int))] for at in (s, t)))
@@ -70,7 +70,7 @@ def test_a_seam_through_elements_costs_more_and_along_gaps_as_much_as_anywhere()
 def test_a_block_goes_on_to_a_gap_around_it_where_there_are_gaps(gaps: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     film, shape = Film.of(stones()), (120, 120)
     if not gaps:
-        monkeypatch.setattr("flow.animation.renewal.hidden_seams", lambda exemplar: None)
+        monkeypatch.setattr("flow.animation.film.hidden_seams", lambda exemplar: None)
     source = (
         torch.rand(2, *shape, generator=torch.Generator().manual_seed(0)) * 120 + 2
     )  # nothing that is worth keeping
@@ -78,9 +78,9 @@ def test_a_block_goes_on_to_a_gap_around_it_where_there_are_gaps(gaps: bool, mon
     frame = renewal.begin(source, torch.ones(shape, dtype=torch.bool))
     renewal._renew(frame, [(36, 36)], torch.Generator().manual_seed(0))
     changed = (frame.source != source).any(0)
-    changed[36 : 36 + renewal.blocks.size, 36 : 36 + renewal.blocks.size] = False
+    changed[36 : 36 + renewal.blocks.sides[0], 36 : 36 + renewal.blocks.sides[0]] = False
     assert bool(changed.any()) == gaps
-    assert renewal.hidden is None or not gaps or not bool(changed[:20].any())
+    assert renewal.film.hidden is None or not gaps or not bool(changed[:20].any())
 
 
 def test_what_lies_in_another_picture_of_an_exemplar_does_not_go_on() -> None:

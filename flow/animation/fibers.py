@@ -1,0 +1,56 @@
+"""Textures that run along an axis, as wood, bark and brushed metal do, and how they are renewed.
+
+What ends a copy across the grain is seen, for hardly a fiber goes on beyond it, while one that ends beside a fiber is
+not. Of the same colors both would cost the same, and since a copy that is continued costs nothing, its end, as a flow
+brings more of it to light, is continued too: as a straight line. So seams between fibers cost as much less as the
+exemplar changes faster there, and cuts follow fibers to where each goes on best (thesis equation 5 weighs seams so by
+the gradients at each, here they are weighed by those of all). Blocks are long, so that fibers have a choice of such
+places, and windows are long and slim, as where holes are filled: each is of a few fibers and tells whether they go on.
+"""
+
+from collections.abc import Sequence
+
+from flow.animation.film import Film
+from kwatra.elements import anisotropy
+from kwatra.levels import LONG, SLIM, SLIMMEST
+
+Sides = tuple[int, int]
+
+_LENGTH, _WIDTH = 2.0, 0.75
+"""Blocks are so many times as long and as wide as others. The steepest row across the grain, beside the exemplar's own:
+two woods and brushed metal made in code that move across their grain or turn, 75 frames, 1.1, 2.5, 3.2 (across) and
+1.3, 2.7, 4.2 (turning); with .5 in place of .75 1.1, 2.7, 2.6 and 1.2, 3.4, 3.7; with
+squares, and seams of one price, 1.7, 7.3, 11 and 2.7, 6.8, 9.2. With .25 one wood was covered by one bright block after
+another."""
+
+_MOST = 64.0
+"""Seams between fibers cost at most so many times less: a guard where nothing changes along, not tuned."""
+
+
+def block_sides(size: int, along: int | None, most: Sequence[int]) -> Sides:
+    """The height and width of blocks that are `size` px wide where texture runs along no axis, at most so many px."""
+    height, width = _drawn(size, along, _LENGTH, _WIDTH)
+    return min(height, most[0]), min(width, most[1])
+
+
+def window_sides(width: int, along: int | None) -> Sides:
+    """The height and width of windows that are `width` px wide where texture runs along no axis."""
+    return _drawn(width, along, LONG, SLIM)
+
+
+def easier(film: Film) -> tuple[float, float]:
+    """By how many times seams cost less that part pixels from those below, and from those on the right."""
+    if film.along is None:
+        return 1.0, 1.0
+    much = anisotropy(film.strip)
+    if film.along == 0:
+        return 1.0, min(much, _MOST)
+    return 1 / max(much, 1 / _MOST), 1.0
+
+
+def _drawn(side: int, along: int | None, long: float, slim: float) -> Sides:
+    """A square's side made longer along an axis and narrower across it."""
+    if along is None:
+        return side, side
+    length, width = round(long * side), min(max(round(slim * side), SLIMMEST), side)
+    return (length, width) if along == 0 else (width, length)

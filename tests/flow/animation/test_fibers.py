@@ -1,0 +1,115 @@
+"""Textures that run along an axis: their blocks and windows are long, and their ends are not seen."""
+
+import pytest
+import torch
+from torch import Tensor
+
+import flow
+from flow.animation.blocks import bell, inner
+from flow.animation.fibers import block_sides, easier, window_sides
+from flow.animation.film import Film
+from flow.animation.renewal import Renewal
+from flow.animation.settings import Renewing
+from flow.animation.stock import Coordinates
+from kwatra import Exemplar
+from kwatra.elements import anisotropy
+from kwatra.pieces import SeamCost
+
+
+def fibers(side: int = 96, seed: int = 0) -> Tensor:
+    """Long, slim blots of three channels (3, side, side) that run from above to below."""
+    noise = torch.randn(1, 3, side + 48, side, generator=torch.Generator().manual_seed(seed))
+    tall = torch.nn.functional.avg_pool2d(noise, (25, 1), 1, (12, 0))
+    blots = torch.nn.functional.avg_pool2d(tall, (25, 1), 1, (12, 0))[0, :, 24:-24]
+    return (0.5 + 0.15 * blots / blots.std()).clamp(0, 1)
+
+
+def blots(side: int = 96) -> Tensor:
+    """Round ones."""
+    noise = torch.randn(1, 3, side, side, generator=torch.Generator().manual_seed(1))
+    return torch.nn.functional.avg_pool2d(noise, 5, 1, 2)[0].add(0.5).clamp(0, 1)
+
+
+def film(image: Tensor, **how: bool) -> Film:
+    return Film.of(Exemplar.of(image), **how)
+
+
+def test_sides_are_drawn_out_along_the_axis_and_squares_where_there_is_none() -> None:
+    assert block_sides(32, None, (96, 96)) == (32, 32)
+    assert block_sides(32, 0, (96, 96)) == (64, 24)
+    assert block_sides(32, 1, (96, 96)) == (24, 64)
+    assert block_sides(32, 0, (50, 96)) == (50, 24)
+    assert window_sides(16, None) == (16, 16)
+    assert window_sides(16, 0) == (32, 4)
+    assert window_sides(16, 1) == (4, 32)
+    assert window_sides(2, 0) == (4, 2)  # no wider than it would be
+
+
+def test_a_film_says_along_which_axis_its_picture_runs() -> None:
+    assert film(fibers()).along == 0
+    assert film(fibers().mT).along == 1
+    assert film(blots()).along is None
+    assert film(fibers(), turn=True).along is None
+    assert film(fibers()[:, None].expand(-1, 5, -1, -1)).along is None  # a video
+
+
+def test_seams_between_fibers_cost_as_much_less_as_there_changes_more() -> None:
+    image, much = fibers(), anisotropy(Exemplar.of(fibers()))
+    assert much > 4
+    assert easier(film(image)) == pytest.approx((1.0, much))
+    assert easier(film(image.mT)) == pytest.approx((much, 1.0), rel=1e-5)
+    assert easier(film(blots())) == (1.0, 1.0)
+    flat = torch.rand(3, 1, 96, generator=torch.Generator().manual_seed(0)).expand(-1, 96, -1)
+    assert easier(film(flat)) == (1.0, 64.0)  # nothing changes along it
+
+
+def test_prices_of_seams_follow_the_axis() -> None:
+    stock = Coordinates(Exemplar.of(fibers()), 0.02, 1.0)
+    one, other = (torch.tensor([[x], [40.0], [0.0]]).numpy().astype("float32") for x in (20.0, 61.0))
+    plain, eased = SeamCost(stock), stock.whole(None, (1.0, 8.0))
+    below, beside = ([int(cost.seam(one, other, axis, 2)[0]) for cost in (plain, eased)] for axis in (0, 1))
+    assert below[0] == below[1] > 0
+    assert beside[1] == beside[0] // 8 > 0
+
+
+@pytest.mark.parametrize("angle", [0.0, 90.0])
+def test_no_line_of_ends_is_seen_where_fibers_flow(angle: float) -> None:
+    image = fibers()
+
+    def steepest(shown: Tensor) -> float:
+        return float((shown[:, 1:] - shown[:, :-1]).abs().mean((0, 2)).max())
+
+    frames = flow.animate(image, flow.uniform(2.0, angle=angle), (96, 96), frames=30, seed=4)
+    steep = [steepest(frame.image) / steepest(image) for frame in frames]
+    assert sum(steep[5:]) / len(steep[5:]) < 3  # 1.9 and 1.9; 4.2 and 5.2 of square blocks with seams of one price
+
+
+def test_blocks_of_what_runs_along_an_axis_are_long() -> None:
+    assert Renewal(film(fibers()), (96, 96), Renewing(block=24)).blocks.sides == (48, 18)
+    assert Renewal(film(blots()), (96, 96), Renewing(block=24)).blocks.sides == (24, 24)
+
+
+@pytest.mark.parametrize(("side", "shape"), [(12, (8, 8)), (12, (40, 9)), (96, (20, 70)), (96, (4, 5))])
+def test_small_exemplars_and_frames_are_enough(side: int, shape: tuple[int, int]) -> None:
+    frames = [*flow.animate(fibers(side), flow.rotation(1.5), shape, frames=4, seed=0)]
+    assert all(frame.image.shape == (3, *shape) and bool(frame.image.isfinite().all()) for frame in frames)
+
+
+def test_fibers_loop_and_are_the_same_bits_for_any_number_of_threads() -> None:
+    def made(threads: int) -> list[Tensor]:
+        torch.set_num_threads(threads)
+        return [frame.image for frame in flow.loop(fibers(64), flow.uniform(1.5, angle=90), (48, 48), frames=6)]
+
+    one, two = made(1), made(2)
+    assert len(one) == 6
+    assert all(map(torch.equal, one, two))
+
+
+def test_what_counts_of_a_block_falls_off_toward_its_ends() -> None:
+    for weights in (bell((12, 30)), inner((12, 30))):
+        assert weights.shape == (12, 30)
+        assert torch.equal(weights, weights.flip(0, 1))
+        assert float(weights[6, 15]) == pytest.approx(1, abs=0.02)
+        assert bool((weights[6].diff()[:15] >= 0).all()) and bool((weights[:, 15].diff()[:6] >= 0).all())
+    assert float(inner((12, 30))[0].max()) == 0
+    assert float(bell((12, 30))[0, 15]) == pytest.approx(float(torch.tensor(-((5.5 / 4.8) ** 2)).exp()), rel=0.01)
