@@ -110,6 +110,7 @@ def test_what_counts_of_a_block_falls_off_toward_its_ends() -> None:
         assert weights.shape == (12, 30)
         assert torch.equal(weights, weights.flip(0, 1))
         assert float(weights[6, 15]) == pytest.approx(1, abs=0.02)
-        assert bool((weights[6].diff()[:15] >= 0).all()) and bool((weights[:, 15].diff()[:6] >= 0).all())
+        assert bool((weights[6].diff()[:15] >= 0).all())
+        assert bool((weights[:, 15].diff()[:6] >= 0).all())
     assert float(inner((12, 30))[0].max()) == 0
     assert float(bell((12, 30))[0, 15]) == pytest.approx(float(torch.tensor(-((5.5 / 4.8) ** 2)).exp()), rel=0.01)
