@@ -145,7 +145,10 @@ class Film:
 
     @cached_property
     def along(self) -> int | None:
-        """The axis, 0 down and 1 to the right, along which a picture runs, turned nowhere; None: along none."""
+        """The axis, 0 down and 1 to the right, along which a picture runs that has no gaps and keeps its directions.
+
+        None of others, and of videos.
+        """
         if self.motion is not None or self.turning or self.hidden is not None:
             return None
         much = anisotropy(self.strip)

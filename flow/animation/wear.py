@@ -51,9 +51,9 @@ class Worn:
 class Wear:
     """Measures frames of `shape` (H, W) against an exemplar, by windows `width` px wide every `step` px.
 
-    They are long and slim where it runs along an axis (`flow.animation.fibers`). Values are in variances of the
-    exemplar: 0 is a verbatim copy, 2 what two unrelated pixels have between them. Where copies may turn
-    (`Film.turning`) a window is compared with what its copy shows turned as it is.
+    They are long and slim where it runs along an axis (`flow.animation.fibers`), if such windows fit. Values are in
+    variances of the exemplar: 0 is a verbatim copy, 2 what two unrelated pixels have between them. Where copies may
+    turn (`Film.turning`) a window is compared with what its copy shows turned as it is.
     """
 
     def __init__(self, film: Film, shape: tuple[int, int], width: int, step: int, area: float) -> None:
