@@ -10,6 +10,7 @@ seam cost more than what parts the later way from it, and what comes of that is 
 
 import numpy as np
 
+from kwatra.base import shared
 from kwatra.cut import FREE, KEEP, best_cut
 from kwatra.pieces.seams import SeamCost, summed
 from kwatra.pieces.stock import Array, beside
@@ -20,7 +21,7 @@ def cheaper(cost: SeamCost, before: Array, after: Array) -> Array:
 
     Nowhere if no cut lowers what seams cost.
     """
-    old, new = cost.within(before), cost.within(after)
+    old, new = shared(cost.within, [before, after])
     choice, taking, pairs = np.where(before == after, KEEP, FREE).astype(np.int8), np.zeros(before.shape, np.int64), []
     for axis, (there, (a, b, c)) in enumerate(zip(new, cost.pairs(before, after, old, choice), strict=True)):
         # a cut has no cost where both sides are taken: half of what the later seam costs lies on either
