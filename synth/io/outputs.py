@@ -2,10 +2,11 @@
 
 Nothing is written in place: every file is made beside its target, forced to disk, and moved there when all files of
 the call are complete. If one cannot be moved, the others are moved back. What may not be replaced is not, also where it
-came to be only while the files were made.
+came to be only while the files were made: these then get names of their own beside it.
 """
 
 import errno
+import itertools
 import os
 import re
 import secrets
@@ -20,8 +21,13 @@ from synth.io.streams import STREAM, to_standard_output
 
 Writer = Callable[[Path], None]
 
+
 TEMPORARY = re.compile(r"\.kwatra-[0-9a-f]{16}(\.\w{1,8})?")
 """The names of files that are being written."""
+
+
+class _Taken(Exception):
+    """A name came to be another's while files were made for it."""
 
 
 def check_writable(path: Path, overwrite: bool) -> None:
@@ -81,7 +87,10 @@ def staged(writers: Mapping[Path, Writer], overwrite: bool) -> Iterator[Callable
 
 
 def _put(made: Mapping[Path, Path], overwrite: bool) -> None:
-    """Move all to their targets; if one cannot be, whatever was there is back in its place."""
+    """Move all to their targets; if one cannot be, whatever was there is back in its place.
+
+    Raises InputError, and moves all to names beside these, where one came to be while the files were made.
+    """
     aside: dict[Path, Path] = {}
     made = dict(sorted(made.items(), key=lambda pair: pair[0] == STREAM))  # what is sent cannot be taken back
     placed: list[Path] = []
@@ -95,21 +104,23 @@ def _put(made: Mapping[Path, Path], overwrite: bool) -> None:
                     aside[target] = _set_aside(target)
                 (os.replace if overwrite else _claim)(temporary, target)
                 placed.append(target)
-    except BaseException:
+    except BaseException as error:
         for target in placed:
             if target not in aside:
-                _remove(target)
+                _take_back(target, made[target])
         for target, old in aside.items():
             _remove_folder(target)
             os.replace(old, target)
             _remove(old)  # where both are one file, nothing was moved
+        if isinstance(error, _Taken):
+            raise InputError(f"{error} came to be while this ran; what was made is {_kept(made)}") from None
         raise
     for old in aside.values():
         _remove(old)
 
 
 def _claim(temporary: Path, target: Path) -> None:
-    """Move to a name that nothing has; InputError where something came to have it, which stays as it is."""
+    """Move to a name that nothing has; _Taken where something came to have it, which stays as it is."""
     try:
         if temporary.is_dir():
             target.mkdir()
@@ -122,10 +133,29 @@ def _claim(temporary: Path, target: Path) -> None:
             except OSError:  # a file system without links
                 target.touch(exist_ok=False)
     except FileExistsError:
-        raise InputError(
-            f"{target} came to be while this ran; name another file or allow it with --overwrite"
-        ) from None
+        raise _Taken(target) from None
     os.replace(temporary, target)  # ours, and empty
+
+
+def _take_back(target: Path, temporary: Path) -> None:
+    """Undo a move to a name that nothing had."""
+    if temporary.exists():  # the same file
+        _remove(target)
+    else:
+        os.replace(target, temporary)
+
+
+def _kept(made: Mapping[Path, Path]) -> str:
+    """Move all to names like their targets', with the first number that is free for each of them; said in words."""
+    files = [target for target in made if target != STREAM]
+    for number in itertools.count(2):
+        names = {target: target.with_name(f"{target.stem}-{number}{target.suffix}") for target in files}
+        if not any(name.exists() for name in names.values()):
+            break
+    for target, name in names.items():
+        with _told(name):
+            _claim(made[target], name)
+    return " and ".join(map(str, names.values()))
 
 
 def _set_aside(target: Path) -> Path:

@@ -86,12 +86,23 @@ def test_what_came_to_be_meanwhile_is_replaced_only_when_asked(
     files = {tmp_path / "first": kind("later"), tmp_path / "it": kind("later")}
     with staged(files, overwrite=False) as put:
         write_files({tmp_path / "it": kind("earlier")}, overwrite=False)
-        with pytest.raises(InputError, match=r"it came to be while this ran.*--overwrite"):
+        with pytest.raises(InputError, match=r"it came to be while this ran; what was made is .*first-2 and .*it-2$"):
             put()
-    place = tmp_path / "it" / "page" if kind is folder else tmp_path / "it"
-    assert (place.read_text(), os.listdir(tmp_path)) == ("earlier", ["it"])
+    place, kept = (tmp_path / name / "page" if kind is folder else tmp_path / name for name in ("it", "it-2"))
+    assert (place.read_text(), kept.read_text()) == ("earlier", "later")
+    assert sorted(os.listdir(tmp_path)) == ["first-2", "it", "it-2"]
     write_files(files, overwrite=True)
-    assert (place.read_text(), sorted(os.listdir(tmp_path))) == ("later", ["first", "it"])
+    assert (place.read_text(), sorted(os.listdir(tmp_path))) == ("later", ["first", "first-2", "it", "it-2"])
+
+
+def test_what_is_kept_beside_takes_the_first_number_that_is_free_for_all(tmp_path: Path) -> None:
+    (tmp_path / "a-2.png").write_text("other")
+    with staged({tmp_path / "a.png": text("a"), tmp_path / "b.png": text("b")}, overwrite=False) as put:
+        (tmp_path / "b.png").write_text("earlier")
+        with pytest.raises(InputError, match=r"b\.png came to be .*a-3\.png and .*b-3\.png$"):
+            put()
+    found = {path.name: path.read_text() for path in tmp_path.iterdir()}
+    assert found == {"a-2.png": "other", "a-3.png": "a", "b.png": "earlier", "b-3.png": "b"}
 
 
 def test_temporary_names_are_of_one_call_alone(tmp_path: Path) -> None:
