@@ -10,8 +10,6 @@ windows are long and slim, as where holes are filled: each is of a few fibers, a
 
 from collections.abc import Sequence
 
-from flow.animation.film import Film
-from kwatra.elements import anisotropy
 from kwatra.levels import LONG, SLIM, SLIMMEST
 
 Sides = tuple[int, int]
@@ -21,9 +19,6 @@ _LENGTH, _WIDTH = 2.0, 0.75
 two woods and brushed metal made in code that move across their grain or turn, 75 frames, 1.1, 2.5, 3.2 (across) and
 1.3, 2.7, 4.2 (turning); with .5 in place of .75 1.1, 2.7, 2.6 and 1.2, 3.4, 3.7; with squares, and seams of one price,
 1.7, 7.3, 11 and 2.7, 6.8, 9.2. With .25 one wood was covered by one bright block after another."""
-
-_MOST = 64.0
-"""Seams between fibers cost at most so many times less: a guard where nothing changes along, not tuned."""
 
 
 def block_sides(size: int, along: int | None, most: Sequence[int]) -> Sides:
@@ -35,16 +30,6 @@ def block_sides(size: int, along: int | None, most: Sequence[int]) -> Sides:
 def window_sides(width: int, along: int | None) -> Sides:
     """The height and width of windows that are `width` px wide where texture runs along no axis."""
     return _drawn(width, along, LONG, SLIM)
-
-
-def easier(film: Film) -> tuple[float, float]:
-    """By how many times seams cost less that part pixels from those below, and from those on the right."""
-    if film.along is None:
-        return 1.0, 1.0
-    much = anisotropy(film.strip)
-    if film.along == 0:
-        return 1.0, min(much, _MOST)
-    return 1 / max(much, 1 / _MOST), 1.0
 
 
 def _drawn(side: int, along: int | None, long: float, slim: float) -> Sides:

@@ -9,7 +9,7 @@ from flow.animation.copies import JUMP
 from flow.animation.reading import Reading
 from kwatra import Exemplar
 from kwatra.pieces import Depth, Hidden, SeamCost
-from kwatra.pieces.seams import NORMALIZED_SCALE
+from kwatra.pieces.seams import eased
 from kwatra.pieces.stock import Array, Matches, Stock, beside
 from kwatra.windows import channels_last
 
@@ -48,11 +48,10 @@ class Coordinates(Stock):
     def whole(self, hidden: Hidden | None, easier: tuple[float, float]) -> SeamCost:
         """What seams between coordinates cost, more through elements where the exemplar has gaps between them.
 
-        easier: where it has none, by how many times less seams cost that part pixels from those below and on the right.
+        easier: by how many times less, where it has none (`kwatra.elements.easier`).
         """
         if hidden is None:
-            less = [np.array(round(NORMALIZED_SCALE * by)) for by in easier]
-            return SeamCost(self) if easier == (1.0, 1.0) else SeamCost(self, lambda axis, _: less[axis])
+            return eased(self, easier)
         rows, columns = hidden.depth.shape
 
         def depth(places: Array) -> Array:

@@ -1,6 +1,6 @@
 """The elements of a texture: how large and how long they are, the ground between them, the lattice they stand on."""
 
-from kwatra.elements.anisotropy import anisotropy
+from kwatra.elements.anisotropy import anisotropy, easier
 from kwatra.elements.direction import direction_dependence
 from kwatra.elements.ground import Ground, find_ground
 from kwatra.elements.lattice import Lattice, find_lattice
@@ -15,6 +15,7 @@ __all__ = [
     "anisotropy",
     "continued",
     "direction_dependence",
+    "easier",
     "element_size",
     "find_ground",
     "find_lattice",

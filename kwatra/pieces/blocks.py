@@ -24,7 +24,7 @@ import torch
 from torch import Tensor
 
 from kwatra.base import mean, shared
-from kwatra.elements import Lattice
+from kwatra.elements import Lattice, easier
 from kwatra.exemplar import Exemplar
 from kwatra.pieces.again import Budget, lay_again
 from kwatra.pieces.boxes import Box
@@ -37,7 +37,7 @@ from kwatra.pieces.fronts import fronts
 from kwatra.pieces.gaps import LARGEST, Gaps, gaps
 from kwatra.pieces.mosaic import Mosaic
 from kwatra.pieces.regions import Regions
-from kwatra.pieces.seams import SeamCost
+from kwatra.pieces.seams import eased
 from kwatra.pieces.sheet import Patch, Sheet
 from kwatra.pieces.spread import Spread
 from kwatra.pieces.stock import Array, each
@@ -92,7 +92,7 @@ class BlockStart:
         share, colors = exemplar.share.cpu(), continued(exemplar)
         mosaic = Mosaic([(colors * share).numpy()])
         self.wraps = (False,) * len(self.shape) if wraps is None else tuple(wraps)
-        self.sheet = Sheet(mosaic, self.shape, self.wraps, SeamCost(mosaic))
+        self.sheet = Sheet(mosaic, self.shape, self.wraps, eased(mosaic, easier(exemplar, along)))
         block = tuple(min(b, self.sheet.longest(axis)) for axis, b in enumerate(block))
         self.corners = Corners.fitting(exemplar, block, self.grain)
         self.overlap = tuple(max(round(b * OVERLAP), 1) for b in self.corners.block)
@@ -105,7 +105,7 @@ class BlockStart:
         self.contrast = 2 * self.variance**0.5 / mosaic.step
         self.scene = SceneUse.of(self.image, self.shape) if len(self.shape) > 2 and places else None
         heeded = aligned and self.wish is None and len(self.shape) == 2
-        self.gaps = gaps(exemplar, mosaic, self.contrast / 2) if heeded else None
+        self.gaps = gaps(exemplar, mosaic, self.contrast / 2) if heeded and along is None else None
         if self.gaps is not None:
             self._heed(self.gaps)
         self.spread = Spread.over(self.shape, self.corners.block, self.overlap, self.grain, self.wraps, along)

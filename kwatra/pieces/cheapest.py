@@ -54,7 +54,8 @@ def cheapest_cuts(sheet: Sheet[Mosaic], offers: Sequence[Offer]) -> list[Cut | N
     """
     from kwatra.pieces.tries import cheapest_of
 
-    small = [solved_at_once(offer.window.laid) for offer in offers]
+    plain = sheet.cost.steepness is None  # compiled loops know of no other
+    small = [plain and solved_at_once(offer.window.laid) for offer in offers]
     large = [offer for offer, at_once in zip(offers, small, strict=True) if not at_once]
     cuts = iter(shared(partial(_one_by_one, sheet), large))
     found = iter(cheapest_of([_tried(sheet, offer) for offer, at_once in zip(offers, small, strict=True) if at_once]))

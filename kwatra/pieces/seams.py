@@ -156,6 +156,14 @@ class SeamCost:
         return (match.astype(np.int64) * scale // self.steepness(axis, places)).astype(np.int32)
 
 
+def eased(sources: Stock, easier: Sequence[float]) -> SeamCost:
+    """M, so many times less along each axis (`kwatra.elements.easier`)."""
+    if max(easier) == 1:
+        return SeamCost(sources)
+    less = [np.array(round(NORMALIZED_SCALE * by)) for by in easier]
+    return SeamCost(sources, lambda axis, _: less[axis])
+
+
 def summed(costs: Iterable[Array]) -> int:
     """What seams cost together, given per axis."""
     return sum(int(cost.sum(dtype=np.int64)) for cost in costs)

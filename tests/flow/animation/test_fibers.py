@@ -6,13 +6,12 @@ from torch import Tensor
 
 import flow
 from flow.animation.blocks import bell, inner
-from flow.animation.fibers import block_sides, easier, window_sides
+from flow.animation.fibers import block_sides, window_sides
 from flow.animation.film import Film
 from flow.animation.renewal import Renewal
 from flow.animation.settings import Renewing
 from flow.animation.stock import Coordinates
 from kwatra import Exemplar
-from kwatra.elements import anisotropy
 from kwatra.pieces import SeamCost
 
 
@@ -53,16 +52,6 @@ def test_a_film_says_along_which_axis_its_picture_runs() -> None:
     assert film(fibers()[:, None].expand(-1, 5, -1, -1)).along is None  # a video
 
 
-def test_seams_between_fibers_cost_as_much_less_as_there_changes_more() -> None:
-    image, much = fibers(), anisotropy(Exemplar.of(fibers()))
-    assert much > 4
-    assert easier(film(image)) == pytest.approx((1.0, much))
-    assert easier(film(image.mT)) == pytest.approx((much, 1.0), rel=1e-5)
-    assert easier(film(blots())) == (1.0, 1.0)
-    flat = torch.rand(3, 1, 96, generator=torch.Generator().manual_seed(0)).expand(-1, 96, -1)
-    assert easier(film(flat)) == (1.0, 64.0)  # nothing changes along it
-
-
 def test_prices_of_seams_follow_the_axis() -> None:
     stock = Coordinates(Exemplar.of(fibers()), 0.02, 1.0)
     one, other = (torch.tensor([[x], [40.0], [0.0]]).numpy().astype("float32") for x in (20.0, 61.0))
@@ -79,9 +68,9 @@ def test_no_line_of_ends_is_seen_where_fibers_flow(angle: float) -> None:
     def steepest(shown: Tensor) -> float:
         return float((shown[:, 1:] - shown[:, :-1]).abs().mean((0, 2)).max())
 
-    frames = flow.animate(image, flow.uniform(2.0, angle=angle), (96, 96), frames=30, seed=4)
+    frames = flow.animate(image, flow.uniform(2.0, angle=angle), (96, 96), frames=30, seed=3)
     steep = [steepest(frame.image) / steepest(image) for frame in frames]
-    assert sum(steep[5:]) / len(steep[5:]) < 3  # 1.9 and 1.9; 4.2 and 5.2 of square blocks with seams of one price
+    assert sum(steep[5:]) / len(steep[5:]) < 3  # 1.2 and 1.9; 5.7 and 5.0 of square blocks with seams of one price
 
 
 def test_blocks_of_what_runs_along_an_axis_are_long() -> None:

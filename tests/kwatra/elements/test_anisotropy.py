@@ -7,7 +7,7 @@ import torch
 from torch import Tensor
 
 from kwatra import Exemplar
-from kwatra.elements import anisotropy
+from kwatra.elements import anisotropy, easier
 
 Y, X = torch.meshgrid(torch.arange(30.0), torch.arange(40.0), indexing="ij")
 
@@ -33,3 +33,16 @@ def test_all_channels_and_pictures_count_but_not_what_a_mask_hides():
     mask[10:20, 10:20] = False
     hidden = torch.where(mask, image, torch.rand(3, 30, 40, generator=torch.Generator().manual_seed(0)))
     assert anisotropy(Exemplar.of([hidden], masks=[mask])) == pytest.approx(2.5, rel=1e-3)
+
+
+def test_seams_beside_lines_are_seen_as_much_less_as_there_changes_more() -> None:
+    rows = torch.rand(3, 12, 96, generator=torch.Generator().manual_seed(0)).repeat_interleave(8, 1)
+    still, turned = Exemplar.of(rows), Exemplar.of(rows.mT)
+    much = anisotropy(still)
+    assert 2 < much < 4
+    assert easier(still, 0) == (1.0, much)
+    assert easier(turned, 1) == pytest.approx((much, 1.0), rel=1e-5)
+    assert easier(still, None) == (1.0, 1.0)
+    flat = rows[:, :1].expand(-1, 96, -1)
+    assert easier(Exemplar.of(flat), 0) == (1.0, 64.0)  # nothing changes along it
+    assert easier(Exemplar.of(flat.mT), 1) == (64.0, 1.0)

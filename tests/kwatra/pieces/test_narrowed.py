@@ -16,8 +16,8 @@ from kwatra.pieces.start import narrowed
     [
         (2.0, (48, 48), None),
         (0.5, (48, 48), None),
-        (4.0, (48, 16), 0),
-        (0.25, (16, 48), 1),
+        (4.0, (48, 32), 0),
+        (0.25, (32, 48), 1),
         (math.inf, (48, 8), 0),
         (0.0, (8, 48), 1),
     ],
@@ -38,4 +38,4 @@ def test_the_ends_of_blocks_make_no_line_across_what_runs_along_an_axis(axis, wr
     def steepest(picture):
         return picture.diff(dim=axis + 1).abs().mean(dim=(0, 2 - axis)).max()
 
-    assert steepest(made) < 4 * steepest(image)  # 2.1 to 2.7 times as steep; 6.2 to 12 with square blocks
+    assert steepest(made) < 4 * steepest(image)  # 1.6 to 2.0 times as steep; 6.2 to 12 with square blocks

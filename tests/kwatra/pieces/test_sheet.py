@@ -9,7 +9,7 @@ import torch
 from kwatra.pieces.boxes import Box
 from kwatra.pieces.cheapest import Offer, cheapest_cuts
 from kwatra.pieces.mosaic import LEVELS, Mosaic, by_place
-from kwatra.pieces.seams import HIDDEN, Depth, SeamCost
+from kwatra.pieces.seams import HIDDEN, Depth, SeamCost, eased
 from kwatra.pieces.sheet import Patch, Sheet
 
 
@@ -180,18 +180,23 @@ def test_hidden_seams_are_remembered_as_they_cost(recomputed_seams):
 
 
 @pytest.mark.parametrize("shape", [(14, 15), (5, 9, 8)])
-@pytest.mark.parametrize("hidden", [False, True])
+@pytest.mark.parametrize("seams", ["plain", "hidden", "eased"])
 @pytest.mark.parametrize("priced", [False, True])
 @pytest.mark.parametrize(("slow", "threads"), [(False, 1), (False, 3), (True, 1)])
-def test_of_several_patches_the_one_is_cut_in_that_costs_least(shape, hidden, priced, slow, threads, monkeypatch):
+def test_of_several_patches_the_one_is_cut_in_that_costs_least(shape, seams, priced, slow, threads, monkeypatch):
     """Against each cut in alone; also by threads, and where cuts are too large to be solved at once."""
     torch.set_num_threads(threads)
     monkeypatch.setattr("kwatra.pieces.cheapest.solved_at_once", lambda choice: not slow)
     rng, axes = np.random.default_rng(0), len(shape)
     source = tuple(n - 2 for n in shape)
     sources = Mosaic([rng.random((2, *source), np.float32)])
-    depth = Depth(by_place(rng.random(source, np.float32)).__getitem__, 100.0) if hidden else None
-    sheet = Sheet(sources, shape, (False,) * axes, SeamCost(sources, depth=depth))
+    depth = Depth(by_place(rng.random(source, np.float32)).__getitem__, 100.0)
+    costs_of = {
+        "plain": SeamCost(sources),
+        "hidden": SeamCost(sources, depth=depth),
+        "eased": eased(sources, [1, 9, 3]),
+    }
+    sheet = Sheet(sources, shape, (False,) * axes, costs_of[seams])
     sheet.lay(Patch(0, (0,) * axes, Box((0,) * axes, source)))
     sheet.lay(Patch(0, (2,) * axes, Box((2,) * axes, source)))
     shifts = [(1,) * axes, (2, 1, 0)[:axes], (0, 2, 1)[:axes], (1, 0, 2)[:axes]]
