@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from kwatra.base import InputError, factors_of
-from kwatra.elements import anisotropy, element_size
+from kwatra.elements import anisotropy, element_size, runs_along
 from kwatra.exemplar import ALIGNMENT, Exemplar
 from kwatra.source import ROUTES
 
@@ -115,19 +115,29 @@ def drawn_out(levels: Sequence[Level], exemplar: Exemplar, shape: Sequence[int])
 
     As they are where it runs along none, and of which too few such windows fit into exemplar or output.
     """
-    ratio = anisotropy(exemplar) if len(shape) == 2 else 1.0
-    if 1 / STRAIGHT < ratio < STRAIGHT:
+    along = runs_along(anisotropy(exemplar), STRAIGHT) if len(shape) == 2 else None
+    if along is None:
         return tuple(levels)
 
     def drawn(level: Level) -> Level:
-        sides = round(LONG * level.width), max(round(SLIM * level.width), SLIMMEST)
-        height, width = sides if ratio > 1 else sides[::-1]
+        height, width = drawn_sides(level.width, along)
         made = replace(level, width=width, height=height)
         fits = height * level.factor <= shape[0] and width * level.factor <= shape[1]
         there = exemplar.coarser(level.factors(2)).corners((height, width))
         return made if fits and int(there.sum()) >= FEWEST else level
 
     return tuple(map(drawn, levels))
+
+
+def drawn_sides(side: int, along: int | None, long: float = LONG, slim: float = SLIM) -> tuple[int, int]:
+    """The height and width of a square drawn out along an axis: so many times as long, and as wide; None: along none.
+
+    It is at least SLIMMEST px wide, or as wide as it was.
+    """
+    if along is None:
+        return side, side
+    length, width = round(long * side), min(max(round(slim * side), SLIMMEST), side)
+    return (length, width) if along == 0 else (width, length)
 
 
 def finishing(levels: Sequence[Level]) -> tuple[Level, ...]:

@@ -10,9 +10,7 @@ windows are long and slim, as where holes are filled: each is of a few fibers, a
 
 from collections.abc import Sequence
 
-from kwatra.levels import LONG, SLIM, SLIMMEST
-
-Sides = tuple[int, int]
+from kwatra.levels import drawn_sides
 
 _LENGTH, _WIDTH = 2.0, 0.75
 """Blocks are so many times as long and as wide as others. The steepest row across the grain, beside the exemplar's own:
@@ -21,20 +19,7 @@ two woods and brushed metal made in code that move across their grain or turn, 7
 1.7, 7.3, 11 and 2.7, 6.8, 9.2. With .25 one wood was covered by one bright block after another."""
 
 
-def block_sides(size: int, along: int | None, most: Sequence[int]) -> Sides:
+def block_sides(size: int, along: int | None, most: Sequence[int]) -> tuple[int, int]:
     """The height and width of blocks that are `size` px wide where texture runs along no axis, at most so many px."""
-    height, width = _drawn(size, along, _LENGTH, _WIDTH)
+    height, width = drawn_sides(size, along, _LENGTH, _WIDTH)
     return min(height, most[0]), min(width, most[1])
-
-
-def window_sides(width: int, along: int | None) -> Sides:
-    """The height and width of windows that are `width` px wide where texture runs along no axis."""
-    return _drawn(width, along, LONG, SLIM)
-
-
-def _drawn(side: int, along: int | None, long: float, slim: float) -> Sides:
-    """A square's side made longer along an axis and narrower across it."""
-    if along is None:
-        return side, side
-    length, width = round(long * side), min(max(round(slim * side), SLIMMEST), side)
-    return (length, width) if along == 0 else (width, length)

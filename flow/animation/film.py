@@ -21,7 +21,7 @@ from flow.animation.reading import Reading
 from flow.warps import pixel_coordinates, warp
 from kwatra import Exemplar, InputError, direction_dependence, element_size, place_dependence
 from kwatra.base import mean, over_channels
-from kwatra.elements import anisotropy
+from kwatra.elements import anisotropy, runs_along
 from kwatra.levels import STRAIGHT
 from kwatra.pieces import Hidden, hidden_seams
 from kwatra.source import look_up
@@ -151,8 +151,7 @@ class Film:
         """
         if self.motion is not None or self.turning or self.hidden is not None:
             return None
-        much = anisotropy(self.strip)
-        return None if 1 / STRAIGHT < much < STRAIGHT else int(much < 1)
+        return runs_along(anisotropy(self.strip), STRAIGHT)
 
     def onward(self, source: Tensor) -> Tensor:
         """Where texture at source coordinates (2, *S) is read a frame later; the same where it cannot live on."""

@@ -8,10 +8,10 @@ from torch import Tensor
 
 from flow.animation.blur import blurred
 from flow.animation.copies import angle_of, distortion, turned
-from flow.animation.fibers import window_sides
 from flow.animation.film import Film
 from flow.animation.placing import Spot, widened
 from kwatra import Grid
+from kwatra.levels import drawn_sides
 from kwatra.source import SourceWindows
 from kwatra.windows import channels_last, windows_at
 
@@ -62,7 +62,7 @@ class Wear:
         self.area, self._film = area, film
         self.variance = max(float((exemplar.variances * exemplar.share.flatten()).sum()), 1e-8)
         page = film.cut(exemplar, [0])
-        sides, steps = (window_sides(side, film.along) for side in (width, step))
+        sides, steps = (drawn_sides(side, film.along) for side in (width, step))
         if sides[0] > shape[0] or sides[1] > shape[1] or not bool(page.corners(sides).any()):
             fits = (w for w in range(min(width, *shape), 0, -1) if bool(page.corners((w, w)).any()))
             sides, steps = (next(fits, 1),) * 2, (step, step)

@@ -1,6 +1,6 @@
 """The elements of a texture: how large and how long they are, the ground between them, the lattice they stand on."""
 
-from kwatra.elements.anisotropy import anisotropy, easier
+from kwatra.elements.anisotropy import anisotropy, easier, runs_along
 from kwatra.elements.direction import direction_dependence
 from kwatra.elements.ground import Ground, find_ground
 from kwatra.elements.lattice import Lattice, find_lattice
@@ -21,5 +21,6 @@ __all__ = [
     "find_lattice",
     "out_of_step",
     "place_dependence",
+    "runs_along",
     "translation",
 ]

@@ -31,6 +31,16 @@ def anisotropy(exemplar: Exemplar) -> float:
     return math.sqrt(right / down)
 
 
+def runs_along(anisotropy: float, least: float) -> int | None:
+    """The axis along which a still of some anisotropy runs: 0 down, 1 to the right.
+
+    None where it changes less than `least` times as fast across as along.
+    """
+    if 1 / least < anisotropy < least:
+        return None
+    return 0 if anisotropy > 1 else 1
+
+
 def easier(exemplar: Exemplar, along: int | None) -> tuple[float, float]:
     """By how many times less is seen of a seam that parts a still's pixels from those below, and from those beside.
 

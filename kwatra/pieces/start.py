@@ -8,7 +8,7 @@ import torch
 from torch import Tensor
 
 from kwatra.base import factors_of
-from kwatra.elements import Lattice, anisotropy, continued, find_ground, find_lattice, translation
+from kwatra.elements import Lattice, anisotropy, continued, find_ground, find_lattice, runs_along, translation
 from kwatra.exemplar import Exemplar
 from kwatra.pieces.blocks import BlockStart
 
@@ -166,10 +166,10 @@ def block_size(
 
 def narrowed(size: tuple[int, ...], anisotropy: float, grain: Sequence[int]) -> tuple[tuple[int, ...], int | None]:
     """The size of a still's blocks (h, w), narrower where it runs along an axis, and that axis, None if it does not."""
-    much = max(anisotropy, 1 / anisotropy) if anisotropy > 0 else math.inf
-    if much < FIBROUS:
+    along = runs_along(anisotropy, FIBROUS)
+    if along is None:
         return size, None
-    along = 0 if anisotropy > 1 else 1
+    much = max(anisotropy, 1 / anisotropy) if anisotropy > 0 else math.inf
     sides, g = list(size), grain[1 - along]
     width = max(sides[1 - along] / min(NARROW * math.sqrt(much), NARROWEST), LEAST)
     sides[1 - along] = min(max(round(width / g) * g, g), sides[1 - along])

@@ -21,7 +21,6 @@ from synth.io.streams import STREAM, to_standard_output
 
 Writer = Callable[[Path], None]
 
-
 TEMPORARY = re.compile(r"\.kwatra-[0-9a-f]{16}(\.\w{1,8})?")
 """The names of files that are being written."""
 

@@ -6,12 +6,13 @@ from torch import Tensor
 
 import flow
 from flow.animation.blocks import bell, inner
-from flow.animation.fibers import block_sides, window_sides
+from flow.animation.fibers import block_sides
 from flow.animation.film import Film
 from flow.animation.renewal import Renewal
 from flow.animation.settings import Renewing
 from flow.animation.stock import Coordinates
 from kwatra import Exemplar
+from kwatra.levels import drawn_sides
 from kwatra.pieces import SeamCost
 
 
@@ -38,10 +39,10 @@ def test_sides_are_drawn_out_along_the_axis_and_squares_where_there_is_none() ->
     assert block_sides(32, 0, (96, 96)) == (64, 24)
     assert block_sides(32, 1, (96, 96)) == (24, 64)
     assert block_sides(32, 0, (50, 96)) == (50, 24)
-    assert window_sides(16, None) == (16, 16)
-    assert window_sides(16, 0) == (32, 4)
-    assert window_sides(16, 1) == (4, 32)
-    assert window_sides(2, 0) == (4, 2)  # no wider than it would be
+    assert drawn_sides(16, None) == (16, 16)
+    assert drawn_sides(16, 0) == (32, 4)
+    assert drawn_sides(16, 1) == (4, 32)
+    assert drawn_sides(2, 0) == (4, 2)  # no wider than it would be
 
 
 def test_a_film_says_along_which_axis_its_picture_runs() -> None:

@@ -7,7 +7,7 @@ import torch
 from torch import Tensor
 
 from kwatra import Exemplar
-from kwatra.elements import anisotropy, easier
+from kwatra.elements import anisotropy, easier, runs_along
 
 Y, X = torch.meshgrid(torch.arange(30.0), torch.arange(40.0), indexing="ij")
 
@@ -46,3 +46,9 @@ def test_seams_beside_lines_are_seen_as_much_less_as_there_changes_more() -> Non
     flat = rows[:, :1].expand(-1, 96, -1)
     assert easier(Exemplar.of(flat), 0) == (1.0, 64.0)  # nothing changes along it
     assert easier(Exemplar.of(flat.mT), 1) == (64.0, 1.0)
+
+
+def test_a_still_runs_along_the_axis_it_changes_less_along():
+    assert [runs_along(ratio, 4.0) for ratio in (1.0, 3.9, 0.26)] == [None] * 3
+    assert [runs_along(ratio, 4.0) for ratio in (4.0, 9.0, math.inf)] == [0] * 3
+    assert [runs_along(ratio, 4.0) for ratio in (0.25, 0.1, 0.0)] == [1] * 3
