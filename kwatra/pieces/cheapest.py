@@ -54,8 +54,7 @@ def cheapest_cuts(sheet: Sheet[Mosaic], offers: Sequence[Offer]) -> list[Cut | N
     """
     from kwatra.pieces.tries import cheapest_of
 
-    plain = sheet.cost.steepness is None  # compiled loops know of no other
-    small = [plain and solved_at_once(offer.window.laid) for offer in offers]
+    small = [solved_at_once(offer.window.laid) for offer in offers]
     large = [offer for offer, at_once in zip(offers, small, strict=True) if not at_once]
     cuts = iter(shared(partial(_one_by_one, sheet), large))
     found = iter(cheapest_of([_tried(sheet, offer) for offer, at_once in zip(offers, small, strict=True) if at_once]))
@@ -80,10 +79,9 @@ def _tried(sheet: Sheet[Mosaic], offer: Offer) -> tuple["Tries", "Ground", float
     extra = np.zeros((len(offer.taking), window.kept.size), np.int64)
     for row, start, stop, priced in zip(extra, starts.tolist(), stops.tolist(), offer.taking, strict=False):
         row.reshape(window.kept.shape)[tuple(map(slice, start, stop))] = priced
-    depth, mosaic = sheet.cost.depth, sheet.sources
-    hidden = (1.0, 0.0) if depth is None else (depth.hidden, depth.least)
+    mosaic = sheet.sources
     laid = window.kept, window.laid, window.fixed, window.places, window.remembered, window.total
-    ground = Ground(*laid, mosaic.planes, mosaic.shapes[0], mosaic.strides, sheet.cost.deep, *hidden)
+    ground = Ground(*laid, mosaic.planes, mosaic.shapes[0], mosaic.strides, sheet.cost.prices)
     return Tries(offer.shifts - origin, starts, stops, offer.costs, offer.rates, offer.must, extra), ground, offer.least
 
 

@@ -18,10 +18,6 @@ LEVELS = 8191
 """Colours are compared as integers on this many steps: whole numbers make the cost an exact metric."""
 
 
-FLAT = 0.02
-"""Gradient, per channel and as a fraction of the colour range, that a perfectly flat region is taken to have in M'."""
-
-
 class Mosaic(Stock):
     """A mosaic of sources, a `Stock` whose places are whole numbers.
 
@@ -138,26 +134,20 @@ class Mosaic(Stock):
 
         return matched(self.planes, self.strides, old, new)
 
-    def steepness(self, axis: int, places: Sequence[np.ndarray]) -> np.ndarray:
-        """The sum of the absolute central differences along an axis at four places: what divides M' (thesis eq. 5).
-
-        What perfectly flat regions are taken to have is added.
-        """
-        slope = self._slopes[axis]
-        total: np.ndarray = sum(slope[place] for place in places) + int(4 * FLAT * LEVELS * len(self.planes))
-        return total
-
     @cached_property
-    def _slopes(self) -> list[np.ndarray]:
-        """Per axis the summed absolute central difference at each place of the mosaic (rim included); int32."""
-        cells = [np.zeros((len(self.shapes), *self.cell), np.int32) for _ in range(self.dims)]
+    def slopes(self) -> np.ndarray:
+        """How much it changes at each place along each axis, (dims, places), rim included: what divides M', int32.
+
+        That is the absolute central difference, summed over channels.
+        """
+        cells = np.zeros((self.dims, len(self.shapes), *self.cell), np.int32)
         planes = self.planes.reshape(len(self.planes), len(self.shapes), *self.cell)
         for number, shape in enumerate(self.shapes):
             inner = tuple(slice(0, n + 2) for n in shape)
             for axis, cell in enumerate(cells):
                 for plane in planes:
                     cell[number][inner] += _slope(plane[number][inner].astype(np.int32), axis)
-        return [cell.reshape(-1) for cell in cells]
+        return cells.reshape(self.dims, -1)
 
     def originals(self, places: np.ndarray) -> np.ndarray:
         """Original colours (C, *places.shape) at places of the mosaic, bit for bit."""

@@ -22,16 +22,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from kwatra.base.axes import AXES
 from kwatra.cut import Costs, best_cut, seams_after, solved_at_once
-from kwatra.pieces.mosaic import Mosaic
+from kwatra.pieces.mosaic import LEVELS, Mosaic
 from kwatra.pieces.stock import Array, Stock, beside
-
-if TYPE_CHECKING:
-    from kwatra.pieces.matches import Depths
 
 NORMALIZED_SCALE = 4096
 """What a seam of M' = 1 costs, as costs are whole numbers."""
@@ -46,7 +44,18 @@ HIDDEN = 0.05
 """The part of M that a seam costs along the ground. Made stones and coins are cut as seldom with .02, and half as often
 again with .2, which leaves cleaner seams in small bricks."""
 
-Steepness = Callable[[int, Sequence[Array]], Array]
+FLAT = 0.02
+"""Gradient, per channel and as a fraction of the color range, that a perfectly flat region is taken to have in M'."""
+
+
+class Steepness(NamedTuple):
+    """What M is divided by, times NORMALIZED_SCALE: least (axes,), and the slopes of A and B at s and t along the axis.
+
+    slopes (axes, N): by place of a mosaic; (axes, 0) if they are not counted.
+    """
+
+    least: Array
+    slopes: Array
 
 
 class Depth(NamedTuple):
@@ -60,14 +69,46 @@ class Depth(NamedTuple):
     hidden: float = HIDDEN
 
 
+class Prices(NamedTuple):
+    """What `SeamCost` makes of M between places of a mosaic, as arrays for compiled loops; of AXES axes.
+
+    deep (N,): how deep in its element each place lies, of none where seams are not hidden; hidden, least: as in
+    `Depth`. scales (AXES,): what M is multiplied by before it is divided by what `Steepness` says, of none for M alone;
+    divisors (AXES,), slopes (AXES, N).
+    """
+
+    deep: Array
+    hidden: float
+    least: float
+    scales: Array
+    divisors: Array
+    slopes: Array
+
+
 class SeamCost:
-    """M between places of a stock; or M', if given what to divide by: of an axis, from A and B at s, A and B at t.
+    """M between places of a stock; or M', if given what to divide by.
 
     depth: if it is known, seams are hidden on the ground; not together with steepness.
     """
 
     def __init__(self, sources: Stock, steepness: Steepness | None = None, depth: Depth | None = None):
         self.sources, self.steepness, self.depth = sources, steepness, depth
+
+    @cached_property
+    def prices(self) -> Prices:
+        """The same as arrays, of a mosaic."""
+        assert isinstance(self.sources, Mosaic)
+        count, deep, none = self.sources.planes.shape[1], np.empty(0, np.float32), np.empty(0, np.int64)
+        hidden, least = (1.0, 0.0) if self.depth is None else (self.depth.hidden, self.depth.least)
+        if self.depth is not None:
+            deep = self.depth.at(np.arange(count)).astype(np.float32, copy=False)
+        if self.steepness is None:
+            return Prices(deep, hidden, least, none, none, np.empty((0, 0), np.int32))
+        axes = len(self.steepness.least)
+        missing = [(AXES - axes, 0)]
+        scales = np.pad([_scale(axis, axes) for axis in range(axes)], missing)
+        divisors = np.pad(self.steepness.least, missing, constant_values=1)
+        return Prices(deep, hidden, least, scales, divisors, np.pad(self.steepness.slopes, [*missing, (0, 0)]))
 
     def pairs(self, old: Array, new: Array, remembered: Sequence[Array], choice: Array | None = None) -> list[Costs]:
         """Per axis the costs (a, b, c) of kwatra.cut between neighbors of a window; of empty pixels, anything.
@@ -76,10 +117,10 @@ class SeamCost:
         seam that is between a pixel and the next now. choice: what may happen to pixels, None for anything; where no
         seam comes to lie b and c may be anything, too.
         """
-        if isinstance(self.sources, Mosaic) and self.steepness is None:
+        if isinstance(self.sources, Mosaic):
             from kwatra.pieces.matches import matched
 
-            found = matched(self.sources.planes, self.sources.strides, old, new, choice, self._depths(old, new))
+            found = matched(self.sources.planes, self.sources.strides, old, new, choice, self.prices)
             return [(a, b, c) for a, (b, c) in zip(remembered, found, strict=True)]
         pairs, deep = [], None if self.depth is None else (self.depth.at(old), self.depth.at(new))
         for axis, (a, (b, c)) in enumerate(zip(remembered, self.sources.matches(old, new), strict=True)):
@@ -92,13 +133,6 @@ class SeamCost:
             pairs.append((a, b, c))
         return pairs
 
-    def _depths(self, old: Array, new: Array) -> Depths | None:
-        """How deep places lie, for compiled loops; None where that is not known."""
-        from kwatra.pieces.matches import Depths
-
-        deep = self.depth
-        return None if deep is None else Depths(deep.at(old), deep.at(new), deep.hidden, deep.least)
-
     def cut(
         self, old: Array, new: Array, remembered: Sequence[Array], choice: Array, taking: Array | None, most: int
     ) -> tuple[Array, list[Array]] | None:
@@ -107,21 +141,14 @@ class SeamCost:
         old, new, remembered: as in `pairs`; choice, taking: as in `best_cut`. None if it is known, before it is solved,
         that all comes to over `most` more than now.
         """
-        if isinstance(self.sources, Mosaic) and self.steepness is None and solved_at_once(choice):
+        if isinstance(self.sources, Mosaic) and solved_at_once(choice):
             from kwatra.pieces.matches import cut_in
 
-            depths, mosaic = self._depths(old, new), self.sources
-            return cut_in(mosaic.planes, mosaic.strides, old, new, remembered, choice, taking, depths, most)
+            mosaic = self.sources
+            return cut_in(mosaic.planes, mosaic.strides, old, new, remembered, choice, taking, self.prices, most)
         pairs = self.pairs(old, new, remembered, choice)
         take = best_cut(choice, pairs, taking)
         return take, seams_after(choice, take, pairs)
-
-    @cached_property
-    def deep(self) -> Array:
-        """How deep in its element each place of a mosaic lies; of none, where that is not known."""
-        if self.depth is None or not isinstance(self.sources, Mosaic):
-            return np.empty(0, np.float32)
-        return self.depth.at(np.arange(self.sources.planes.shape[1]))
 
     def seam(self, s: Array, t: Array, axis: int, axes: int) -> Array:
         """The cost of seams between places s and t, those of pixels one step apart along an axis of so many."""
@@ -152,16 +179,29 @@ class SeamCost:
             return np.rint((hidden + (1 - hidden) * depth) * match + more * depth).astype(np.int32)
         if self.steepness is None:
             return match
-        scale = NORMALIZED_SCALE * (ACROSS_TIME if axis < axes - 2 else 1)
-        return (match.astype(np.int64) * scale // self.steepness(axis, places)).astype(np.int32)
+        divisor, slopes = self.steepness.least[axis], self.steepness.slopes[axis]
+        if slopes.size:
+            divisor = divisor + sum(slopes[place] for place in places)
+        return (match.astype(np.int64) * _scale(axis, axes) // divisor).astype(np.int32)
+
+
+def normalized(sources: Mosaic) -> SeamCost:
+    """M' of a mosaic, in which what is perfectly flat is taken to have a gradient, too."""
+    flat = int(4 * FLAT * LEVELS * len(sources.planes))
+    return SeamCost(sources, Steepness(np.full(sources.dims, flat), sources.slopes))
 
 
 def eased(sources: Stock, easier: Sequence[float]) -> SeamCost:
     """M, so many times less along each axis (`kwatra.elements.easier`)."""
     if max(easier) == 1:
         return SeamCost(sources)
-    less = [np.array(round(NORMALIZED_SCALE * by)) for by in easier]
-    return SeamCost(sources, lambda axis, _: less[axis])
+    less = np.array([round(NORMALIZED_SCALE * by) for by in easier])
+    return SeamCost(sources, Steepness(less, np.empty((len(less), 0), np.int32)))
+
+
+def _scale(axis: int, axes: int) -> int:
+    """What M' = 1 costs along an axis of so many."""
+    return NORMALIZED_SCALE * (ACROSS_TIME if axis < axes - 2 else 1)
 
 
 def summed(costs: Iterable[Array]) -> int:

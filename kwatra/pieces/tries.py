@@ -19,6 +19,7 @@ from kwatra.base.spans import in_volume, volume
 from kwatra.cut.choices import FREE, MOST, TAKE
 from kwatra.cut.network import sides
 from kwatra.pieces.matches import cut_places
+from kwatra.pieces.seams import Prices
 from kwatra.pieces.stock import Array
 
 PARTS = 4
@@ -45,8 +46,7 @@ class Tries(NamedTuple):
 class Ground(NamedTuple):
     """What patches are laid on, and of: arrays of a window (`Window`), colors by place (C, N) and what places mean.
 
-    sizes, strides (axes,): of the source, and from a place to the next. deep: how deep in its element each place lies,
-    of none if seams are not hidden; hidden, floor: what that makes of seams (`kwatra.pieces.Depth`).
+    sizes, strides (axes,): of the source, and from a place to the next. prices: what seams cost there.
     """
 
     kept: Array
@@ -58,9 +58,7 @@ class Ground(NamedTuple):
     planes: Array
     sizes: Sequence[int]
     strides: Sequence[int]
-    deep: Array
-    hidden: float
-    floor: float
+    prices: Prices
 
 
 class Found(NamedTuple):
@@ -107,7 +105,7 @@ def _cheapest_of(tries: Tries, ground: Ground, least: float, lowest: Array, firs
     a, left = (sides(costs, take.size) for costs in (ground.remembered, seams))
     number, cost, change, price = _try_every(
         volume(ground.kept, axes), volume(ground.laid, axes), volume(ground.fixed, axes), volume(ground.places, axes),
-        a, ground.total, ground.planes, in_volume(ground.sizes, 1), strides, ground.deep, ground.hidden, ground.floor,
+        a, ground.total, ground.planes, in_volume(ground.sizes, 1), strides, ground.prices,
         # a plane that is none begins before any place of the source
         in_volume(tries.shifts, 1), in_volume(tries.starts, 0), in_volume(tries.stops, 1), tries.costs, tries.rates,
         tries.must, tries.taking, least, lowest, first, step, take.ravel(), places.ravel(), left,
@@ -117,9 +115,9 @@ def _cheapest_of(tries: Tries, ground: Ground, least: float, lowest: Array, firs
 
 @jitted
 def _try_every(
-    kept: Any, laid: Any, fixed: Any, old: Any, a: Any, total: Any, planes: Any, sizes: Any, strides: Any, deep: Any,
-    hidden: Any, floor: Any, shifts: Any, starts: Any, stops: Any, costs: Any, rates: Any, must: Any, taking: Any,
-    least: Any, lowest: Any, first: Any, step: Any, take: Any, places: Any, left: Any,
+    kept: Any, laid: Any, fixed: Any, old: Any, a: Any, total: Any, planes: Any, sizes: Any, strides: Any, prices: Any,
+    shifts: Any, starts: Any, stops: Any, costs: Any, rates: Any, must: Any, taking: Any, least: Any, lowest: Any,
+    first: Any, step: Any, take: Any, places: Any, left: Any,
 ) -> Any:  # fmt: skip
     """The number of the cheapest try, -1 for none, what it costs, its change and price.
 
@@ -128,26 +126,18 @@ def _try_every(
     """
     count, best, best_change, best_price = kept.size, -1, 0, 0
     choice, new, taken = np.empty(kept.shape, np.int8), np.empty(old.shape, old.dtype), np.empty(count, np.bool_)
-    weight, known = np.zeros(count, np.int64), count if len(deep) > 0 else 0
-    deep_old, deep_new = np.empty(known, np.float32), np.empty(known, np.float32)
+    weight = np.zeros(count, np.int64)
     shown_old, shown_new, may = old.ravel(), new.ravel(), choice.ravel()
     b, c, tried = _like(a), _like(a), _like(a)
-    for i in range(known):
-        deep_old[i] = deep[shown_old[i]]
     for k in range(first, len(costs), step):
         most = MOST if lowest[0] == np.inf else math.ceil((lowest[0] - costs[k]) / rates[k])
         if len(taking) == 0 and -total > most:  # were no seam left
             continue
         _lay_out(kept, laid, fixed, starts[k], stops[k], must, choice)
         _find_places(sizes, shifts[k], starts[k], stops[k], new)
-        for i in range(known):
-            deep_new[i] = deep[shown_new[i]]
         for i in range(count):
             weight[i] = taking[k, i] if len(taking) > 0 else 0
-        if not cut_places(
-            planes, strides, shown_old, shown_new, deep_old, deep_new, hidden, floor, may, weight, a, b, c, most, taken,
-            tried,
-        ):  # fmt: skip
+        if not cut_places(planes, strides, shown_old, shown_new, prices, may, weight, a, b, c, most, taken, tried):
             continue
         change = -total
         for axis in range(len(a)):

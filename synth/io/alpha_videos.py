@@ -19,7 +19,6 @@ _OPTIONS = {
     ".webm": {"crf": "10", "b:v": "0", "threads": "1", "row-mt": "0", "deadline": "good", "cpu-used": "2"},
     ".mov": {"profile": "4", "vendor": "apl0", "alpha_bits": "8", "threads": "1"},
 }
-_RAW = {3: "rgb24", 4: "rgba"}
 ALPHA_SUFFIXES = tuple(_CODECS)
 
 

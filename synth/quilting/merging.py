@@ -17,7 +17,6 @@ from torch import Tensor
 from kwatra.base import InputError
 from kwatra.pieces.boxes import Box
 from kwatra.pieces.mosaic import Mosaic
-from kwatra.pieces.seams import SeamCost
 from kwatra.pieces.sheet import Patch, Sheet
 from synth.quilting.synthesis import Quilt, QuiltSettings, result_of
 
@@ -48,7 +47,7 @@ def merge(background: Tensor, overlays: Sequence[Overlay], settings: QuiltSettin
         _check(background, overlay, f"overlay {number}")
     sources = Mosaic([background.numpy(), *(o.image.numpy() for o in overlays)])
     shape = tuple(background.shape[1:])
-    sheet = Sheet(sources, shape, (False, False), SeamCost(sources, sources.steepness if settings.normalized else None))
+    sheet = Sheet(sources, shape, (False, False), settings.cost_of(sources))
     sheet.lay(Patch(0, (0, 0), Box((0, 0), shape)))
     for number, overlay in enumerate(overlays, 1):
         _lay(sheet, number, overlay)

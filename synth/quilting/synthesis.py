@@ -14,7 +14,7 @@ from torch import Tensor
 from kwatra.base import InputError, generator_of, tensor_of, whole_sizes
 from kwatra.pieces.again import Budget
 from kwatra.pieces.mosaic import LEVELS, Mosaic
-from kwatra.pieces.seams import NORMALIZED_SCALE, SeamCost
+from kwatra.pieces.seams import NORMALIZED_SCALE, SeamCost, normalized
 from kwatra.pieces.sheet import Sheet
 from synth.quilting.blendseams import FRAMES_PER_PIXEL, blending_reach, ending_reach, feather, spline
 from synth.quilting.growth import Report, fill, refine
@@ -77,6 +77,10 @@ class QuiltSettings:
             raise InputError(f"scale is {self.scale} but must be finite and positive numbers, for example (0.5, 1)")
         if self.perspective and (len(self.scale) < 2 or self.tile):
             raise InputError("perspective needs several scales, far to near, and no tiling")
+
+    def cost_of(self, sources: Mosaic) -> SeamCost:
+        """What seams between places of a mosaic cost."""
+        return normalized(sources) if self.normalized else SeamCost(sources)
 
 
 @dataclass(frozen=True)
@@ -172,7 +176,7 @@ def new_sheet(sources: Mosaic, size: Sequence[int], settings: QuiltSettings) -> 
     if settings.tile and min(size[-2:]) < 8:
         raise InputError(f"a tile of {size[-1]}x{size[-2]} pixels cannot meet itself; ask for at least 8x8")
     periodic = [settings.tile and axis >= len(size) - 2 for axis in range(len(size))]
-    return Sheet(sources, size, periodic, SeamCost(sources, sources.steepness if settings.normalized else None))
+    return Sheet(sources, size, periodic, settings.cost_of(sources))
 
 
 def error_region(shape: Sequence[int], part: float) -> tuple[int, ...]:

@@ -54,7 +54,7 @@ def seam_transition(clip: Tensor, frames: int | None, loop: bool, settings: Quil
     report("comparing frames", 0.0)
     choices = find_loops(clip, frames if loop else None)
     small = Mosaic([shrunk(clip, SMALL).numpy()])
-    cost = SeamCost(small, small.steepness if settings.normalized else None)
+    cost = settings.cost_of(small)
     totals = []
     for number, choice in enumerate(choices):
         report("comparing transitions", number / len(choices))
@@ -62,7 +62,7 @@ def seam_transition(clip: Tensor, frames: int | None, loop: bool, settings: Quil
     best = choices[int(np.argmin(totals))]
     report("cutting the transition", 0.0)
     sources = Mosaic([clip.numpy()])
-    sheet = _joined(sources, SeamCost(sources, sources.steepness if settings.normalized else None), best)
+    sheet = _joined(sources, settings.cost_of(sources), best)
     stopped = f"frames {best.first} to {best.last} of the clip repeat, joined within a window of {best.window} frames"
     quilt = result_of(sheet, settings, [sheet.total], stopped, first=1)
     return quilt if frames is None else repeated(quilt, frames)

@@ -5,8 +5,8 @@ import pytest
 
 from kwatra.cut import FREE, KEEP, MOST, TAKE, VOID, best_cut, seams_after
 from kwatra.pieces import Depth, SeamCost
-from kwatra.pieces.mosaic import Mosaic, by_place
-from kwatra.pieces.seams import summed
+from kwatra.pieces.mosaic import LEVELS, Mosaic, by_place
+from kwatra.pieces.seams import FLAT, NORMALIZED_SCALE, eased, normalized, summed
 from kwatra.pieces.stock import Stock
 
 
@@ -33,14 +33,31 @@ def test_a_match_is_the_sum_of_what_differs_at_both_pixels() -> None:
     assert only_second.item() == only_first.item() == differs
 
 
+def test_a_normalized_match_is_divided_by_the_gradients_of_both_patches_at_both_pixels() -> None:
+    mosaic = Mosaic([np.array([[[0.0, 1.0, 4.0, 9.0, 16.0, 11.0]]])])
+    values = mosaic.planes[0][mosaic.places_of([np.zeros(6, int), np.arange(6)])].astype(int)
+    gradient = [abs(values[i + 1] - values[i - 1]) // 2 for i in range(1, 5)]
+    old, new = (mosaic.places_of([np.zeros((1, 2), int), np.array([line])]) for line in ([1, 2], [3, 4]))
+    nothing = [np.zeros((0, 2), np.int32), np.zeros((1, 1), np.int32)]
+    _, second, first = normalized(mosaic).pairs(old, new, nothing)[1]
+    match = abs(values[1] - values[3]) + abs(values[2] - values[4])
+    flat = int(4 * FLAT * LEVELS)
+    assert second.item() == first.item() == match * NORMALIZED_SCALE // (sum(gradient) + flat)
+
+
 @pytest.mark.parametrize("axes", [2, 3])
-@pytest.mark.parametrize("hidden", [False, True])
+@pytest.mark.parametrize("seams", ["plain", "hidden", "eased", "normalized"])
 @pytest.mark.parametrize("priced", [False, True])
-def test_a_patch_is_cut_in_by_one_call_as_it_is_step_by_step(axes, hidden, priced):
+def test_a_patch_is_cut_in_by_one_call_as_it_is_step_by_step(axes, seams, priced):
     rng = np.random.default_rng(axes)
     mosaic, shape = Mosaic([rng.random((2, *(9,) * axes), dtype=np.float32)]), (7, 8, 6)[:axes]
     depth = by_place(rng.random(mosaic.shapes[0], dtype=np.float32))
-    cost = SeamCost(mosaic, depth=Depth(depth.__getitem__, 3000.0) if hidden else None)
+    cost = {
+        "plain": SeamCost(mosaic),
+        "hidden": SeamCost(mosaic, depth=Depth(depth.__getitem__, 3000.0)),
+        "eased": eased(mosaic, [1, 9, 3][:axes]),
+        "normalized": normalized(mosaic),
+    }[seams]
     for _ in range(5):
         old, new = (mosaic.places_of(list(rng.integers(0, 9, (axes, *shape)))) for _ in range(2))
         remembered = [c * rng.integers(0, 2, c.shape, dtype=np.int32) for c in cost.within(old)]

@@ -9,7 +9,7 @@ import torch
 from kwatra.pieces.boxes import Box
 from kwatra.pieces.cheapest import Offer, cheapest_cuts
 from kwatra.pieces.mosaic import LEVELS, Mosaic, by_place
-from kwatra.pieces.seams import HIDDEN, Depth, SeamCost, eased
+from kwatra.pieces.seams import HIDDEN, Depth, SeamCost, eased, normalized
 from kwatra.pieces.sheet import Patch, Sheet
 
 
@@ -167,11 +167,14 @@ def test_seams_are_hidden_where_one_side_shows_ground():
         assert hidden == round(part * seen + least)
 
 
-def test_hidden_seams_are_remembered_as_they_cost(recomputed_seams):
+@pytest.mark.parametrize("seams", ["hidden", "eased", "normalized"])
+def test_seams_are_remembered_as_they_cost(seams, recomputed_seams):
     rng = np.random.default_rng(0)
     sources = Mosaic([rng.random((2, 9, 9), np.float32)])
     depth = Depth(by_place(rng.random((9, 9), np.float32)).__getitem__, 200.0)
-    sheet = Sheet(sources, (16, 16), (False, True), SeamCost(sources, depth=depth))
+    hidden = SeamCost(sources, depth=depth)
+    costs_of = {"hidden": hidden, "eased": eased(sources, [1, 9]), "normalized": normalized(sources)}
+    sheet = Sheet(sources, (16, 16), (False, True), costs_of[seams])
     for _ in range(20):
         start = (int(rng.integers(0, 8)), int(rng.integers(0, 16)))
         sheet.lay(Patch(0, start, Box(start, (9, 9))))
@@ -180,7 +183,7 @@ def test_hidden_seams_are_remembered_as_they_cost(recomputed_seams):
 
 
 @pytest.mark.parametrize("shape", [(14, 15), (5, 9, 8)])
-@pytest.mark.parametrize("seams", ["plain", "hidden", "eased"])
+@pytest.mark.parametrize("seams", ["plain", "hidden", "eased", "normalized"])
 @pytest.mark.parametrize("priced", [False, True])
 @pytest.mark.parametrize(("slow", "threads"), [(False, 1), (False, 3), (True, 1)])
 def test_of_several_patches_the_one_is_cut_in_that_costs_least(shape, seams, priced, slow, threads, monkeypatch):
@@ -195,6 +198,7 @@ def test_of_several_patches_the_one_is_cut_in_that_costs_least(shape, seams, pri
         "plain": SeamCost(sources),
         "hidden": SeamCost(sources, depth=depth),
         "eased": eased(sources, [1, 9, 3]),
+        "normalized": normalized(sources),
     }
     sheet = Sheet(sources, shape, (False,) * axes, costs_of[seams])
     sheet.lay(Patch(0, (0,) * axes, Box((0,) * axes, source)))

@@ -9,7 +9,7 @@ from dots import copied, texture
 
 from kwatra.pieces.boxes import Box
 from kwatra.pieces.mosaic import Mosaic
-from kwatra.pieces.seams import ACROSS_TIME, SeamCost
+from kwatra.pieces.seams import ACROSS_TIME, normalized
 from kwatra.pieces.sheet import Patch, Sheet
 from synth.quilting import QuiltSettings, quilt_video
 from synth.quilting.displaced import flash, lasting_region
@@ -22,9 +22,9 @@ def test_a_seam_in_time_is_spread_over_frames() -> None:
     generator = np.random.default_rng(0)
     noise = generator.random((2, 1, 16, 24, 24), np.float32)
     share = []
-    for normalized in (False, True):
+    for divided in (False, True):
         sources = Mosaic([*noise])
-        sheet = Sheet(sources, (16, 24, 24), (False,) * 3, SeamCost(sources, sources.steepness if normalized else None))
+        sheet = Sheet(sources, (16, 24, 24), (False,) * 3, QuiltSettings(normalized=divided).cost_of(sources))
         sheet.lay(Patch(0, (0, 0, 0), Box((0, 0, 0), (16, 24, 24))))
         ends = np.zeros((16, 24, 24), bool)
         ends[-1] = True
@@ -35,7 +35,7 @@ def test_a_seam_in_time_is_spread_over_frames() -> None:
 
 def test_a_seam_between_frames_costs_more_than_one_within() -> None:
     flat = Mosaic([np.zeros((1, 4, 4, 4), np.float32), np.ones((1, 4, 4, 4), np.float32)])
-    cost = SeamCost(flat, flat.steepness)
+    cost = normalized(flat)
     s, t = flat.places(0, [np.array([1])] * 3), flat.places(1, [np.array([1])] * 3)
     prices = [int(cost.seam(s, t, axis, 3).item()) for axis in range(3)]
     assert prices == pytest.approx([ACROSS_TIME * prices[2], prices[2], prices[2]], abs=ACROSS_TIME)
