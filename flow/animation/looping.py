@@ -33,7 +33,9 @@ from flow.fields import Field, Shape
 from flow.warps import lookup, pixel_coordinates, warp
 from kwatra import Exemplar, InputError, Settings
 from kwatra.base import generator_of, is_whole
+from kwatra.elements import easier
 from kwatra.pieces import Box, Mosaic, Patch, SeamCost, Sheet
+from kwatra.pieces.seams import eased
 
 _STRETCH = 24
 """The turn takes at most so many frames, and at most half of the loop: a bound, not tuned."""
@@ -110,9 +112,9 @@ class _Back:
             motion.seed,
         )
         stretch = max(min(_STRETCH, frames // 2), 1)
-        size = min(*motion.renewal.blocks.sides, -(-min(motion.shape) // 2))
-        self._band = _BAND * size
-        since = _times(motion.shape, frames - stretch + 1, frames, size, motion.seed)
+        self._sides = [min(b, -(-n // 2)) for b, n in zip(motion.renewal.blocks.sides, motion.shape, strict=True)]
+        self._band = _BAND * min(self._sides)
+        since = _times(motion.shape, frames - stretch + 1, frames, self._sides, motion.seed)
         frame, self._stops = start, {}
         for k in range(1, stretch):
             flow = reverse.field(k - 1, motion.shape)
@@ -156,7 +158,7 @@ class _Back:
         regions = turned.cpu().numpy()
         free = np.full_like(regions, regions.any() and not regions.all())
         for part in (regions, ~regions):
-            free &= ndimage.distance_transform_edt(~part) <= self._band
+            free &= ndimage.distance_transform_edt(~part, _units(self._sides)) <= self._band
         far = ahead.state.inside.cpu().numpy() & ~free
         mosaic = Mosaic([frame.image.cpu().numpy() for frame in (ahead, back)])
         cost = self._cost(mosaic, [frame.state.source for frame in (ahead, back)])
@@ -166,10 +168,14 @@ class _Back:
         return torch.from_numpy(sheet.label == 1).to(ahead.image)
 
     def _cost(self, mosaic: Mosaic, sources: Sequence[Tensor]) -> SeamCost:
-        """What seams of a mosaic of frames cost, given their source coordinates (2, H, W): more through elements."""
-        hidden = self.motion.film.hidden
+        """What seams of a mosaic of frames cost, given their source coordinates (2, H, W).
+
+        They cost more through elements; or, where the texture runs along an axis, less beside its lines.
+        """
+        film = self.motion.film
+        hidden = film.hidden
         if hidden is None:
-            return SeamCost(mosaic)
+            return eased(mosaic, easier(film.strip, film.along))
         places = [nearest_pixels(source, hidden.depth.shape).numpy() for source in sources]
         deviation = sum(float(np.std(plane)) for plane in mosaic.planes)
         return hidden.cost(mosaic, [hidden.depth[tuple(place)] for place in places], deviation)
@@ -185,18 +191,28 @@ def _reversed(field: Field, frames: int) -> Field:
     return Field((lambda k, shape: at(0.0, shape)) if field.steady else at, field.steady)
 
 
-def _times(shape: Shape, first: int, last: int, size: int, seed: int) -> Tensor:
-    """The frame (H, W), from `first` to `last`, since which each region of about `size` px is to be shown."""
+def _units(sides: Sequence[int]) -> list[float]:
+    """How far it is from a pixel to the next along each axis, so that regions of these sides (px) are as wide as high.
+
+    Along the shorter side it is 1.
+    """
+    return [min(sides) / side for side in sides]
+
+
+def _times(shape: Shape, first: int, last: int, sides: Sequence[int], seed: int) -> Tensor:
+    """The frame (H, W), from `first` to `last`, since which each region of about these sides (px) is to be shown."""
     generator = generator_of(seed)
-    rows, columns = (-(-side // size) for side in shape)
+    rows, columns = (-(-n // side) for n, side in zip(shape, sides, strict=True))
     y, x = torch.meshgrid(torch.arange(rows), torch.arange(columns), indexing="ij")
     corner = torch.stack([y, x]).flatten(1) + torch.rand(2, rows * columns, dtype=torch.float32, generator=generator)
-    place = [(corner[axis] * size).long().clamp(max=shape[axis] - 1) for axis in range(2)]
+    place = [(corner[axis] * sides[axis]).long().clamp(max=shape[axis] - 1) for axis in range(2)]
     order = torch.randperm(rows * columns, generator=generator)
     time = first + order * (last - first + 1) // len(order)
     point = torch.zeros(shape, dtype=torch.float32)
     point[place[0], place[1]] = 1.0
     value = torch.zeros(shape, dtype=torch.float32)
     value[place[0], place[1]] = time.float()
-    nearest = ndimage.distance_transform_edt(point.numpy() == 0, return_distances=False, return_indices=True)
+    nearest = ndimage.distance_transform_edt(
+        point.numpy() == 0, _units(sides), return_distances=False, return_indices=True
+    )
     return value[torch.from_numpy(nearest[0]).long(), torch.from_numpy(nearest[1]).long()]

@@ -5,6 +5,7 @@ import torch
 from torch import Tensor
 
 import flow
+from flow.animation import looping
 from flow.animation.blocks import bell, inner
 from flow.animation.fibers import block_sides
 from flow.animation.film import Film
@@ -104,3 +105,15 @@ def test_what_counts_of_a_block_falls_off_toward_its_ends() -> None:
         assert bool((weights[:, 15].diff()[:6] >= 0).all())
     assert float(inner((12, 30))[0].max()) == 0
     assert float(bell((12, 30))[0, 15]) == pytest.approx(float(torch.tensor(-((5.5 / 4.8) ** 2)).exp()), rel=0.01)
+
+
+def test_a_loop_that_turns_back_has_no_lines_across(monkeypatch: pytest.MonkeyPatch) -> None:
+    def steepest() -> float:
+        """How much more the steepest row of the frames that turn changes than their rows do."""
+        frames = list(flow.loop(fibers(), flow.uniform(1.5), (80, 80), frames=16, seed=1))[9:]
+        rows = torch.stack([frame.image.diff(dim=1).abs().mean((0, 2)) for frame in frames])
+        return float(rows.max() / rows.mean())
+
+    now = steepest()
+    monkeypatch.setattr(looping, "easier", lambda exemplar, along: (1.0, 1.0))
+    assert now < 0.7 * steepest()
