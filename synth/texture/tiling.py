@@ -2,8 +2,9 @@
 
 Repeated as it is, a picture meets itself in a line. That line is covered by patches of the picture, one beside the
 other, each laid where it fits what is around it and cut along the seam of least cost (Kwatra et al. 2003, section 3.1),
-which keeps elements whole; patches then replace each other where that lowers the cost of all seams. Steps of color
-along seams are spread over some pixels by the picture x whose gradients are nearest to those of the patches,
+which keeps elements whole; patches then replace each other where that lowers the cost of all seams. In a texture that
+runs along an axis, as wood does, seams cost less beside its lines (`kwatra.elements.easier`). Steps of color along
+seams are spread over some pixels by the picture x whose gradients are nearest to those of the patches,
 
     sum_(s,t) (x_t - x_s - g_st)^2 + (x - c)^2 / REACH^2,    x = c outside of the band,
 
@@ -13,7 +14,6 @@ c the colors of the patches and g their differences, across a seam the mean of b
 
 import math
 from collections.abc import Callable, Iterator
-from typing import Any
 
 import numpy as np
 import torch
@@ -21,8 +21,11 @@ from torch import Tensor
 
 from kwatra import Exemplar, InputError, Result, element_size
 from kwatra.base import conjugate_gradients, generator_of, is_whole
-from kwatra.pieces import Box, Cut, Mosaic, Patch, SeamCost, Sheet
+from kwatra.elements import anisotropy, easier, runs_along
+from kwatra.pieces import Box, Cut, Mosaic, Patch, Sheet
 from kwatra.pieces.fitting import Fit
+from kwatra.pieces.seams import eased
+from kwatra.pieces.start import FIBROUS
 from synth.texture.filling import planes_of
 from synth.texture.form import Form, Image
 from synth.texture.periods import whole_size
@@ -41,6 +44,11 @@ tuned, as REACH, by eye on gravel, radishes, a stone wall and peeling plaster.""
 
 APART = 2
 """Candidates are further than so many pixels from each other."""
+
+SLIM, SLIMMEST = 0.25, 4
+"""Where lines of the texture run into a border, patches are so many times as wide along it, at least so many pixels:
+each has to continue fewer of them. In nine pictures of fibers made in code the steepest column of the tile is 5.6 times
+what columns usually are, with .5 7.6 and with squares 9.0; with .125 3.7, but brushed metal is worse, 2.4 for 2.0."""
 
 MENDING = 1
 """How often all patches are tried again; once more lowered the cost of all seams by no more than a hundredth."""
@@ -137,7 +145,9 @@ class _Sewing:
         self.closed, self.band = closed, band
         self.shape = (pixels.shape[1], pixels.shape[2])
         self.mosaic = Mosaic([pixels.numpy()])
-        self.sheet = Sheet(self.mosaic, self.shape, closed, SeamCost(self.mosaic))
+        exemplar = Exemplar.of([pixels])
+        self.runs = runs_along(anisotropy(exemplar), FIBROUS)
+        self.sheet = Sheet(self.mosaic, self.shape, closed, eased(self.mosaic, easier(exemplar, self.runs)))
         self.generator = generator_of(seed)
         self._fit = Fit(self.mosaic.matching(0))
         self._lay_picture()
@@ -168,27 +178,27 @@ class _Sewing:
                 report("sewing", (turn + (number + 1) / len(stations)) / (1 + MENDING))
 
     def _stations(self) -> Iterator[Box]:
-        """Boxes as wide as the band on both sides of a seam, half over each other: where seams cross, then along them.
+        """Boxes as deep as the band on both sides of a seam, half over each other: where seams cross, then along them.
 
-        The first lies somewhere, as drawn.
+        The first lies somewhere, as drawn. They are as wide as deep, or slim where lines of the texture run across.
         """
-        side, step = 2 * self.band, self.band
+        deep = 2 * self.band
         if all(self.closed):
-            yield self._box((-step, -step))
-        for axis, (across, along) in enumerate(((0, 1), (1, 0))):
-            if not self.closed[axis]:
+            yield self._box((-self.band,) * 2, (deep,) * 2)
+        for across, along in ((0, 1), (1, 0)):
+            if not self.closed[across]:
                 continue
-            length, wraps = self._axes[along]
-            count = math.ceil((length if wraps else length - side) / step) + (not wraps)
+            wide = max(round(SLIM * deep), SLIMMEST) if self.runs == across else deep
+            step, (length, wraps) = wide // 2, self._axes[along]
+            count = math.ceil((length if wraps else length - wide) / step) + (not wraps)
             first = int(torch.randint(step, (1,), generator=self.generator)) if wraps else 0
             for number in range(count):
-                start = first + number * length // count if wraps else (length - side) * number // max(count - 1, 1)
-                corner = [0, 0]
-                corner[across], corner[along] = -step, start
-                yield self._box(corner)
+                start = first + number * length // count if wraps else (length - wide) * number // max(count - 1, 1)
+                corner, extent = (-self.band, start), (deep, wide)
+                yield self._box(corner, extent) if across == 0 else self._box(corner[::-1], extent[::-1])
 
-    def _box(self, corner: Any) -> Box:
-        return Box(tuple(corner), (2 * self.band,) * 2).clipped(self.shape, self.closed)
+    def _box(self, corner: tuple[int, int], extent: tuple[int, int]) -> Box:
+        return Box(corner, extent).clipped(self.shape, self.closed)
 
     def _cheapest(self, box: Box) -> Cut:
         """Of the patches that fit a box best the one that can be cut in at the least price."""

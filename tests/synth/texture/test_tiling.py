@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import torch
+from scipy import ndimage
 from skimage import data
 
 from kwatra import InputError
@@ -68,6 +69,22 @@ def test_light_that_changes_across_the_picture_leaves_no_step() -> None:
     blurred = made.image.mean(0)
     steps = np.abs(np.diff(np.concatenate([blurred, blurred[:1]])))
     assert steps.max() < 0.06  # of 0.2 between the borders
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_fibers_end_in_no_line(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    noise = np.random.default_rng(seed).standard_normal((96, 96))
+    runs = ndimage.gaussian_filter(noise, (1.0, 12.0), mode="nearest")
+    fibers = (0.5 + 0.15 * runs / runs.std()).clip(0, 1).astype(np.float32)
+
+    def steepest() -> float:
+        """The steepest step of the tile from a column to the next."""
+        made = tile(fibers, axes="x").image
+        return float(np.abs(made - np.roll(made, 1, 1)).mean(0).max())
+
+    now = steepest()
+    monkeypatch.setattr("synth.texture.tiling.runs_along", lambda anisotropy, least: None)
+    assert now < 0.8 * steepest()
 
 
 def test_cropped_to_whole_periods() -> None:
