@@ -83,7 +83,7 @@ def test_fibers_end_in_no_line(seed: int, monkeypatch: pytest.MonkeyPatch) -> No
         return float(np.abs(made - np.roll(made, 1, 1)).mean(0).max())
 
     now = steepest()
-    monkeypatch.setattr("synth.texture.tiling.runs_along", lambda anisotropy, least: None)
+    monkeypatch.setattr("synth.texture.sewing.runs_along", lambda anisotropy, least: None)
     assert now < 0.8 * steepest()
 
 

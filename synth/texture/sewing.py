@@ -1,0 +1,188 @@
+"""A picture, parts of which are covered by patches of an exemplar, sewn to it and to each other.
+
+Each patch is laid where it fits what is around it, and cut along the seam of least cost (Kwatra et al. 2003, section
+3.1), which keeps elements whole; patches then replace each other where that lowers the cost of all seams. In a texture
+that runs along an axis, as wood does, seams cost less beside its lines (`kwatra.elements.easier`). Steps of color along
+seams are spread over some pixels by the picture x whose gradients are nearest to those of the patches,
+
+    sum_(s,t) (x_t - x_s - g_st)^2 + (x - c)^2 / REACH^2,    x = c where the picture stays,
+
+c the colors of the patches and g their differences, across a seam the mean of both patches' (Perez, Gangnet and Blake
+2003, "Poisson Image Editing", screened).
+"""
+
+from collections.abc import Callable, Sequence
+from functools import lru_cache
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from kwatra import Exemplar
+from kwatra.base import conjugate_gradients
+from kwatra.elements import anisotropy, easier, runs_along
+from kwatra.pieces import Box, Cut, Mosaic, Patch, Sheet
+from kwatra.pieces.cheapest import Offer, cheapest_cuts
+from kwatra.pieces.fitting import Fit
+from kwatra.pieces.seams import eased
+from kwatra.pieces.start import FIBROUS
+
+CANDIDATES = 12
+"""Of so many places that fit best the one whose cut costs least is taken. With 4 stones were cut that 12 left whole;
+tuned, as REACH, by eye on tiles of gravel, radishes, a stone wall and peeling plaster."""
+
+APART = 2
+"""Candidates are further than so many pixels from each other."""
+
+REACH = 8.0
+"""Over about so many pixels steps of color are spread."""
+
+FEWEST = 1000
+"""Where patches are looked for nearby only, and fewer places than this have one, they are looked for further away."""
+
+GRID = 64
+"""The parts of an exemplar that are looked through begin at multiples of so many pixels: boxes beside each other share
+one, and its transforms, of which KEPT are kept."""
+
+KEPT = 16
+
+
+class Sewing:
+    """What is laid of a picture of some `shape`, closed along some axes, and of an exemplar's patches.
+
+    The picture is a part of the exemplar's canvas that begins at `first`, or given (C, *shape). near: patches are sought
+    on so many pixels about where they are laid, which bounds time and memory; None: on all of the canvas. sheet:
+    what is laid; pixels that are `fixed` there stay. runs: the axis along which the texture runs, None for none.
+    """
+
+    def __init__(
+        self,
+        exemplar: Exemplar,
+        shape: Sequence[int],
+        closed: Sequence[bool] = (False, False),
+        picture: Tensor | None = None,
+        first: Sequence[int] = (0, 0),
+        near: int | None = None,
+    ) -> None:
+        self.exemplar, self.near = exemplar, near or max(exemplar.shape)
+        self.runs = runs_along(anisotropy(exemplar), FIBROUS)
+        self.closed, self.shape = tuple(closed), tuple(shape)
+        self.mosaic = Mosaic([each.cpu().numpy() for each in (exemplar.canvas, picture) if each is not None])
+        self.sheet = Sheet(self.mosaic, self.shape, self.closed, eased(self.mosaic, easier(exemplar, self.runs)))
+        self._own = int(picture is not None)
+        self._shift = tuple(-start for start in first) if picture is None else (0, 0)
+        self._fit, self._valid = lru_cache(KEPT)(self._prepared), lru_cache(KEPT)(self._places)
+
+    def lay_picture(self, box: Box, must_not: np.ndarray | None = None) -> None:
+        """Lay the picture itself in a box, but for those pixels of it (boolean) that are not to show it."""
+        self.sheet.lay(Patch(self._own, self._shift, box), must_not=must_not)
+
+    def sew(self, boxes: Sequence[Box], turns: int, report: Callable[[float], None]) -> None:
+        """Cover what is empty in boxes, one after the other, then try all again: so many turns; report: what is done.
+
+        What cannot be covered, since no patch of the exemplar is as large, stays empty.
+        """
+        for turn in range(turns):
+            for number, box in enumerate(boxes):
+                cut = self._cheapest(box)
+                empty = turn == 0 and not self.sheet.filled_at(self.sheet.indices(box)).all()
+                if cut is not None and (empty or cut.price < 0):
+                    self.sheet.commit(cut)
+                report((turn + (number + 1) / len(boxes)) / turns)
+
+    def _cheapest(self, box: Box) -> Cut | None:
+        """Of the patches that fit a box best the one that can be cut in at the least price; None if there is none."""
+        at = self.sheet.indices(box)
+        known = self.sheet.filled_at(at).astype(np.float32)
+        part = self._where_to_look(box)
+        lines = zip(part.start, part.stop, box.extent, strict=True)
+        inside = tuple(slice(low, high - extent + 1) for low, high, extent in lines)
+        valid = self._valid(box.extent)[inside]
+        if not valid.any():
+            return None
+        cost = self._fit(part).inside(self.mosaic.matching_at(self.sheet.places[at]) * known, known)
+        cost[~valid] = np.inf
+        shifts = list[tuple[int, ...]]()
+        while len(shifts) < CANDIDATES and np.isfinite(cost).any():
+            place = np.unravel_index(int(cost.argmin()), cost.shape)
+            shifts.append(tuple(int(b - s - p) for b, s, p in zip(box.start, part.start, place, strict=True)))
+            cost[tuple(slice(max(p - APART, 0), p + APART + 1) for p in place)] = np.inf
+        nothing, alike = np.zeros(len(shifts)), np.ones(len(shifts))
+        window = self.sheet.windows([box])[0]
+        return cheapest_cuts(self.sheet, [Offer(window, box, np.array(shifts), nothing, alike, np.inf)])[0]
+
+    def _where_to_look(self, box: Box) -> Box:
+        """The part of the canvas in which patches for a box are looked for."""
+        valid, side = self.exemplar.owner >= 0, self.near
+        while True:
+            part = self._about(box, side)
+            lines = zip(part.start, part.stop, strict=True)
+            if int(valid[tuple(slice(low, high) for low, high in lines)].sum()) >= FEWEST or part.extent == valid.shape:
+                return part
+            side *= 2
+
+    def _about(self, box: Box, side: int) -> Box:
+        """The part of the canvas of about so many pixels a side around what a box shows of it, on GRID."""
+        first, extent = list[int](), list[int]()
+        for start, size, shift, there in zip(box.start, box.extent, self._shift, self.exemplar.shape, strict=True):
+            low = min((start + size // 2 - shift - side // 2) // GRID * GRID, there - side)
+            first.append(max(low, 0))
+            extent.append(min(side + GRID, there - first[-1]))
+        return Box(tuple(first), tuple(extent))
+
+    def _prepared(self, part: Box) -> Fit:
+        """How patches of a part of the canvas are fitted."""
+        lines = zip(part.start, part.stop, strict=True)
+        return Fit(self.mosaic.matching(0)[(slice(None), *(slice(low, high) for low, high in lines))])
+
+    def _places(self, extent: tuple[int, ...]) -> np.ndarray:
+        """Where on the canvas patches of some extent may begin."""
+        return self.exemplar.corners(extent).cpu().numpy()
+
+    @property
+    def places(self) -> Tensor:
+        """Where on the canvas each pixel comes from, (2, H, W); of a picture that was given, where in that."""
+        return torch.from_numpy(self.mosaic.coordinates(self.sheet.places)[1].astype(np.int64))
+
+    def patches(self) -> Tensor:
+        """The picture (C, H, W) as its patches have it."""
+        return torch.from_numpy(self.mosaic.originals(self.sheet.places))
+
+    def blended(self) -> Tensor:
+        """The picture (C, H, W) that has, as nearly as can be, the patches' gradients and no steps between them."""
+        colors = self.patches()
+        steps = [self._missing(colors, axis) for axis in (0, 1)]
+        free = torch.from_numpy(~self.sheet.fixed).to(colors)
+        pairs = [self._pairs(axis) for axis in (0, 1)]
+
+        def system(change: Tensor) -> Tensor:
+            change = change * free
+            pull = change / REACH**2
+            for axis, pair in enumerate(pairs, 1):
+                pull = pull - _divergence(pair * (change.roll(-1, axis) - change), axis)
+            return pull * free
+
+        pulls = [_divergence(pair * step, axis) for axis, (pair, step) in enumerate(zip(pairs, steps, strict=True), 1)]
+        diagonal = torch.stack([pair + pair.roll(1, axis) for axis, pair in enumerate(pairs)]).sum(0) + 1 / REACH**2
+        right = -(pulls[0] + pulls[1]) * free
+        return colors + conjugate_gradients(system, right, diagonal, torch.zeros_like(colors), 1e-3).x * free
+
+    def _pairs(self, axis: int) -> Tensor:
+        """(H, W) 1 where a pixel and the next along an axis are neighbors."""
+        pairs = torch.ones(self.shape, dtype=torch.float32)
+        if not self.closed[axis]:
+            pairs.select(axis, -1).zero_()
+        return pairs
+
+    def _missing(self, colors: Tensor, axis: int) -> Tensor:
+        """Differences (C, H, W) to the next pixel along an axis: both patches' mean less that of the colors."""
+        places = self.sheet.places
+        after = np.roll(places, -1, axis)
+        ahead = torch.from_numpy(self.mosaic.originals(self.mosaic.beyond(places, axis, 1)))
+        back = torch.from_numpy(self.mosaic.originals(self.mosaic.beyond(after, axis, -1)))
+        there = colors.roll(-1, axis + 1)
+        return ((ahead - colors) + (there - back)) / 2 - (there - colors)
+
+
+def _divergence(flow: Tensor, axis: int) -> Tensor:
+    return flow - flow.roll(1, axis)
