@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from kwatra.base import InputError, factors_of
-from kwatra.elements import anisotropy, element_size, runs_along
+from kwatra.elements import element_size
 from kwatra.exemplar import ALIGNMENT, Exemplar
 from kwatra.source import ROUTES
 
@@ -24,13 +24,6 @@ DEPTH = 4
 FEWEST = 64
 """A level needs at least so many windows to choose from: a guard, not tuned."""
 
-STRAIGHT, LONG, SLIM, SLIMMEST = 4.0, 2.0, 0.25, 3
-"""Where a still changes so many times as fast across as along an axis windows may be so many times as long and as wide,
-at least so wide in pixels: each is then of a line or two, and finds lines that go on as those do. Steps at the ends of
-holes are 6.1 and 7.5 times the own in two made woods, 13 in lines of blurred noise, 12, 8.8 and 17 with square windows
-(15 of 20 holes are better), half as wide ones do less. Of the sharpness across the first lose .08 and .04, the lines
-.21. Wood that is slanted by 20 degrees, so that it reaches 2.5, got streaks."""
-
 
 @dataclass(frozen=True)
 class Level:
@@ -38,8 +31,7 @@ class Level:
 
     factor: 1, 2, 4 or 8, how much coarser than the output. width: window width in this level's pixels, >= 2.
     iterations: at most so many EM iterations. depth: window width in time, for videos (time is never subsampled:
-    thesis 5.5). route: how matches are searched, one of `kwatra.source.ROUTES`; None leaves it to the sizes. height:
-    that of the window, where it is another than its width.
+    thesis 5.5). route: how matches are searched, one of `kwatra.source.ROUTES`; None leaves it to the sizes.
     """
 
     factor: int
@@ -47,12 +39,11 @@ class Level:
     iterations: int = 4
     depth: int = 4
     route: str | None = None
-    height: int | None = None
 
     def __post_init__(self) -> None:
         if self.factor not in (1, 2, 4, 8) or self.factor > ALIGNMENT:
             raise InputError(f"a level's factor is {self.factor}; allowed are 1, 2, 4 and 8")
-        if min(self.width, self.height or 2) < 2 or self.depth < 1 or self.iterations < 1:
+        if self.width < 2 or self.depth < 1 or self.iterations < 1:
             raise InputError(
                 f"a level has width {self.width}, depth {self.depth}, {self.iterations} iterations; give a width of "
                 "at least 2 and at least 1 of the others"
@@ -66,7 +57,7 @@ class Level:
 
     def window(self, axes: int) -> tuple[int, ...]:
         """The window's width per axis."""
-        return (*(self.depth,) * (axes - 2), self.height or self.width, self.width)
+        return (*(self.depth,) * (axes - 2), self.width, self.width)
 
 
 THESIS = (Level(4, 8), Level(2, 16), Level(2, 8), Level(1, 32), Level(1, 16), Level(1, 8))
@@ -108,36 +99,6 @@ def _planned_in_time(extent: Sequence[int], shape: Sequence[int], element: float
         width = widest if widest <= least // factor else _largest_window(least // factor)
         levels.append(Level(factor, width, max(iterations // 2, 1), depth))
     return levels
-
-
-def drawn_out(levels: Sequence[Level], exemplar: Exemplar, shape: Sequence[int]) -> tuple[Level, ...]:
-    """Levels with long and narrow windows along the axis that a still runs along, for an output of spatial `shape`.
-
-    As they are where it runs along none, and of which too few such windows fit into exemplar or output.
-    """
-    along = runs_along(anisotropy(exemplar), STRAIGHT) if len(shape) == 2 else None
-    if along is None:
-        return tuple(levels)
-
-    def drawn(level: Level) -> Level:
-        height, width = drawn_sides(level.width, along)
-        made = replace(level, width=width, height=height)
-        fits = height * level.factor <= shape[0] and width * level.factor <= shape[1]
-        there = exemplar.coarser(level.factors(2)).corners((height, width))
-        return made if fits and int(there.sum()) >= FEWEST else level
-
-    return tuple(map(drawn, levels))
-
-
-def drawn_sides(side: int, along: int | None, long: float = LONG, slim: float = SLIM) -> tuple[int, int]:
-    """The height and width of a square drawn out along an axis: so many times as long, and as wide; None: along none.
-
-    It is at least SLIMMEST px wide, or as wide as it was.
-    """
-    if along is None:
-        return side, side
-    length, width = round(long * side), min(max(round(slim * side), SLIMMEST), side)
-    return (length, width) if along == 0 else (width, length)
 
 
 def finishing(levels: Sequence[Level]) -> tuple[Level, ...]:

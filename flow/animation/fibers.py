@@ -10,7 +10,7 @@ windows are long and slim, as where holes are filled: each is of a few fibers, a
 
 from collections.abc import Sequence
 
-from kwatra.levels import drawn_sides
+from kwatra.elements import drawn_sides
 
 _LENGTH, _WIDTH = 2.0, 0.75
 """Blocks are so many times as long and as wide as others. The steepest row across the grain, beside the exemplar's own:

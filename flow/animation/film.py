@@ -21,8 +21,7 @@ from flow.animation.reading import Reading
 from flow.warps import pixel_coordinates, warp
 from kwatra import Exemplar, InputError, direction_dependence, element_size, place_dependence
 from kwatra.base import mean, over_channels
-from kwatra.elements import anisotropy, runs_along
-from kwatra.levels import STRAIGHT
+from kwatra.elements import STRAIGHT, anisotropy, runs_along
 from kwatra.pieces import Hidden, hidden_seams
 from kwatra.source import look_up
 from kwatra.terms.stay import SCENE

@@ -11,7 +11,7 @@ from flow.animation.copies import angle_of, distortion, turned
 from flow.animation.film import Film
 from flow.animation.placing import Spot, widened
 from kwatra import Grid
-from kwatra.levels import drawn_sides
+from kwatra.elements import drawn_sides
 from kwatra.source import SourceWindows
 from kwatra.windows import channels_last, windows_at
 

@@ -1,6 +1,6 @@
 """The elements of a texture: how large and how long they are, the ground between them, the lattice they stand on."""
 
-from kwatra.elements.anisotropy import anisotropy, easier, runs_along
+from kwatra.elements.anisotropy import STRAIGHT, anisotropy, drawn_sides, easier, runs_along
 from kwatra.elements.direction import direction_dependence
 from kwatra.elements.ground import Ground, find_ground
 from kwatra.elements.lattice import Lattice, find_lattice
@@ -10,11 +10,13 @@ from kwatra.elements.size import element_size
 from kwatra.elements.translation import translation
 
 __all__ = [
+    "STRAIGHT",
     "Ground",
     "Lattice",
     "anisotropy",
     "continued",
     "direction_dependence",
+    "drawn_sides",
     "easier",
     "element_size",
     "find_ground",

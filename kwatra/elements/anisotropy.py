@@ -7,6 +7,14 @@ from kwatra.elements.correlation import pictures
 from kwatra.elements.kept import kept
 from kwatra.exemplar import Exemplar
 
+STRAIGHT = 4.0
+"""A still that changes so many times as fast across as along an axis is one of lines: what is laid may be of a line or
+two. Wood that is slanted by 20 degrees, so that it reaches 2.5, got streaks."""
+
+LONG, SLIM, SLIMMEST = 2.0, 0.25, 3
+"""Windows on lines are so many times as long and as wide as others, at least so wide in pixels: each is then of a line
+or two, and tells whether they go on. Set on two made woods and lines of blurred noise; half as wide ones do less."""
+
 EASIEST = 64.0
 """A guard where nothing changes along a still, not tuned."""
 
@@ -39,6 +47,17 @@ def runs_along(anisotropy: float, least: float) -> int | None:
     if 1 / least < anisotropy < least:
         return None
     return 0 if anisotropy > 1 else 1
+
+
+def drawn_sides(side: int, along: int | None, long: float = LONG, slim: float = SLIM) -> tuple[int, int]:
+    """The height and width of a square drawn out along an axis: so many times as long, and as wide; None: along none.
+
+    It is at least SLIMMEST px wide, or as wide as it was.
+    """
+    if along is None:
+        return side, side
+    length, width = round(long * side), min(max(round(slim * side), SLIMMEST), side)
+    return (length, width) if along == 0 else (width, length)
 
 
 def easier(exemplar: Exemplar, along: int | None) -> tuple[float, float]:

@@ -3,12 +3,12 @@
 The known pixels are hard ones and the rest of the image is an exemplar with a hole, so filling is synthesis with a
 control term. Two things make it good: robust weights close to d^-2, by which nearly the best window takes all (where
 much is known no window matches well, and a mean of many would be a blur), and a last iteration that also compares
-gradients (thesis section 5.3), whose blend spreads what is left of a step at the hole's border over its inside.
+gradients (thesis section 5.3), whose blend spreads what is left of a step at the hole's border over its inside. But
+what runs along an axis, as wood does, is sewn of strips (`synth.texture.strips`).
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -18,11 +18,11 @@ from torch import Tensor
 import kwatra
 from kwatra import Exemplar, Feature, HardPixels, InputError, Level, Prepared, Progress, Result, Settings
 from kwatra.base import tensor_of
-from kwatra.levels import drawn_out
 from kwatra.scoring import WINDOW, Ranking
 from synth.texture.form import Form, Image, size_of
 from synth.texture.illumination import find_light, under_even_light
 from synth.texture.runs import seed_of
+from synth.texture.strips import filled_by_strips, strips_along
 from synth.texture.synthesis import Synthesis
 from synth.texture.work import PRESETS
 
@@ -58,7 +58,8 @@ def fill(
     image: a tensor (C, H, W), or an array (H, W) or (H, W, C), as for `synthesize`; or a video (C, T, H, W), or
     (T, H, W, C). What it holds in the hole does not matter. hole: boolean (H, W), True where the image is to be
     filled; of a video (T, H, W), or (H, W) for a hole that is the same in all frames. exemplar: one or several images
-    of its kind to fill from, instead of from its own rest. preset, seed, device, callback: as for `synthesize`.
+    of its kind to fill from, instead of from its own rest. preset, seed, device, callback: as for `synthesize`; what
+    runs along an axis is filled by strips, whatever the preset.
 
     Where light falls unevenly on an image, what fills it comes under the light that is there.
 
@@ -85,7 +86,11 @@ def fill(
     else:
         pictures = _whole_parts(even, missing)
         source = Exemplar.of([even], masks=[~missing], device=device)
-    result, box = _filled(even, missing, source, pictures, preset, seed, callback)
+    along = strips_along(source) if missing.ndim == 2 else None
+    if along is None:
+        result, box = _filled(even, missing, source, pictures, preset, seed, callback)
+    else:
+        result, box = filled_by_strips(even, missing, source, along, seed, callback)
     inside = missing[box].numpy()
     made = result.image.cpu()[:, inside]
     made = made if light is None else light.at(missing.nonzero().unbind(1)).upon(made)
@@ -111,8 +116,8 @@ def _filled(
     settings, tries = PRESETS[preset]
     levels = kwatra.planned_levels(source, missing.shape, settings.iterations)
     settings = replace(settings, levels=levels, r=ROBUST, block=BLOCK)
-    drawn, axes = drawn_out(levels, source, missing.shape), missing.ndim
-    box = _box(missing, [max(level.factors(axes)[axis] * level.window(axes)[axis] for level in drawn)
+    axes = missing.ndim
+    box = _box(missing, [max(level.factors(axes)[axis] * level.window(axes)[axis] for level in levels)
                          for axis in range(axes)])  # fmt: skip
     device = source.canvas.device
     rest = HardPixels(known[(slice(None), *box)].to(device), ~missing[box][None].to(device), weight=MINDED)
@@ -143,11 +148,10 @@ class _Filling:
     def run(self, number: int, seed: int) -> Result:
         """One filling, its seams smoothed."""
         shape, levels = self.rest.target.shape[1:], self.settings.levels or ()
-        drawn = partial(drawn_out, exemplar=self.source.exemplar, shape=shape)
         filled = kwatra.optimize(
             self.source,
             shape,
-            settings=replace(self.settings, levels=drawn(levels)),
+            settings=self.settings,
             terms=self.rest,
             seed=seed_of(seed, number),
             callback=self._part(number, 0.0, 0.8),
@@ -155,7 +159,7 @@ class _Filling:
         width = min(8, *shape[-2:], *(level.width for level in levels))
         depth = min([shape[0], *(level.depth for level in levels)])
         features = (Feature(kwatra.gradient, GRADIENT),)
-        last = replace(self.settings, levels=drawn([Level(1, width, 1, depth)]), features=features)
+        last = replace(self.settings, levels=(Level(1, width, 1, depth),), features=features)
         smooth = kwatra.optimize(
             self.source,
             shape,

@@ -50,9 +50,10 @@ KEPT = 16
 class Sewing:
     """What is laid of a picture of some `shape`, closed along some axes, and of an exemplar's patches.
 
-    The picture is a part of the exemplar's canvas that begins at `first`, or given (C, *shape). near: patches are sought
-    on so many pixels about where they are laid, which bounds time and memory; None: on all of the canvas. sheet:
-    what is laid; pixels that are `fixed` there stay. runs: the axis along which the texture runs, None for none.
+    The picture is given (C, *shape), or what the exemplar's canvas begins with. near: patches are sought on so many
+    pixels about where they are laid, which bounds time and memory, as if the picture lay on the canvas from `first` on;
+    None: everywhere. sheet: what is laid; pixels that are `fixed` there stay. runs: the axis along which the texture
+    runs, None for none.
     """
 
     def __init__(
@@ -64,18 +65,17 @@ class Sewing:
         first: Sequence[int] = (0, 0),
         near: int | None = None,
     ) -> None:
-        self.exemplar, self.near = exemplar, near or max(exemplar.shape)
+        self.exemplar, self.first, self.near = exemplar, tuple(first), near or max(exemplar.shape)
         self.runs = runs_along(anisotropy(exemplar), FIBROUS)
         self.closed, self.shape = tuple(closed), tuple(shape)
         self.mosaic = Mosaic([each.cpu().numpy() for each in (exemplar.canvas, picture) if each is not None])
         self.sheet = Sheet(self.mosaic, self.shape, self.closed, eased(self.mosaic, easier(exemplar, self.runs)))
-        self._own = int(picture is not None)
-        self._shift = tuple(-start for start in first) if picture is None else (0, 0)
+        self._canvas = self.mosaic.matching(0)
         self._fit, self._valid = lru_cache(KEPT)(self._prepared), lru_cache(KEPT)(self._places)
 
     def lay_picture(self, box: Box, must_not: np.ndarray | None = None) -> None:
         """Lay the picture itself in a box, but for those pixels of it (boolean) that are not to show it."""
-        self.sheet.lay(Patch(self._own, self._shift, box), must_not=must_not)
+        self.sheet.lay(Patch(len(self.mosaic.images) - 1, (0, 0), box), must_not=must_not)
 
     def sew(self, boxes: Sequence[Box], turns: int, report: Callable[[float], None]) -> None:
         """Cover what is empty in boxes, one after the other, then try all again: so many turns; report: what is done.
@@ -94,10 +94,7 @@ class Sewing:
         """Of the patches that fit a box best the one that can be cut in at the least price; None if there is none."""
         at = self.sheet.indices(box)
         known = self.sheet.filled_at(at).astype(np.float32)
-        part = self._where_to_look(box)
-        lines = zip(part.start, part.stop, box.extent, strict=True)
-        inside = tuple(slice(low, high - extent + 1) for low, high, extent in lines)
-        valid = self._valid(box.extent)[inside]
+        part, valid = self._where_to_look(box)
         if not valid.any():
             return None
         cost = self._fit(part).inside(self.mosaic.matching_at(self.sheet.places[at]) * known, known)
@@ -111,21 +108,22 @@ class Sewing:
         window = self.sheet.windows([box])[0]
         return cheapest_cuts(self.sheet, [Offer(window, box, np.array(shifts), nothing, alike, np.inf)])[0]
 
-    def _where_to_look(self, box: Box) -> Box:
-        """The part of the canvas in which patches for a box are looked for."""
-        valid, side = self.exemplar.owner >= 0, self.near
+    def _where_to_look(self, box: Box) -> tuple[Box, np.ndarray]:
+        """The part of the canvas in which patches for a box are sought, and where in it they may begin."""
+        everywhere, side = self._valid(box.extent), self.near
         while True:
             part = self._about(box, side)
-            lines = zip(part.start, part.stop, strict=True)
-            if int(valid[tuple(slice(low, high) for low, high in lines)].sum()) >= FEWEST or part.extent == valid.shape:
-                return part
+            lines = zip(part.start, part.stop, box.extent, strict=True)
+            valid = everywhere[tuple(slice(low, high - extent + 1) for low, high, extent in lines)]
+            if int(valid.sum()) >= FEWEST or part.extent == self.exemplar.shape:
+                return part, valid
             side *= 2
 
     def _about(self, box: Box, side: int) -> Box:
         """The part of the canvas of about so many pixels a side around what a box shows of it, on GRID."""
         first, extent = list[int](), list[int]()
-        for start, size, shift, there in zip(box.start, box.extent, self._shift, self.exemplar.shape, strict=True):
-            low = min((start + size // 2 - shift - side // 2) // GRID * GRID, there - side)
+        for start, size, begin, there in zip(box.start, box.extent, self.first, self.exemplar.shape, strict=True):
+            low = min((begin + start + size // 2 - side // 2) // GRID * GRID, there - side)
             first.append(max(low, 0))
             extent.append(min(side + GRID, there - first[-1]))
         return Box(tuple(first), tuple(extent))
@@ -133,7 +131,7 @@ class Sewing:
     def _prepared(self, part: Box) -> Fit:
         """How patches of a part of the canvas are fitted."""
         lines = zip(part.start, part.stop, strict=True)
-        return Fit(self.mosaic.matching(0)[(slice(None), *(slice(low, high) for low, high in lines))])
+        return Fit(self._canvas[(slice(None), *(slice(low, high) for low, high in lines))])
 
     def _places(self, extent: tuple[int, ...]) -> np.ndarray:
         """Where on the canvas patches of some extent may begin."""

@@ -5,7 +5,7 @@ import torch
 from made import MADE
 
 from kwatra import THESIS, Exemplar, InputError, Level, element_size
-from kwatra.levels import drawn_out, planned_levels
+from kwatra.levels import planned_levels
 
 
 def checkerboard(size, period):
@@ -107,26 +107,3 @@ def test_the_coarsest_window_spans_elements_of_one_brightness():
     for exemplar in (Exemplar.of(stones), Exemplar.of(painted, masks=[hidden])):
         level = planned_levels(exemplar, (256, 256), 3)[0]
         assert (level.factor, level.width) == (4, 12)
-
-
-def test_windows_are_drawn_out_along_the_axis_that_a_texture_runs_along():
-    line, levels = torch.rand(1, 1, 96, generator=torch.Generator().manual_seed(0)), (Level(2, 16), Level(1, 8))
-    grain = line.expand(-1, 96, -1) + torch.linspace(0, 0.5, 96)[:, None]
-    for picture, sides in ((grain, slice(None)), (grain.mT, slice(None, None, -1))):
-        drawn = drawn_out(levels, Exemplar.of(picture), (64, 64))
-        assert [level.window(2) for level in drawn] == [(32, 4)[sides], (16, 3)[sides]]
-        assert [level.factor for level in drawn] == [2, 1]
-    assert drawn_out(levels, Exemplar.of(grain), (40, 64)) == (levels[0], Level(1, 3, height=16))
-    noise = torch.rand(1, 96, 96, generator=torch.Generator().manual_seed(1))
-    slanted = torch.sin(torch.arange(64.0) + 0.36 * torch.arange(64.0)[:, None])[None]  # by 20 degrees
-    for other in (noise, slanted):
-        assert drawn_out(levels, Exemplar.of(other), (64, 64)) == levels
-    clip = grain[:, None].expand(-1, 3, -1, -1)
-    assert drawn_out(levels, Exemplar.of(clip), (3, 64, 64)) == levels
-
-
-def test_a_window_is_as_high_as_wide_unless_it_is_said_to_be_higher():
-    assert Level(1, 8).window(2) == (8, 8)
-    assert Level(1, 8, height=12, depth=3).window(3) == (3, 12, 8)
-    with pytest.raises(InputError, match="at least 2"):
-        Level(1, 8, height=1)

@@ -13,7 +13,7 @@ from flow.animation.renewal import Renewal
 from flow.animation.settings import Renewing
 from flow.animation.stock import Coordinates
 from kwatra import Exemplar
-from kwatra.levels import drawn_sides
+from kwatra.elements import drawn_sides
 from kwatra.pieces import SeamCost
 
 

@@ -129,7 +129,7 @@ def test_best_is_the_run_that_measures_best_and_tells_its_own_energies(monkeypat
     assert torch.equal(filled.result.stages[-1].image, filled.result.image)
 
 
-def test_lines_of_a_grain_go_on_better_with_long_narrow_windows(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_lines_of_a_grain_go_on_better_in_strips(monkeypatch: pytest.MonkeyPatch) -> None:
     hole = np.zeros((96, 96), bool)
     hole[36:60, 36:60] = True
 
@@ -142,6 +142,6 @@ def test_lines_of_a_grain_go_on_better_with_long_narrow_windows(monkeypatch: pyt
             found += float(steps[[35, 59], 36:60].mean() / np.abs(np.diff(grain, axis=0)).mean())
         return found
 
-    drawn = ends()
-    monkeypatch.setattr("synth.texture.filling.drawn_out", lambda levels, exemplar, shape: tuple(levels))
-    assert drawn < 0.8 * ends()
+    in_strips = ends()
+    monkeypatch.setattr("synth.texture.filling.strips_along", lambda source: None)
+    assert in_strips < 0.5 * ends()
