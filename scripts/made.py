@@ -1,4 +1,5 @@
-"""Textures made in code, of which is known which element each pixel belongs to: stones, coins, tiles, letters.
+"""Textures made in code, of which is known which element each pixel belongs to: stones, coins, tiles, bricks,
+letters.
 
 Elements are apart by a ground at least two pixels wide, and all of about one size.
 """
@@ -64,6 +65,23 @@ def tiles(side: int, size: float, seed: int = 0) -> Made:
     return _made(image, np.where(on, numbers + 1, GROUND))
 
 
+def bricks(side: int, size: float, seed: int = 0) -> Made:
+    """A wall of dark bricks twice as long as high, courses half a brick apart, in rough light mortar.
+
+    A brick and its joints have the area of a square of `size` pixels.
+    """
+    rng = np.random.default_rng(seed)
+    high, joint = round(size / 2**0.5), max(round(0.1 * size), 2)
+    row, below = np.divmod(np.arange(side), high)
+    column, beside = np.divmod(np.arange(side) + (row % 2 * high)[:, None], 2 * high)
+    on = (below[:, None] >= joint) & (beside >= joint)
+    numbers = row[:, None] * (column.max() + 1) + column
+    rough, grain = (gaussian_filter(rng.normal(0, 1, (side, side)), sigma) for sigma in (1.0, 0.7))
+    shade = 0.35 + rng.uniform(-0.05, 0.05, numbers.max() + 1)[numbers] + 0.08 * grain
+    image = np.where(on, shade, 0.75 + 0.45 * rough)[..., None] * np.array([1.0, 0.8, 0.7])
+    return _made(image, np.where(on, numbers + 1, GROUND))
+
+
 def letters(side: int, size: float, seed: int = 0) -> Made:
     """Rows of black letters on white, `size` pixels high."""
     rng = np.random.default_rng(seed)
@@ -82,7 +100,13 @@ def letters(side: int, size: float, seed: int = 0) -> Made:
     return _made(np.repeat(image[..., None], 3, 2), numbers)
 
 
-MADE: dict[str, Callable[..., Made]] = {"stones": stones, "coins": coins, "tiles": tiles, "letters": letters}
+MADE: dict[str, Callable[..., Made]] = {
+    "stones": stones,
+    "coins": coins,
+    "tiles": tiles,
+    "bricks": bricks,
+    "letters": letters,
+}
 """By name: what makes a texture of some side, from elements of some size."""
 
 

@@ -18,7 +18,6 @@ from flow.animation.reading import nearest_pixels
 from kwatra import Exemplar
 from kwatra.base import InputError, box_sums, mean
 from kwatra.pieces import Fit, Hidden
-from kwatra.pieces.gaps import ALIGNED
 from kwatra.source import look_up
 from kwatra.terms.stay import REACH, STAYING
 
@@ -175,5 +174,5 @@ def _with_depth(exemplar: Exemplar, hidden: Hidden) -> Exemplar:
     """An exemplar with one more channel: how deep in its element each place lies, as unlike as its colors are."""
     deviation = float((exemplar.variances * exemplar.share.flatten()).sum()) ** 0.5
     depth = torch.from_numpy(hidden.unlike * np.float32(deviation))[None]
-    weight = ALIGNED * hidden.hides * exemplar.weights.sum(0, keepdim=True)
+    weight = hidden.aligned * hidden.hides * exemplar.weights.sum(0, keepdim=True)
     return replace(exemplar, canvas=torch.cat([exemplar.canvas, depth]), weights=torch.cat([exemplar.weights, weight]))

@@ -17,12 +17,13 @@ from torch import Tensor
 
 from flow.animation.blur import blurred
 from flow.animation.drift import drift
+from flow.animation.joints import joints
 from flow.animation.reading import Reading
 from flow.warps import pixel_coordinates, warp
 from kwatra import Exemplar, InputError, direction_dependence, element_size, place_dependence
 from kwatra.base import mean, over_channels
 from kwatra.elements import STRAIGHT, anisotropy, runs_along
-from kwatra.pieces import Hidden, hidden_seams
+from kwatra.pieces import Hidden
 from kwatra.source import look_up
 from kwatra.terms.stay import SCENE
 
@@ -140,7 +141,7 @@ class Film:
     @cached_property
     def hidden(self) -> Hidden | None:
         """Where gaps between a picture's elements hide seams; None where they do nowhere, and of videos."""
-        return hidden_seams(self.strip) if self.motion is None else None
+        return joints(self.strip) if self.motion is None else None
 
     @cached_property
     def along(self) -> int | None:

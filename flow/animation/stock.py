@@ -59,7 +59,8 @@ class Coordinates(Stock):
             at: Array = hidden.depth[y.clip(0, rows - 1), x.clip(0, columns - 1)]
             return at
 
-        return SeamCost(self, depth=Depth(depth, MIXING * hidden.hides * self._cost * COUNTS, hidden=1.0))
+        least = MIXING * hidden.dearer * hidden.hides * self._cost * COUNTS
+        return SeamCost(self, depth=Depth(depth, least, hidden=1.0))
 
     def nowhere(self, shape: tuple[int, ...]) -> Array:
         """Places for pixels that show nothing."""

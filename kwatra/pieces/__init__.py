@@ -4,7 +4,7 @@ from kwatra.pieces.again import Budget, lay_again
 from kwatra.pieces.blocks import BlockStart
 from kwatra.pieces.boxes import Box
 from kwatra.pieces.fitting import Fit, totals
-from kwatra.pieces.gaps import Gaps, Hidden, gaps, hidden_seams
+from kwatra.pieces.gaps import Gaps, Hidden, gaps, hidden_along, hidden_seams
 from kwatra.pieces.keeping import cheaper
 from kwatra.pieces.mosaic import Mosaic
 from kwatra.pieces.regions import Regions
@@ -32,6 +32,7 @@ __all__ = [
     "block_start",
     "cheaper",
     "gaps",
+    "hidden_along",
     "hidden_seams",
     "lay_again",
     "looks",

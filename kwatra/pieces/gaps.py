@@ -7,7 +7,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from kwatra.elements import find_ground
+from kwatra.elements import Ground, find_ground
 from kwatra.exemplar import Exemplar
 from kwatra.pieces.keeping import cheaper
 from kwatra.pieces.mosaic import Mosaic, by_place
@@ -80,12 +80,16 @@ class Gaps(NamedTuple):
 class Hidden(NamedTuple):
     """depth (*S): what seams cost at each place of an exemplar's canvas, 0 where they are hidden to 1.
 
-    hides: 0 to 1, how well the gaps hide them. size: that of an element, in pixels.
+    hides: 0 to 1, how well the gaps hide them. size: that of an element, in pixels. aligned: what it counts beside the
+    colors that gaps lie on gaps, where they hide seams fully. dearer: how many times as much as usual a seam costs more
+    through an element.
     """
 
     depth: Array
     hides: float
     size: float
+    aligned: float
+    dearer: float
 
     @property
     def unlike(self) -> Array:
@@ -100,7 +104,7 @@ class Hidden(NamedTuple):
         depths (*S) each: of its sources' pixels; deviation: the standard deviation of colors, in the mosaic's units.
         """
         deep = np.concatenate([by_place(depth) for depth in depths])
-        return SeamCost(mosaic, depth=Depth(deep.__getitem__, CUTTING * self.hides * deviation))
+        return SeamCost(mosaic, depth=Depth(deep.__getitem__, CUTTING * self.dearer * self.hides * deviation))
 
 
 def hidden_seams(exemplar: Exemplar) -> Hidden | None:
@@ -109,7 +113,12 @@ def hidden_seams(exemplar: Exemplar) -> Hidden | None:
     hides = ground.sure * ground.plain
     if hides < SURE:
         return None
-    return Hidden((1 - hides * (1 - ground.depth)).astype(np.float32), hides, ground.size)
+    return hidden_along(ground, hides)
+
+
+def hidden_along(ground: Ground, hides: float, aligned: float = ALIGNED, dearer: float = 1.0) -> Hidden:
+    """Where seams are hidden by some ground that hides them so well, 0 to 1; the rest is as in `Hidden`."""
+    return Hidden((1 - hides * (1 - ground.depth)).astype(np.float32), hides, ground.size, aligned, dearer)
 
 
 def gaps(exemplar: Exemplar, mosaic: Mosaic, deviation: float) -> Gaps | None:

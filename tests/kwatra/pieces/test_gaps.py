@@ -7,7 +7,7 @@ from made import MADE
 from kwatra import Exemplar, optimize
 from kwatra.elements import Lattice
 from kwatra.pieces import BlockStart, Gaps, Hidden, Mosaic, gaps
-from kwatra.pieces.gaps import CUTTING
+from kwatra.pieces.gaps import ALIGNED, CUTTING
 
 
 def cut(made, monkeypatch=None):
@@ -30,17 +30,17 @@ def test_elements_stay_whole_where_there_are_gaps(name, most, monkeypatch):
 
 def test_depths_are_told_apart_in_their_deviations_and_not_at_all_where_they_are_one():
     depth = np.array([[0.0, 0.2], [0.2, 1.0]], np.float32)
-    unlike = Hidden(depth, 1.0, 24.0).unlike
+    unlike = Hidden(depth, 1.0, 24.0, ALIGNED, 1.0).unlike
     assert np.allclose([unlike.mean(), unlike.std()], [0, 1], atol=1e-6)
     assert np.allclose(np.diff(unlike), np.diff(depth) / depth.std())
-    assert (Hidden(np.ones((2, 2), np.float32), 1.0, 24.0).unlike == 0).all()
+    assert (Hidden(np.ones((2, 2), np.float32), 1.0, 24.0, ALIGNED, 1.0).unlike == 0).all()
 
 
 def test_each_source_of_a_mosaic_is_as_deep_as_it_is_said_to_be():
     rng = np.random.default_rng(0)
     mosaic = Mosaic([rng.random((3, 6, 8), np.float32) for _ in range(2)])
     depths = [rng.random((6, 8), np.float32) for _ in range(2)]
-    cost = Hidden(depths[0], 0.5, 8.0).cost(mosaic, depths, 20.0)
+    cost = Hidden(depths[0], 0.5, 8.0, ALIGNED, 1.0).cost(mosaic, depths, 20.0)
     assert cost.depth.least == pytest.approx(CUTTING * 0.5 * 20.0)
     for number, depth in enumerate(depths):
         np.testing.assert_array_equal(cost.depth.at(mosaic.places(number, [np.arange(6), np.arange(8)])), depth)
