@@ -64,13 +64,33 @@ def test_light_that_times_a_texture_is_found_and_taken_out(name: str, light: Cal
     assert torch.allclose(found.upon(found.without(lit)), lit, atol=0.02)
 
 
-def test_light_that_is_added_is_told_from_light_that_times() -> None:
+@pytest.mark.parametrize("name", EVEN)
+def test_light_that_is_added_is_told_from_light_that_times(name: str) -> None:
     gloss = 0.5 * (gradient() - 0.6)
-    lit = picture(0.6 * texture("grass") + gloss)
-    found = find_light(lit, 0.0, everywhere())
+    found = find_light(picture(0.6 * texture(name) + gloss), 0.0, everywhere())
     assert found is not None
     assert not found.times
-    assert np.abs(found.field.numpy() - (gloss - gloss.mean())).max() < 0.05
+    assert np.abs(found.field.numpy() - (gloss - gloss.mean())).max() < 0.08
+
+
+def test_letters_on_paper_in_shadow_stay_black() -> None:
+    page = picture(data.page() / 255)
+    found = find_light(page, 0.0, everywhere((191, 384)))
+    assert found is not None
+    assert found.times
+    left, right = (found.without(page)[0, :, part].quantile(0.03) for part in (slice(128), slice(256, None)))
+    assert float(left) == pytest.approx(float(right), abs=0.1)  # .17 more where light was added
+
+
+def test_light_falls_on_all_colors_and_a_thing_of_another_color_is_none() -> None:
+    def under(red: float, green: float, blue: float) -> Tensor:
+        light = vignette() / vignette().max()
+        return torch.cat([picture(texture("gravel") * light**power) for power in (red, green, blue)])
+
+    assert find_light(under(1, 1, 1), 0.0, everywhere()) is not None
+    assert find_light(under(0.8, 1, 1.2), 0.0, everywhere()) is not None
+    assert find_light(under(0.4, 1, 1.4), 0.0, everywhere()) is None
+    assert find_light(under(-0.5, 1.5, 1.5), 0.0, everywhere()) is None
 
 
 @pytest.mark.parametrize("name", EVEN)
