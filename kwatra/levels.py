@@ -72,6 +72,9 @@ def planned_levels(exemplar: Exemplar, shape: Sequence[int], iterations: int) ->
     mend what is left with 16 and 8. Windows that hardly fit between the exemplar's holes are left out. Of videos each
     resolution has one window, `DEPTH` frames deep, and half the iterations: time is never subsampled (thesis 5.5).
     """
+    for name, (height, width) in (("exemplar", exemplar.extent[-2:]), ("output", shape[-2:])):
+        if min(height, width) < 4:
+            raise InputError(f"the {name} is {width}x{height} pixels; at least 4x4 are needed")
     least = min(*exemplar.extent[-2:], *shape[-2:])
     element = element_size(exemplar)
     if len(shape) > 2:
@@ -84,7 +87,7 @@ def planned_levels(exemplar: Exemplar, shape: Sequence[int], iterations: int) ->
             widths = [min(max(round(element / factor / 4) * 4, 8), 16)]
         else:
             widths = [16, 8]
-        fit = [w for w in widths if w <= least // factor] or [_largest_window(least // factor)]
+        fit = [w for w in widths if w <= least // factor] or [min(least // factor, 8)]
         levels += [Level(factor, w, iterations) for w in fit]
     return _between_holes(exemplar, levels)
 
@@ -96,7 +99,7 @@ def _planned_in_time(extent: Sequence[int], shape: Sequence[int], element: float
     levels = []
     for factor in factors:
         widest = min(max(round(element / factor / 4) * 4, 8), 16) if factor == factors[0] > 1 else 8
-        width = widest if widest <= least // factor else _largest_window(least // factor)
+        width = widest if widest <= least // factor else min(least // factor, 8)
         levels.append(Level(factor, width, max(iterations // 2, 1), depth))
     return levels
 
@@ -124,9 +127,3 @@ def _between_holes(exemplar: Exemplar, levels: Sequence[Level]) -> tuple[Level, 
     if not kept:
         raise InputError("no 4x4 window fits between the exemplar's holes; they leave too little to copy from")
     return tuple(kept)
-
-
-def _largest_window(size: int) -> int:
-    if size < 4:
-        raise InputError(f"the exemplar or the output is only {size} px wide; at least 4 are needed")
-    return size if size < 8 else 8

@@ -70,16 +70,18 @@ def run(arguments: argparse.Namespace) -> str:
 
     _check_alike(arguments.exemplar, arguments.outputs)
     exemplar, kind = _read(arguments.exemplar)
-    outputs = {}
+    pairs = {}
     for path in arguments.outputs:
-        outputs[str(path)], its = _read(path)
-        if len(exemplar) == 1 and _is_gray(outputs[str(path)]):  # as video files hold it
-            outputs[str(path)] = outputs[str(path)].mean(0, keepdim=True)
-        if len(outputs[str(path)]) != len(exemplar):
+        output, its = _read(path)
+        like = exemplar
+        if min(len(like), len(output)) == 1:  # video files hold grays in three channels
+            like, output = (pixels.mean(0, keepdim=True) if _is_gray(pixels) else pixels for pixels in (like, output))
+        if len(output) != len(like):
             raise synth.InputError(
                 f"{path} holds {its} but {arguments.exemplar} holds {kind}; an output has its exemplar's channels"
             )
-    scores = {path: measure(output, exemplar) for path, output in outputs.items()}
+        pairs[str(path)] = output, like
+    scores = {path: measure(*pair) for path, pair in pairs.items()}
     if arguments.json:
         return json.dumps([{"output": path, **row} for path, row in scores.items()], indent=2)
     return score_table(scores)
@@ -110,9 +112,11 @@ def _read(path: Path) -> tuple["Tensor", "Kind"]:
     else:
         picture = io.read_image(path)
         pixels, kind, most, limit = picture.pixels, picture.kind, _MOST_PIXELS, "2^24 pixels (4096x4096)"
-    from kwatra.scoring import CHANNELS
+    from kwatra.scoring import CHANNELS, WINDOW
 
     channels, *frames, height, width = pixels.shape
+    if min(height, width) < WINDOW:
+        raise synth.InputError(f"{path} is {width}x{height}; at least {WINDOW}x{WINDOW} pixels are measured")
     if pixels[0].numel() > most or channels > CHANNELS:
         length = f" and {counted(frames[0], 'frame')} long" if frames else ""
         raise synth.InputError(

@@ -81,8 +81,10 @@ def test_levels_that_cannot_be_are_refused():
         Level(1, 1)
     with pytest.raises(InputError, match="route is 'guess'"):
         Level(1, 8, route="guess")
-    with pytest.raises(InputError, match="at least 4 are needed"):
+    with pytest.raises(InputError, match="the exemplar is 40x3 pixels; at least 4x4 are needed"):
         planned_levels(Exemplar.of(torch.rand(1, 3, 40)), (64, 64), 2)
+    with pytest.raises(InputError, match="the output is 2x64 pixels; at least 4x4 are needed"):
+        planned_levels(Exemplar.of(torch.rand(1, 40, 40)), (64, 2), 2)
 
 
 def test_windows_that_do_not_fit_between_holes_are_not_planned():

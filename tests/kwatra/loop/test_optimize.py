@@ -262,7 +262,7 @@ def test_bad_requests_are_said_in_a_sentence():
         optimize(exemplar, (4, 40, 40))
     with pytest.raises(InputError, match=r"shape is \(40, 40.5\); give 2 whole numbers"):
         optimize(exemplar, (40, 40.5))
-    with pytest.raises(InputError, match="at least 4 are needed"):
+    with pytest.raises(InputError, match="the output is 1x1 pixels; at least 4x4 are needed"):
         optimize(exemplar, (1, 1))
     with pytest.raises(InputError, match="the start is 'noise'; give an image, or one of aligned, blocks"):
         optimize(exemplar, (40, 40), start="noise")

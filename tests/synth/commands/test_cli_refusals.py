@@ -59,13 +59,13 @@ def test_exemplar_that_is_no_image(folder: Path, refused: Callable[..., str]) ->
 
 def test_exemplar_smaller_than_a_window(folder: Path, refused: Callable[..., str]) -> None:
     write_image("tiny.png", torch.zeros(3, 3, 3), RGB)
-    assert "only 3 px" in refused("synth", "tiny.png", *QUICK)
+    assert "the exemplar is 3x3 pixels" in refused("synth", "tiny.png", *QUICK)
 
 
 @pytest.mark.parametrize(
     ("size", "sentence"),
     [
-        ("1x1", "only 1 px"),
+        ("1x1", "the output is 1x1 pixels"),
         ("-5x10", "'-5x10' is no size; write WIDTHxHEIGHT in pixels, for example 512x384"),
         ("0x64", "'0x64' is no size"),
         ("99999x64", "a size of 99999x64 is too large; ask for at most 65536 a side"),
