@@ -86,7 +86,7 @@ def fill(
     else:
         pictures = _whole_parts(even, missing)
         source = Exemplar.of([even], masks=[~missing], device=device)
-    along = strips_along(source) if missing.ndim == 2 else None
+    along = None if missing.ndim > 2 or missing.all() else strips_along(source)  # strips continue what is there
     if along is None:
         result, box = _filled(even, missing, source, pictures, preset, seed, callback)
     else:

@@ -74,6 +74,12 @@ def test_a_hole_is_filled_from_another_picture_and_says_how_far_it_is() -> None:
     assert steps.max() < 0.3 * picture[:, 20:40].std()
 
 
+def test_where_nothing_is_known_nothing_is_continued() -> None:
+    made = fill(np.zeros((48, 40), np.float32), np.ones((48, 40), bool), exemplar=grain())
+    assert made.result.stages
+    assert made.image.std() > 0.5 * grain().std()
+
+
 def test_a_hole_with_nothing_near_is_covered(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("synth.texture.strips.NEAR", 32)
     picture = grain(192, 3)
