@@ -9,6 +9,8 @@ from kwatra.base import InputError
 
 def check_vectors(flow: Tensor, shape: Sequence[int] | None = None) -> None:
     """Refuse with InputError what is not (2, H, W) of finite numbers, or of another (height, width) than `shape`."""
+    if not isinstance(flow, Tensor):
+        raise InputError(f"a flow is {type(flow).__name__}; give a tensor of floats (2, H, W), x first")
     if flow.ndim != 3 or flow.shape[0] != 2 or not flow.is_floating_point():
         raise InputError(f"a flow has shape {tuple(flow.shape)} and type {flow.dtype}; give floats (2, H, W), x first")
     height, width = flow.shape[1:]

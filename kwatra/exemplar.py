@@ -6,14 +6,14 @@ empty are then one thing, and the search needs to know of none of them.
 """
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from kwatra.base import AVERAGE, LARGEST, InputError, device_of, mean, running, tensor_of, turned
+from kwatra.base import AVERAGE, LARGEST, InputError, device_of, floats_of, mean, running, tensor_of, turned
 
 ALIGNMENT = 8
 """Images start at multiples of this on the canvas, so that their pyramids sample them in phase."""
@@ -56,7 +56,7 @@ class Exemplar:
         non-finite or mismatching input.
         """
         images = [tensor_of(image) for image in ([images] if isinstance(images, Tensor) else images)]
-        masks = [None] * len(images) if masks is None else list(masks)
+        masks = [None] * len(images) if masks is None else [None if m is None else tensor_of(m) for m in masks]
         _check(images, masks)
         device = images[0].device if device is None else device_of(device)
         pieces = []
@@ -64,9 +64,7 @@ class Exemplar:
             piece = _original(image.to(device, torch.float32), mask, index)
             pieces += _variants(piece, mirror, rotate, scale)
         channels = images[0].shape[0]
-        weight = (
-            torch.ones(channels, dtype=torch.float32) if weights is None else torch.tensor(weights, dtype=torch.float32)
-        )
+        weight = torch.ones(channels, dtype=torch.float32) if weights is None else floats_of(weights)
         if weight.shape != (channels,) or bool((weight < 0).any()) or not bool(weight.isfinite().all()):
             raise InputError(f"weights are {weights}; give one finite number >= 0 for each of the {channels} channels")
         return _packed(pieces, weight.to(device))
@@ -198,7 +196,7 @@ def _original(image: Tensor, mask: Tensor | None, index: int) -> _Piece:
 def _variants(piece: _Piece, mirror: bool, rotate: Sequence[float], scale: Sequence[float]) -> list[_Piece]:
     """The piece itself, and mirrored, turned and resized variants of it."""
     for name, values in (("turned by", rotate), ("scaled by", scale)):
-        if not isinstance(values, Iterable):
+        if tensor_of(values).ndim != 1:
             raise InputError(f"variants are {name} {values}; give several numbers, ({values},) for one")
     pieces = [piece]
     if mirror:

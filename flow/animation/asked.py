@@ -56,7 +56,7 @@ def allowed(mask: Mask, number: int, shape: Shape) -> Tensor:
         return torch.ones(shape, dtype=torch.bool)
     now = mask(number) if callable(mask) else tensor_of(mask)
     check_mask(now, shape)
-    return now
+    return now.contiguous()
 
 
 def check(film: Film, field: Field, shape: Shape, mask: Mask, enter: str | None, state: State | None) -> None:

@@ -39,7 +39,7 @@ from flow.animation.upright import Upright
 from flow.fields import Field
 from flow.warps import Lookup, lookup, warp
 from kwatra import Exemplar, InputError, Level, Result, Settings, Stay, optimize
-from kwatra.base import generator_of, is_whole
+from kwatra.base import floats_of, generator_of, is_whole
 from kwatra.result import Row
 from kwatra.source import look_up
 from kwatra.terms.stay import STAYING
@@ -184,7 +184,7 @@ class Motion:
             return self._shown(self.film.middle(self.shape), inside)
         start: Tensor | str = "aligned"
         if first is not None:
-            start, synthesis = first.to(self.device), replace(synthesis, levels=_PROJECTION)
+            start, synthesis = floats_of(first).to(self.device), replace(synthesis, levels=_PROJECTION)
         mask = None if self.mask is None else inside.to(self.device)
         pages = self.film.spread(max(_BEGINNING // (self.film.pitch * self.film.strip.shape[1]), 2))
         exemplar = self.film.cut(self.film.strip, pages).to(self.device)

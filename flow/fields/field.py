@@ -14,7 +14,7 @@ import torch.nn.functional as F
 from torch import Tensor
 
 from flow.checks import check_flow, check_vectors
-from kwatra.base import InputError
+from kwatra.base import InputError, whole_sizes
 
 Shape = tuple[int, int]
 
@@ -108,11 +108,13 @@ def sampled(flows: Tensor, resample: bool = False, speed: float | None = None) -
 
 def resampled(flow: Tensor, shape: Shape) -> Tensor:
     """A flow (2, H, W) stretched over a frame of another (height, width), its vectors in that frame's pixels."""
+    check_vectors(flow)
+    frame = whole_sizes(shape, 2, "the frame's shape")
     height, width = flow.shape[1:]
-    if (height, width) == tuple(shape):
+    if (height, width) == frame:
         return flow
-    factor = flow.new_tensor([shape[1] / width, shape[0] / height]).view(2, 1, 1)
-    return F.interpolate(flow[None], shape, mode="bilinear", align_corners=False, antialias=True)[0] * factor
+    factor = flow.new_tensor([frame[1] / width, frame[0] / height]).view(2, 1, 1)
+    return F.interpolate(flow[None], frame, mode="bilinear", align_corners=False, antialias=True)[0] * factor
 
 
 def _check_speed(speed: float) -> None:

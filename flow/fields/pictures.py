@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from flow.warps import warp
-from kwatra.base import InputError, atan2, check_mask
+from kwatra.base import InputError, atan2, check_mask, whole_sizes
 
 Vector = NDArray[np.float64]
 
@@ -47,6 +47,7 @@ def picture(flow: Tensor, known: Tensor | None = None, fastest: float | None = N
 
 def wheel(size: int) -> Tensor:
     """The key to `picture`: every motion up to the fastest one, (3, size, size), drawn from the middle."""
+    (size,) = whole_sizes(size, 1, "the wheel's size")
     place = torch.linspace(-1, 1, size, dtype=torch.float32)
     y, x = torch.meshgrid(place, place, indexing="ij")
     inside = x**2 + y**2 <= 1

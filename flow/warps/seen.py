@@ -7,7 +7,7 @@ import torch
 from torch import Tensor
 
 from flow.checks import check_vectors
-from kwatra.base import InputError, check_mask, mean
+from kwatra.base import InputError, check_mask, is_whole, mean
 
 BORDER = 16
 """Px at each border of the frame where optical flow is not to be trusted: it sees half of its windows there."""
@@ -40,6 +40,8 @@ def end_point_error(flow: Tensor, truth: Tensor, known: Tensor | None = None, bo
     """
     check_vectors(truth)
     check_vectors(flow, truth.shape[1:])
+    if not is_whole(border, 0):
+        raise InputError(f"the border is {border}; give a whole number of pixels from 0 on")
     counted = torch.zeros(flow.shape[1:], dtype=torch.bool, device=flow.device)
     counted[border : flow.shape[1] - border, border : flow.shape[2] - border] = True
     if known is not None:
@@ -47,8 +49,12 @@ def end_point_error(flow: Tensor, truth: Tensor, known: Tensor | None = None, bo
         counted &= known
     if not bool(counted.any()):
         raise InputError(f"no vector is known farther than {border} px from the border; count a smaller border")
-    return float(mean((flow - truth).norm(dim=0)[counted]))
+    return float(mean((flow - truth).detach().norm(dim=0)[counted]))
 
 
 def _gray(image: Tensor) -> Any:
+    if image.ndim != 3 or not image.is_floating_point():
+        raise InputError(
+            f"an image has shape {tuple(image.shape)} and type {image.dtype}; give floats (C, H, W), 0 to 1"
+        )
     return (image.detach().mean(0).clamp(0, 1) * 255).byte().cpu().numpy()

@@ -32,8 +32,10 @@ def warp(image: Tensor, coordinates: Tensor, mode: str = "bicubic", wrap: bool =
     the last two may overshoot the image's range. All are exact at whole pixels. Beyond the border the border's pixels
     are read again; with `wrap` the image is periodic. Memory: three times the result.
 
-    Raises InputError for another mode.
+    Raises InputError for another mode, or for whole numbers.
     """
+    if not (image.is_floating_point() and coordinates.is_floating_point()):
+        raise InputError(f"an image holds {image.dtype} and coordinates {coordinates.dtype}; give both as floats")
     flat, places = image.flatten(1).contiguous(), coordinates.flatten(1)
     single = image.dtype == coordinates.dtype == torch.float32  # the loop is compiled for no other
     if single and image.device.type == "cpu" and not (image.requires_grad or coordinates.requires_grad):

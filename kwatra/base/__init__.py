@@ -9,7 +9,7 @@ from kwatra.base.seeds import generator_of, whole_seed
 from kwatra.base.sizes import is_whole, whole_sizes
 from kwatra.base.solver import Solution, conjugate_gradients
 from kwatra.base.spans import box_sums
-from kwatra.base.tensors import device_of, tensor_of
+from kwatra.base.tensors import device_of, floats_of, tensor_of
 from kwatra.base.threads import by_one_thread, shared
 
 __all__ = [
@@ -29,6 +29,7 @@ __all__ = [
     "differentiable",
     "enlarged",
     "factors_of",
+    "floats_of",
     "generator_of",
     "is_whole",
     "mean",

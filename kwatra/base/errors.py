@@ -15,6 +15,8 @@ class InputError(ValueError):
 
 def check_mask(mask: Tensor, shape: Sequence[int]) -> None:
     """Refuse with InputError a mask that is not boolean of this spatial shape, or is False everywhere."""
+    if not isinstance(mask, Tensor):
+        raise InputError(f"a mask is {type(mask).__name__}; give a tensor of booleans of shape {tuple(shape)}")
     if mask.dtype != torch.bool or tuple(mask.shape) != tuple(shape):
         raise InputError(
             f"a mask has shape {tuple(mask.shape)} and type {mask.dtype}; give booleans of shape {tuple(shape)}, True "

@@ -27,6 +27,10 @@ def generator_of(seed: int, step: int = 0) -> torch.Generator:
 
 def whole_seed(seed: Any) -> int:
     """A seed as an int; InputError for what is no whole number from 0 on."""
-    if not hasattr(seed, "__index__") or operator.index(seed) < 0:
+    try:
+        whole = operator.index(seed)
+    except TypeError:
+        whole = -1
+    if whole < 0:
         raise InputError(f"the seed is {seed}; give a whole number from 0 on")
-    return operator.index(seed)
+    return whole

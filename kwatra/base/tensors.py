@@ -29,7 +29,16 @@ def tensor_of(values: Any) -> Tensor:
         raise _unfit(type(values).__name__) from None
     if made.is_complex():
         raise _unfit(made.dtype)
+    if made.layout != torch.strided or made.is_meta:
+        raise InputError(
+            f"a tensor is {'without values' if made.is_meta else 'sparse'}; give one that holds all of them"
+        )
     return made.detach() if made.requires_grad else made
+
+
+def floats_of(values: Any) -> Tensor:
+    """The same as the engine's numbers, float32."""
+    return tensor_of(values).to(torch.float32)
 
 
 def device_of(name: torch.device | str) -> torch.device:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import torch
 from torch import Tensor
 
-from kwatra.base import InputError, check_mask, generator_of, whole_sizes
+from kwatra.base import InputError, check_mask, floats_of, generator_of, whole_sizes
 from kwatra.exemplar import Exemplar
 from kwatra.levels import LAID_FINE, Level, finishing, planned_levels
 from kwatra.settings import Settings
@@ -80,12 +80,14 @@ def task_of(
 ) -> Task:
     """The task, checked: InputError for what cannot be done."""
     texture = Prepared(texture) if isinstance(texture, Exemplar) else texture
+    if not hasattr(texture, "exemplar"):
+        raise InputError(f"the texture is {type(texture).__name__}; give an Exemplar, as Exemplar.of(image) makes it")
     shape = whole_sizes(shape, _axes(texture, shape))
     if mask is not None:
         check_mask(mask, shape)
         mask = None if bool(mask.all()) else mask
     parts = parts_of(terms)
-    name, image = (start, None) if isinstance(start, str) else ("image", start)
+    name, image = (start, None) if isinstance(start, str) else ("image", floats_of(start))
     levels = _levels(texture, shape, settings, bool(parts) or name != "aligned")
     task = Task(texture, shape, settings, levels, parts, mask, name, image, generator_of(seed))
     per_axis(settings.wrap, len(shape))

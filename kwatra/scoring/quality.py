@@ -22,10 +22,11 @@ thread and without global random state: the same input gives the same bits.
 
 from collections.abc import Callable, Sequence
 
+import numpy as np
 import torch
 from torch import Tensor
 
-from kwatra.base import InputError
+from kwatra.base import InputError, tensor_of
 from kwatra.scoring.copies import CopyMap, nothing_copied, trace
 from kwatra.scoring.nearest import QUERIES, WINDOW, Nearest, Windows, one_thread
 from kwatra.scoring.pixels import deviation, gradient, ratio, unit
@@ -165,7 +166,7 @@ def read(output: Tensor, exemplar: Images, scale: int = 1) -> tuple[list[Tensor]
     """Both sides as lists of images (C, H, W) float32 on the CPU, checked."""
     if scale < 1:
         raise InputError(f"scale is {scale}; give a whole number from 1")
-    several = [exemplar] if isinstance(exemplar, Tensor) else list(exemplar)
+    several = [exemplar] if isinstance(exemplar, (Tensor, np.ndarray)) else list(exemplar)
     if not several:
         raise InputError("exemplar is an empty list; give at least one image")
     frames = _frames(output, "output", scale)
@@ -179,6 +180,7 @@ def read(output: Tensor, exemplar: Images, scale: int = 1) -> tuple[list[Tensor]
 
 
 def _frames(images: Tensor, name: str, scale: int) -> list[Tensor]:
+    images = tensor_of(images)
     if images.ndim not in (3, 4) or not images.is_floating_point():
         raise InputError(
             f"{name} is {images.dtype} of shape {tuple(images.shape)}; "

@@ -194,7 +194,7 @@ def parts_of(terms: "TermLike | Sum | Sequence[TermLike | Sum]") -> tuple[TermLi
     """The single terms of a term, a sum, or a sequence of either; InputError for what is not a term."""
     if isinstance(terms, Sum):
         return terms.terms
-    if isinstance(terms, Sequence):
+    if isinstance(terms, Sequence) and not isinstance(terms, str):
         return tuple(part for item in terms for part in parts_of(item))
     missing = [member for member in ("name", "at", "energy", "quadratic") if not hasattr(terms, member)]
     if missing:

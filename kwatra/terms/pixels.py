@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import torch
 from torch import Tensor
 
-from kwatra.base import InputError, coarse_shape, resized
+from kwatra.base import InputError, coarse_shape, floats_of, resized, tensor_of
 from kwatra.terms.algebra import Quadratic, Term
 
 
@@ -28,6 +28,8 @@ class SoftPixels(Term):
     label: str = "soft pixels"
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "target", floats_of(self.target))
+        object.__setattr__(self, "weight", floats_of(self.weight))
         _check_alike(self.label, "weights", self.target, self.weight)
         if not bool(self.weight.isfinite().all()) or bool((self.weight < 0).any()):
             raise InputError("a soft pixel's weight is negative, NaN or infinite; weights are finite and >= 0")
@@ -69,6 +71,8 @@ class HardPixels(Term):
     mask: Tensor | None = None
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "target", floats_of(self.target))
+        object.__setattr__(self, "where", tensor_of(self.where))
         _check_alike(self.label, "places", self.target, self.where)
         if not (0 <= self.weight < float("inf")):
             raise InputError(f"the weight of hard pixels is {self.weight}; it is finite and >= 0")
@@ -101,7 +105,8 @@ class HardPixels(Term):
 
 
 def _check_alike(label: str, what: str, target: Tensor, other: Tensor) -> None:
-    if other.shape[1:] != target.shape[1:] or other.shape[0] not in (1, target.shape[0]):
+    fit = other.ndim == target.ndim > 1 and 0 not in target.shape and other.shape[1:] == target.shape[1:]
+    if not fit or other.shape[0] not in (1, target.shape[0]):
         raise InputError(
             f"{label} have targets {tuple(target.shape)} but {what} {tuple(other.shape)}; give {what} of the same "
             "size with one channel or as many"

@@ -103,12 +103,17 @@ def flow_writer(path: Path, flow: Tensor, known: Tensor | None = None) -> Writer
     """What writes a flow in the format that the ending of `path` names; see `write_flow`."""
     suffix = path.suffix.lower()
     frames = flow[None] if flow.ndim == 3 else flow
-    if frames.ndim != 4 or not len(frames):
+    if frames.ndim != 4 or not len(frames) or frames.shape[1] != 2:
         raise InputError(f"flows have shape {tuple(flow.shape)}; give (2, H, W), or (T, 2, H, W) in time")
     if flow.ndim == 4 and suffix in (".flo", ".png"):
         raise InputError(f"{path} cannot hold a flow in time; end it with .npy or .npz")
-    known = torch.ones_like(flow.select(-3, 0), dtype=torch.bool) if known is None else known
-    vectors = torch.where(known.unsqueeze(-3), flow, 0.0).float().cpu()
+    if known is None:
+        known = torch.ones_like(flow.select(-3, 0), dtype=torch.bool)
+    elif known.dtype != torch.bool or known.shape != flow.select(-3, 0).shape:
+        raise InputError(
+            f"what is known has shape {tuple(known.shape)} and type {known.dtype}; give booleans of the flow's size"
+        )
+    vectors = torch.where(known.unsqueeze(-3), flow, 0.0).detach().float().cpu()
     for frame in vectors[None] if vectors.ndim == 3 else vectors:
         check_vectors(frame)
     data = ENCODERS[suffix](path, vectors.numpy(), known.cpu().numpy())

@@ -137,6 +137,8 @@ def from_pixels(pixels: Tensor, kind: Kind) -> Array:
         )
     values = np.ascontiguousarray(pixels.detach().cpu().numpy().transpose(1, 2, 0))
     dtype = np.dtype(kind.dtype)
+    if dtype.kind != "f" and np.isnan(values).any():
+        raise InputError(f"pixels hold NaN, which {kind} cannot; replace them")
     if dtype.kind == "f":
         return values.astype(dtype)
     if dtype.kind == "b":

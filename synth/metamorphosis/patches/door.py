@@ -9,7 +9,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from kwatra.base import InputError, tensor_of
+from kwatra.base import InputError, tensor_of, whole_sizes
 from synth.metamorphosis.method import Frames, Report, silent
 from synth.metamorphosis.methods import method as method_of
 from synth.metamorphosis.patches.method import PatchMorph
@@ -62,6 +62,9 @@ def interpolate(
     Same seed, same bits, for any number of threads. Raises InputError for what cannot be used.
     """
     method = _method(preset, options)
+    if size is not None:
+        height, width = whole_sizes(size, 2, "the size of frames")
+        size = (height, width)
     if len(textures) < 2:
         raise InputError(f"{len(textures)} texture was given; give at least two, between which others lie")
     form: Form[Image] = Form.of(list(textures))
