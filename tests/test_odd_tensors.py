@@ -76,8 +76,7 @@ def test_sizes_of_frames_between_are_whole_numbers() -> None:
 
 
 REFUSED: dict[str, tuple[Callable[[], object], str]] = {
-    "sparse": (lambda: Exemplar.of(IMAGE.to_sparse()), "a tensor is sparse; give one"),
-    "without values": (lambda: synth.synthesize(IMAGE.to("meta"), SHAPE), "a tensor is without values"),
+    "sparse": (lambda: Exemplar.of(IMAGE.to_sparse()), "a tensor is sparse; give it as .to_dense"),
     "seed": (lambda: synth.synthesize(IMAGE, SHAPE, seed=torch.tensor(1.0)), "the seed is 1.0; give a whole"),
     "rotate": (lambda: Exemplar.of(IMAGE, rotate="90"), "an array holds str"),
     "angle": (lambda: Exemplar.of(IMAGE, rotate=torch.tensor(90)), "variants are turned by 90; give several"),

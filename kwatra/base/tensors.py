@@ -29,10 +29,8 @@ def tensor_of(values: Any) -> Tensor:
         raise _unfit(type(values).__name__) from None
     if made.is_complex():
         raise _unfit(made.dtype)
-    if made.layout != torch.strided or made.is_meta:
-        raise InputError(
-            f"a tensor is {'without values' if made.is_meta else 'sparse'}; give one that holds all of them"
-        )
+    if made.layout != torch.strided:
+        raise InputError("a tensor is sparse; give it as .to_dense() makes it")
     return made.detach() if made.requires_grad else made
 
 
