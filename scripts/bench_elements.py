@@ -20,6 +20,9 @@ that of most of its pixels. It is cut if one of these holds:
                  shown where it or one of its eight neighbors is): cut off along a seam that leads through it
     swollen      more than a fifth of the element's area is shown more than once: grown onto itself
 
+Bricks are of one shape and nearly of one color: halves of two that make up a whole count as mixed (.40 of stills by
+default, as many by quilting), though little is seen of that. What tears a wall apart, as flows do, adds to it.
+
 An element that the exemplar's own border cuts is taken to have at least the median area of those that are whole: what
 there is of a large part is shown as a whole, a small one never. A region counts as one element, or as many as go by
 their median area into its own: many grown together are many that are cut. Regions below a twentieth of that area are
