@@ -72,13 +72,14 @@ def planned_levels(exemplar: Exemplar, shape: Sequence[int], iterations: int) ->
     mend what is left with 16 and 8. Windows that hardly fit between the exemplar's holes are left out. Of videos each
     resolution has one window, `DEPTH` frames deep, and half the iterations: time is never subsampled (thesis 5.5).
     """
-    for name, (height, width) in (("exemplar", exemplar.extent[-2:]), ("output", shape[-2:])):
+    extent = exemplar.extent
+    for name, (height, width) in (("exemplar", extent[-2:]), ("output", shape[-2:])):
         if min(height, width) < 4:
             raise InputError(f"the {name} is {width}x{height} pixels; at least 4x4 are needed")
-    least = min(*exemplar.extent[-2:], *shape[-2:])
+    least = min(*extent[-2:], *shape[-2:])
     element = element_size(exemplar)
     if len(shape) > 2:
-        return _between_holes(exemplar, _planned_in_time(exemplar.extent, shape, element, iterations))
+        return _between_holes(exemplar, _planned_in_time(extent, shape, element, iterations))
     coarsest = 8 if element >= 64 else 4
     factors = [f for f in (8, 4, 2, 1) if f <= coarsest and (f == 1 or least >= 24 * f)]
     levels = []

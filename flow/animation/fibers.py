@@ -5,7 +5,7 @@ both cost the same a cut goes straight across, and where a flow brings more of t
 border is continued, as a straight line. So seams between fibers cost as many times less as the exemplar changes faster
 there: then cuts follow each fiber to where it goes on best (thesis equation 5 divides what a seam costs by the
 gradients beside it; here it is by those of all). Blocks are long, so that fibers have a choice of such places, and
-windows are long and slim, as where holes are filled: each is of a few fibers, and tells whether they go on.
+windows are long and slim: each is of a few fibers, and tells whether they go on.
 """
 
 from collections.abc import Sequence

@@ -49,14 +49,16 @@ def runs_along(anisotropy: float, least: float) -> int | None:
     return 0 if anisotropy > 1 else 1
 
 
-def drawn_sides(side: int, along: int | None, long: float = LONG, slim: float = SLIM) -> tuple[int, int]:
+def drawn_sides(
+    side: int, along: int | None, long: float = LONG, slim: float = SLIM, least: int = SLIMMEST
+) -> tuple[int, int]:
     """The height and width of a square drawn out along an axis: so many times as long, and as wide; None: along none.
 
-    It is at least SLIMMEST px wide, or as wide as it was.
+    It is at least so many px wide, or as wide as it was.
     """
     if along is None:
         return side, side
-    length, width = round(long * side), min(max(round(slim * side), SLIMMEST), side)
+    length, width = round(long * side), min(max(round(slim * side), least), side)
     return (length, width) if along == 0 else (width, length)
 
 

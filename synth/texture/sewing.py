@@ -12,7 +12,7 @@ c the colors of the patches and g their differences, across a seam the mean of b
 """
 
 from collections.abc import Callable, Sequence
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 import torch
@@ -37,8 +37,9 @@ APART = 2
 REACH = 8.0
 """Over about so many pixels steps of color are spread."""
 
-FEWEST = 1000
-"""Where patches are looked for nearby only, and fewer places than this have one, they are looked for further away."""
+ENOUGH = 1000
+"""Where patches are looked for nearby only, and fewer places than this have one, they are looked for further away: a
+guard, not tuned."""
 
 GRID = 64
 """The parts of an exemplar that are looked through begin at multiples of so many pixels: boxes beside each other share
@@ -70,8 +71,8 @@ class Sewing:
         self.closed, self.shape = tuple(closed), tuple(shape)
         self.mosaic = Mosaic([each.cpu().numpy() for each in (exemplar.canvas, picture) if each is not None])
         self.sheet = Sheet(self.mosaic, self.shape, self.closed, eased(self.mosaic, easier(exemplar, self.runs)))
-        self._canvas = self.mosaic.matching(0)
-        self._fit, self._valid = lru_cache(KEPT)(self._prepared), lru_cache(KEPT)(self._places)
+        self._fit = lru_cache(KEPT)(partial(_fit_of, self.mosaic.matching(0)))
+        self._valid = lru_cache(KEPT)(partial(_places_of, exemplar))
 
     def lay_picture(self, box: Box, must_not: np.ndarray | None = None) -> None:
         """Lay the picture itself in a box, but for those pixels of it (boolean) that are not to show it."""
@@ -80,23 +81,21 @@ class Sewing:
     def sew(self, boxes: Sequence[Box], turns: int, report: Callable[[float], None]) -> None:
         """Cover what is empty in boxes, one after the other, then try all again: so many turns; report: what is done.
 
-        What cannot be covered, since no patch of the exemplar is as large, stays empty.
+        Boxes are as large as patches that the exemplar has.
         """
         for turn in range(turns):
             for number, box in enumerate(boxes):
                 cut = self._cheapest(box)
                 empty = turn == 0 and not self.sheet.filled_at(self.sheet.indices(box)).all()
-                if cut is not None and (empty or cut.price < 0):
+                if empty or cut.price < 0:
                     self.sheet.commit(cut)
                 report((turn + (number + 1) / len(boxes)) / turns)
 
-    def _cheapest(self, box: Box) -> Cut | None:
-        """Of the patches that fit a box best the one that can be cut in at the least price; None if there is none."""
+    def _cheapest(self, box: Box) -> Cut:
+        """Of the patches that fit a box best the one that can be cut in at the least price."""
         at = self.sheet.indices(box)
         known = self.sheet.filled_at(at).astype(np.float32)
         part, valid = self._where_to_look(box)
-        if not valid.any():
-            return None
         cost = self._fit(part).inside(self.mosaic.matching_at(self.sheet.places[at]) * known, known)
         cost[~valid] = np.inf
         shifts = list[tuple[int, ...]]()
@@ -106,7 +105,9 @@ class Sewing:
             cost[tuple(slice(max(p - APART, 0), p + APART + 1) for p in place)] = np.inf
         nothing, alike = np.zeros(len(shifts)), np.ones(len(shifts))
         window = self.sheet.windows([box])[0]
-        return cheapest_cuts(self.sheet, [Offer(window, box, np.array(shifts), nothing, alike, np.inf)])[0]
+        (cut,) = cheapest_cuts(self.sheet, [Offer(window, box, np.array(shifts), nothing, alike, np.inf)])
+        assert cut is not None  # whatever it costs
+        return cut
 
     def _where_to_look(self, box: Box) -> tuple[Box, np.ndarray]:
         """The part of the canvas in which patches for a box are sought, and where in it they may begin."""
@@ -115,7 +116,7 @@ class Sewing:
             part = self._about(box, side)
             lines = zip(part.start, part.stop, box.extent, strict=True)
             valid = everywhere[tuple(slice(low, high - extent + 1) for low, high, extent in lines)]
-            if int(valid.sum()) >= FEWEST or part.extent == self.exemplar.shape:
+            if part.extent == self.exemplar.shape or int(valid.sum()) >= ENOUGH:
                 return part, valid
             side *= 2
 
@@ -127,15 +128,6 @@ class Sewing:
             first.append(max(low, 0))
             extent.append(min(side + GRID, there - first[-1]))
         return Box(tuple(first), tuple(extent))
-
-    def _prepared(self, part: Box) -> Fit:
-        """How patches of a part of the canvas are fitted."""
-        lines = zip(part.start, part.stop, strict=True)
-        return Fit(self._canvas[(slice(None), *(slice(low, high) for low, high in lines))])
-
-    def _places(self, extent: tuple[int, ...]) -> np.ndarray:
-        """Where on the canvas patches of some extent may begin."""
-        return self.exemplar.corners(extent).cpu().numpy()
 
     @property
     def places(self) -> Tensor:
@@ -180,6 +172,17 @@ class Sewing:
         back = torch.from_numpy(self.mosaic.originals(self.mosaic.beyond(after, axis, -1)))
         there = colors.roll(-1, axis + 1)
         return ((ahead - colors) + (there - back)) / 2 - (there - colors)
+
+
+def _fit_of(canvas: np.ndarray, part: Box) -> Fit:
+    """How patches of a part of a canvas (C, H, W) are fitted."""
+    lines = zip(part.start, part.stop, strict=True)
+    return Fit(canvas[(slice(None), *(slice(low, high) for low, high in lines))])
+
+
+def _places_of(exemplar: Exemplar, extent: tuple[int, ...]) -> np.ndarray:
+    """Where on the canvas patches of some extent may begin."""
+    return exemplar.corners(extent).cpu().numpy()
 
 
 def _divergence(flow: Tensor, axis: int) -> Tensor:

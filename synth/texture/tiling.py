@@ -13,6 +13,7 @@ from torch import Tensor
 
 from kwatra import Exemplar, InputError, Result, element_size
 from kwatra.base import generator_of, is_whole
+from kwatra.elements import drawn_sides
 from kwatra.pieces import Box
 from synth.texture.filling import planes_of
 from synth.texture.form import Form, Image
@@ -121,10 +122,8 @@ class _Borders:
     """A picture that is sewn to itself along the borders that are closed, and the patches that cover them."""
 
     def __init__(self, pixels: Tensor, closed: tuple[bool, bool], band: int, seed: int) -> None:
-        self.closed, self.band = closed, band
-        self.shape = (pixels.shape[1], pixels.shape[2])
-        self.sewing = Sewing(Exemplar.of([pixels]), self.shape, closed)
-        self.generator = generator_of(seed)
+        self.band, self.generator = band, generator_of(seed)
+        self.sewing = Sewing(Exemplar.of([pixels]), pixels.shape[1:], closed)
         self._lay_picture()
 
     def _lay_picture(self) -> None:
@@ -139,7 +138,7 @@ class _Borders:
 
     @property
     def _axes(self) -> list[tuple[int, bool]]:
-        return list(zip(self.shape, self.closed, strict=True))
+        return list(zip(self.sewing.shape, self.sewing.closed, strict=True))
 
     def sew(self, report: Report) -> Sewing:
         """Cover the seams, then try all patches again."""
@@ -152,19 +151,20 @@ class _Borders:
         The first lies somewhere, as drawn. They are as wide as deep, or slim where lines of the texture run across.
         """
         deep = 2 * self.band
-        if all(self.closed):
+        if all(self.sewing.closed):
             yield self._box((-self.band,) * 2, (deep,) * 2)
         for across, along in ((0, 1), (1, 0)):
-            if not self.closed[across]:
+            if not self.sewing.closed[across]:
                 continue
-            wide = max(round(SLIM * deep), SLIMMEST) if self.sewing.runs == across else deep
-            step, (length, wraps) = wide // 2, self._axes[along]
+            lines = across if self.sewing.runs == across else None
+            extent = drawn_sides(deep, lines, 1.0, SLIM, SLIMMEST)
+            wide, (length, wraps) = extent[along], self._axes[along]
+            step = wide // 2
             count = math.ceil((length if wraps else length - wide) / step) + (not wraps)
             first = int(torch.randint(step, (1,), generator=self.generator)) if wraps else 0
             for number in range(count):
                 start = first + number * length // count if wraps else (length - wide) * number // max(count - 1, 1)
-                corner, extent = (-self.band, start), (deep, wide)
-                yield self._box(corner, extent) if across == 0 else self._box(corner[::-1], extent[::-1])
+                yield self._box((-self.band, start) if across == 0 else (start, -self.band), extent)
 
     def _box(self, corner: tuple[int, int], extent: tuple[int, int]) -> Box:
-        return Box(corner, extent).clipped(self.shape, self.closed)
+        return Box(corner, extent).clipped(self.sewing.shape, self.sewing.closed)
