@@ -27,8 +27,10 @@ _NOTHING = "interrupted, nothing was written"
 def entry() -> NoReturn:
     """Run the command line of this process and end it at once: to take torch apart again would take half a second.
 
-    What is loaded stays, so nobody looks for garbage in it: that took a tenth of loading.
+    What is loaded stays, so nobody looks for garbage in it: that took a tenth of loading. The threads of numpy's and
+    scipy's linear algebra, of which we ask nothing large, would spin for a tenth of a second each.
     """
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     gc.disable()  # until all is loaded
     code = main()
     atexit._run_exitfuncs()  # what libraries, and our own files, want done is done

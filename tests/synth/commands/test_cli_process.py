@@ -62,6 +62,21 @@ def test_a_module_that_is_run_can_speak_before_anything_heavy_is_imported(name: 
     assert out == "[]\n"
 
 
+@pytest.mark.parametrize("asked", [None, "3"])
+def test_threads_of_linear_algebra_are_not_started_unless_they_are_asked_for(
+    asked: str | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("OPENBLAS_NUM_THREADS", raising=False)
+    if asked is not None:
+        monkeypatch.setenv("OPENBLAS_NUM_THREADS", asked)
+    seen = "atexit.register(lambda: print(os.environ['OPENBLAS_NUM_THREADS']))"
+    with python(
+        "-c", f"import atexit, os, sys\n{seen}\nsys.argv = ['kwatra', '--version']\nimport synth.cli\nsynth.cli.entry()"
+    ) as process:
+        out, err = process.communicate()
+    assert out.splitlines()[-1:] == [asked or "1"], err
+
+
 @pytest.mark.parametrize("name", ["synth", "kwatra"])
 def test_runs_as_a_module(name: str) -> None:
     with python("-m", name, "--help") as process:
