@@ -76,29 +76,31 @@ class Found(NamedTuple):
 def cheapest_of(offers: Sequence[tuple[Tries, Ground, float]]) -> list[Found | None]:
     """Of each offer the patch whose cost, and price times rate, come to least; None if none comes to less than a bound.
 
-    Of equals it is the first. An offer is what is tried, on what, and the bound. Threads share the offers, and where
-    these are few the patches of each, with what none of them has found to cost less: a cut that costs more need not be
+    Of equals it is the first. An offer is what is tried, on what, and the bound. Threads share the offers; who finds
+    all begun helps with the last ones, patch by patch, knowing what has been found: a cut that costs more need not be
     solved.
     """
     threads = torch.get_num_threads()
-    steps = [min(threads, len(tries.costs), -(-PARTS * threads // len(offers))) for tries, _, _ in offers]
-    lowest = [np.array([least]) for _, _, least in offers]
-    parts = [(number, first) for number, step in enumerate(steps) for first in range(step)]
+    at = [(np.array([least]), np.zeros(1, np.int64)) for _, _, least in offers]
+    best: list[list[Found]] = [[] for _ in offers]
 
-    def part_of(part: tuple[int, int]) -> Found | None:
-        number, first = part
-        return _cheapest_of(*offers[number], lowest[number], first, steps[number])
+    def work_on(number: int) -> None:
+        tries, ground, least = offers[number]
+        if at[number][1][0] < len(tries.costs):
+            found = _cheapest_of(tries, ground, least, *at[number])
+            if found is not None:
+                best[number].append(found)
 
-    best: list[Found | None] = [None] * len(offers)
-    for (number, _), found in zip(parts, shared(part_of, parts), strict=True):
-        other = best[number]
-        if found is not None and (other is None or (found.cost, found.number) < (other.cost, other.number)):
-            best[number] = found
-    return best
+    order = range(len(offers))
+    shared(work_on, [*order, *[number for _ in range(threads - 1) for number in reversed(order)]])
+    return [min(found, key=lambda one: (one.cost, one.number), default=None) for found in best]
 
 
-def _cheapest_of(tries: Tries, ground: Ground, least: float, lowest: Array, first: int, step: int) -> Found | None:
-    """The same of every so many patches from the first on; lowest (1,): the least that any thread has found so far."""
+def _cheapest_of(tries: Tries, ground: Ground, least: float, lowest: Array, following: Array) -> Found | None:
+    """The same of the patches that no other thread has begun with.
+
+    lowest, following (1,): the least that any thread has found so far, and the patch to be tried next.
+    """
     shape, axes, strides = ground.kept.shape, ground.kept.ndim, in_volume(ground.strides, 0)
     take, places = np.empty(shape, np.bool_), np.empty_like(ground.places)
     seams = [np.empty(cost.shape, np.int32) for cost in ground.remembered]
@@ -108,7 +110,7 @@ def _cheapest_of(tries: Tries, ground: Ground, least: float, lowest: Array, firs
         a, ground.total, ground.planes, in_volume(ground.sizes, 1), strides, ground.prices,
         # a plane that is none begins before any place of the source
         in_volume(tries.shifts, 1), in_volume(tries.starts, 0), in_volume(tries.stops, 1), tries.costs, tries.rates,
-        tries.must, tries.taking, least, lowest, first, step, take.ravel(), places.ravel(), left,
+        tries.must, tries.taking, least, lowest, following, take.ravel(), places.ravel(), left,
     )  # fmt: skip
     return None if number < 0 else Found(number, cost, take, places, seams, change, price)
 
@@ -117,19 +119,22 @@ def _cheapest_of(tries: Tries, ground: Ground, least: float, lowest: Array, firs
 def _try_every(
     kept: Any, laid: Any, fixed: Any, old: Any, a: Any, total: Any, planes: Any, sizes: Any, strides: Any, prices: Any,
     shifts: Any, starts: Any, stops: Any, costs: Any, rates: Any, must: Any, taking: Any, least: Any, lowest: Any,
-    first: Any, step: Any, take: Any, places: Any, left: Any,
+    following: Any, take: Any, places: Any, left: Any,
 ) -> Any:  # fmt: skip
     """The number of the cheapest try, -1 for none, what it costs, its change and price.
 
-    Sets what it takes and shows, and along each axis the seams that are left with it. Which tries are given up depends
-    on what other threads have found by then, but none that is as cheap is: `most` is rounded up.
+    Sets what it takes and shows, and along each axis the seams that are left with it. Threads that ask for the next at
+    once may try the same, but leave none out: a number is written only where the one before it was taken. Which tries
+    are given up depends on what other threads have found by then, but none that is as cheap is: `most` is rounded up.
     """
     count, best, best_change, best_price = kept.size, -1, 0, 0
     choice, new, taken = np.empty(kept.shape, np.int8), np.empty(old.shape, old.dtype), np.empty(count, np.bool_)
     weight = np.zeros(count, np.int64)
     shown_old, shown_new, may = old.ravel(), new.ravel(), choice.ravel()
     b, c, tried = _like(a), _like(a), _like(a)
-    for k in range(first, len(costs), step):
+    while following[0] < len(costs):
+        k = following[0]
+        following[0] = k + 1
         most = MOST if lowest[0] == np.inf else math.ceil((lowest[0] - costs[k]) / rates[k])
         if len(taking) == 0 and -total > most:  # were no seam left
             continue
