@@ -60,6 +60,36 @@ def test_a_variant_smaller_than_a_pixel_is_one(side, factor):
     assert copy.tolist() == pytest.approx([float(picture.mean())])
 
 
+VARIANTS = [
+    {"rotate": (30,)},
+    {"rotate": (45,)},
+    {"scale": (1.5,)},
+    {"scale": (0.7,)},
+    {"mirror": True, "rotate": (20,)},
+]
+
+
+@pytest.mark.parametrize("options", VARIANTS)
+def test_what_a_hole_holds_is_in_no_variant(options):
+    mask = torch.ones(40, 44, dtype=torch.bool)
+    mask[15:25, 12:30] = False
+    dark = image(2, 40, 44)
+    light = torch.where(mask, dark, 5.0)
+    one, other = (Exemplar.of(each, masks=[mask], **options) for each in (dark, light))
+    assert torch.equal(one.owner, other.owner)
+    assert torch.equal(one.canvas[:, one.owner > 0], other.canvas[:, one.owner > 0])
+
+
+@pytest.mark.parametrize("options", VARIANTS)
+def test_nothing_beyond_the_border_is_in_a_variant(options):
+    flat = torch.full((1, 41, 43), 0.5)
+    flat[:, 20, 20:22] = torch.tensor([0.0, 1.0])  # so that colors may overshoot
+    exemplar = Exemplar.of(flat, **options)
+    row, column = exemplar.origin[1:]
+    outer = (exemplar.owner > 0) & ((row - 20).abs().maximum((column - 20).abs()) > 9)
+    assert torch.allclose(exemplar.canvas[0, outer], torch.tensor(0.5), atol=1e-5)
+
+
 def test_coarser_averages_blocks_and_drops_broken_ones():
     picture = image(2, 17, 12)
     coarse = Exemplar.of(picture).coarser((4, 4))
