@@ -97,7 +97,7 @@ class Bags:
     """A texture that is known by windows alone: for each level of an optimization a bag of its own.
 
     windows: by (factor, width) of a level, windows (N, width, width, C) at that resolution, coarse to fine and large
-    to small. weights (C,): see `Bag`; None for all alike. An optimization of bags needs no other levels than these.
+    to small. weights (C,): see `Bag`; left out, or none of them, all are alike. An optimization of bags needs no other levels than these.
     """
 
     windows: Mapping[tuple[int, int], Tensor]

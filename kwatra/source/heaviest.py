@@ -36,7 +36,7 @@ def heaviest_covering(layout: Layout, metric: Metric, weights: Tensor) -> Coveri
 
 
 def _profile(falloff: Tensor, axis: int) -> Tensor:
-    """The falloff along one axis, through its center."""
+    """The falloff along one axis, summed over the others: but for a factor all there is to it, as it is separable."""
     others = [dim for dim in range(falloff.ndim) if dim != axis]
     return falloff.sum(others)
 

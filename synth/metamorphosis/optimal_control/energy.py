@@ -54,7 +54,7 @@ class Change:
     def __call__(self, velocity: Tensor) -> Iterator[tuple[dict[str, Tensor], Tensor]]:
         """Energies of q and of the features for a velocity (N, 2, H, W), means over pixels; the least Jacobian.
 
-        First from A to B, then from B to A, each counting half.
+        First at A's pixels, then at B's, each counting half.
         """
         for back in (False, True):
             yield self._way(velocity, back)

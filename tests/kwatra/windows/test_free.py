@@ -87,6 +87,17 @@ def test_neighbors_are_the_nearest_windows():
         assert torch.allclose(shift.double().norm(dim=1), apart.sort(1).values[:, k])
 
 
+def test_neighbors_of_a_periodic_image_are_the_nearest_around_its_border():
+    shape = torch.tensor([20, 24])
+    windows = free(True, (20, 24), count=12)
+    apart = (windows.corners[:, None] - windows.corners).abs()
+    apart = torch.minimum(apart, shape - apart).double().norm(dim=-1)
+    apart.fill_diagonal_(torch.inf)
+    for k, (number, shift) in enumerate(windows.neighbor_shifts()):
+        assert torch.equal(shift % shape, (windows.corners - windows.corners[number]) % shape)
+        assert torch.allclose(shift.double().norm(dim=1), apart.sort(1).values[:, k])
+
+
 def test_windows_may_move_from_iteration_to_iteration():
     exemplar = Exemplar.of(torch.rand(1, 32, 32, generator=generator()))
     asked, given, voted = [], [], []

@@ -31,6 +31,20 @@ def test_plain_metric_is_a_weighted_mean():
     assert falloff((8, 8))[4, 4] > falloff((8, 8))[0, 0]
 
 
+@pytest.mark.parametrize("width", [7, 16, 32])
+def test_the_falloffs_deviation_is_a_quarter_of_the_width(width):
+    line = falloff((width,))
+    place = torch.arange(width) - (width - 1) / 2
+    one = float(-place[0].square() / (2 * (line[0] / line[width // 2]).log()))  # of exp(-t^2 / 2 s^2), s^2 about
+    assert one**0.5 == pytest.approx(width / 4, rel=0.03)
+
+
+def test_a_features_mean_square_counts_mu_times_the_colors():
+    metric = Metric((6, 8), torch.ones(2), (Feature(lambda windows: windows[:, 1:3, 2:7], 0.7),))
+    flat = torch.full((1, 6, 8, 2), 0.5)  # whatever is taken of it has the mean square of its colors
+    assert float(metric.squared(flat)) == pytest.approx(1.7 * 0.25)
+
+
 def test_a_channel_of_weight_zero_does_not_count():
     metric = Metric((4, 4), torch.tensor([1.0, 0.0]))
     difference = torch.zeros(1, 4, 4, 2)
