@@ -6,6 +6,7 @@ from scipy import ndimage
 
 from kwatra.cut import FREE, KEEP, TAKE, best_cut, seams_after
 from kwatra.cut import minimum as cut
+from kwatra.cut.bands import _held
 
 
 def problem(shape: tuple[int, ...], seed: int):
@@ -67,3 +68,58 @@ def test_parts_that_do_not_touch_are_cut_exactly_however_many_they_are(monkeypat
     np.testing.assert_array_equal(best_cut(choice, pairs, taking), exact)
     monkeypatch.setattr(cut, "MOST_AT_ONCE", largest // 3)
     assert (best_cut(choice, pairs, taking) != exact).any()
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_what_taking_costs_counts_where_pixels_are_free_alone(seed, monkeypatch) -> None:
+    choice, pairs = problem((33, 40), seed)
+    choice[12:20, 18:24] = KEEP
+    rng = np.random.default_rng(seed)
+    taking = (ndimage.gaussian_filter(rng.standard_normal(choice.shape), 5) * 20000).astype(np.int64)
+
+    def price(take) -> int:
+        return cost(choice, take, pairs) + int(taking[take & (choice == FREE)].sum())
+
+    exact, unasked = (price(best_cut(choice, pairs, asked)) for asked in (taking, None))
+    monkeypatch.setattr(cut, "MOST_AT_ONCE", 200)
+    take = best_cut(choice, pairs, taking)
+    spread = unasked - exact
+    assert spread > 0
+    assert price(take) - exact < 0.2 * spread
+    elsewhere = np.where(choice == FREE, taking, rng.integers(-(10**6), 10**6, choice.shape))
+    np.testing.assert_array_equal(best_cut(choice, pairs, elsewhere), take)
+
+
+def test_all_is_taken_that_costs_less_when_taken(monkeypatch) -> None:
+    choice, pairs = problem((33, 40), 0)
+    choice[:] = FREE
+    monkeypatch.setattr(cut, "MOST_AT_ONCE", 200)
+    assert best_cut(choice, pairs, np.full(choice.shape, -10)).all()
+    assert not best_cut(choice, pairs, np.full(choice.shape, 10)).any()
+
+
+@pytest.mark.parametrize("shape", [(7, 9), (4, 5, 3)])
+def test_what_is_held_costs_a_band_what_it_does(shape) -> None:
+    rng = np.random.default_rng(1)
+    unary, free = rng.integers(-50, 50, shape), rng.random(shape) < 0.8
+    band, guess = free & (rng.random(shape) < 0.5), free & (rng.random(shape) < 0.5)
+    pairs = [np.diff(np.arange(np.prod(shape)).reshape(shape), axis=axis).shape for axis in range(len(shape))]
+    arcs = [(rng.integers(0, 50, pair), rng.integers(0, 50, pair)) for pair in pairs]
+    for axis, arc in enumerate(arcs):  # as `energy` has it, of free pixels alone
+        both = np.take(free, range(shape[axis] - 1), axis) & np.take(free, range(1, shape[axis]), axis)
+        for way in arc:
+            way *= both
+
+    def price(take, unary, arcs) -> int:
+        total = int(unary[take].sum())
+        for axis, (ahead, back) in enumerate(arcs):
+            p, q = np.take(take, range(shape[axis] - 1), axis), np.take(take, range(1, shape[axis]), axis)
+            total += int(ahead[~p & q].sum() + back[p & ~q].sum())
+        return total
+
+    inner = _held(unary, arcs, free, guess, band)
+    apart = set()
+    for _ in range(20):
+        within = band & (rng.random(shape) < 0.5)
+        apart.add(price(np.where(band, within, guess), unary, arcs) - price(within, *inner))
+    assert len(apart) == 1
