@@ -67,8 +67,8 @@ THESIS = (Level(4, 8), Level(2, 16), Level(2, 8), Level(1, 32), Level(1, 16), Le
 def planned_levels(exemplar: Exemplar, shape: Sequence[int], iterations: int) -> tuple[Level, ...]:
     """Levels that suit an exemplar and an output of spatial `shape`.
 
-    The coarsest resolution is the one at which exemplar and output still have 24 pixels, at most 1/4 (1/8 where the element
-    spans 64 pixels or more). Its window spans the texture element, within 8 to 16 pixels; the finer resolutions
+    The coarsest resolution is the one at which exemplar and output still have 24 pixels, at most 1/4 (1/8 where the
+    element spans 64 pixels or more). Its window spans the texture element, within 8 to 16 pixels; the finer resolutions
     mend what is left with 16 and 8. Windows that hardly fit between the exemplar's holes are left out. Of videos each
     resolution has one window, `DEPTH` frames deep, and half the iterations: time is never subsampled (thesis 5.5).
     """

@@ -20,13 +20,12 @@ is replaced seen for a frame, a third of it, through what replaces it; by .207 i
 element or within edges, over four frames, in which stones fray and lines end loosely."""
 
 
-def flow_term(before: Tensor, look: Lookup, weight: float, interpolation: str = "bicubic") -> SoftPixels:
+def flow_term(before: Tensor, look: Lookup, weight: float) -> SoftPixels:
     """The flow energy weight * (x - x+)^T K (x - x+) of a frame (thesis equation 27).
 
-    x+ is the frame before, (C, H, W), warped by `look` (interpolation: see `flow.warp`); K is the gradient weight of
-    x+, 0 where nothing is known.
+    x+ is the frame before, (C, H, W), warped by `look`; K is the gradient weight of x+, 0 where nothing is known.
     """
-    carried = filled(warp(before, look.coordinates, interpolation), look.known)
+    carried = filled(warp(before, look.coordinates), look.known)
     shares = torch.full((len(before), 1, 1), 1 / len(before), dtype=torch.float32, device=before.device)
     return SoftPixels(carried, (weight * gradient_weight(carried, shares) * look.known)[None], "flow")
 

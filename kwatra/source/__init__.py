@@ -1,6 +1,6 @@
 """What is searched: windows of an exemplar or made-up ones, and where an output comes from."""
 
-from kwatra.source.bag import Bag, Bags, Joined
+from kwatra.source.bag import Bag, Bags
 from kwatra.source.canvas import SourceWindows
 from kwatra.source.heaviest import heaviest_covering
 from kwatra.source.prepared import Prepared, Texture
@@ -13,7 +13,6 @@ __all__ = [
     "Bag",
     "Bags",
     "Description",
-    "Joined",
     "Placed",
     "Prepared",
     "Source",

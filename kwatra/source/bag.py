@@ -1,4 +1,4 @@
-"""Sources that are no exemplar: a bag of made-up windows, and two sources in one."""
+"""Sources that are no exemplar: bags of made-up windows."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -8,7 +8,7 @@ from torch import Tensor
 
 from kwatra.base import InputError, product
 from kwatra.source.described import DIMS, Described
-from kwatra.source.protocol import Source, chunk
+from kwatra.source.protocol import chunk
 from kwatra.windows import Feature, Metric
 
 
@@ -54,50 +54,13 @@ class Bag(Described):
         return torch.cat(along), torch.cat(length)
 
 
-class Joined(Described):
-    """Two sources as one, described alike: the second's windows are numbered after the first's.
-
-    Both have windows of one width, and the metric is the first's.
-    """
-
-    def __init__(self, first: Source, second: Source, generator: torch.Generator, dims: int = DIMS) -> None:
-        if first.metric.weight.shape != second.metric.weight.shape:
-            one, other = (tuple(s.metric.weight.shape) for s in (first, second))
-            raise InputError(f"two sources have windows {one} and {other}; give both one width and as many channels")
-        self.first, self.second = first, second
-        super().__init__(first.metric, torch.cat([first.numbers, first.count + second.numbers]), dims, generator)
-
-    def is_second(self, numbers: Tensor) -> Tensor:
-        """Which windows, by number, are the second source's."""
-        return numbers >= self.first.count
-
-    def windows(self, numbers: Tensor) -> Tensor:
-        """See `Source.windows`."""
-        second = self.is_second(numbers)
-        found = self.metric.weight.new_empty(len(numbers), *self.metric.weight.shape)
-        found[~second] = self.first.windows(numbers[~second])
-        found[second] = self.second.windows(numbers[second] - self.first.count)
-        return found
-
-    def values(self, numbers: Tensor, inside: Sequence[Tensor]) -> Tensor:
-        """See `Source.values`."""
-        second = self.is_second(numbers)
-        one = self.first.values(torch.where(second, self.first.numbers[0], numbers), inside)
-        other = self.second.values(torch.where(second, numbers - self.first.count, self.second.numbers[0]), inside)
-        return torch.where(second, other, one)
-
-    def projections(self, basis: Tensor, mean: Tensor) -> tuple[Tensor, Tensor]:
-        """See `Source.projections`."""
-        parts = [source.projections(basis, mean) for source in (self.first, self.second)]
-        return torch.cat([along for along, _ in parts]), torch.cat([length for _, length in parts])
-
-
 @dataclass(frozen=True)
 class Bags:
     """A texture that is known by windows alone: for each level of an optimization a bag of its own.
 
     windows: by (factor, width) of a level, windows (N, width, width, C) at that resolution, coarse to fine and large
-    to small. weights (C,): see `Bag`; left out, or none of them, all are alike. An optimization of bags needs no other levels than these.
+    to small. weights (C,): see `Bag`; left out, or none of them, all are alike. An optimization of bags needs no other
+    levels than these.
     """
 
     windows: Mapping[tuple[int, int], Tensor]

@@ -35,9 +35,7 @@ def continued(pixels: Tensor, layout: Layout) -> Tensor:
 def folded(pixels: Tensor, layout: Layout) -> Tensor:
     """The transpose of `continued`: what lies past the far borders added to where it belongs."""
     for axis, size in enumerate(layout.shape):
-        past = pixels.shape[axis] - size
-        for first in range(size, size + past, size):
-            tail = pixels.narrow(axis, first, min(size, size + past - first))
-            pixels.narrow(axis, 0, tail.shape[axis]).add_(tail)
+        past = pixels.shape[axis] - size  # less than the size: windows are no longer than the image
+        pixels.narrow(axis, 0, past).add_(pixels.narrow(axis, size, past))
         pixels = pixels.narrow(axis, 0, size)
     return pixels

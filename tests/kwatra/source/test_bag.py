@@ -1,8 +1,8 @@
 import pytest
 import torch
 
-from kwatra import Bags, Exemplar, InputError, optimize
-from kwatra.source import Bag, Joined, Placed, SourceWindows
+from kwatra import Bags, InputError, optimize
+from kwatra.source import Bag, Placed
 
 
 def generator(seed=0):
@@ -43,20 +43,6 @@ def test_an_image_of_bags_holds_nothing_else():
     assert torch.allclose(red.image, COLORS[0][:, None, None].expand(3, 24, 20), atol=1e-3)
 
 
-def test_two_sources_in_one_answer_as_each_would():
-    exemplar = Exemplar.of(torch.rand(3, 20, 22, generator=generator(1)))
-    canvas = SourceWindows(exemplar, (4, 4), generator())
-    both = Joined(canvas, Bag(plain(), torch.ones(3), generator()), generator(), dims=48)
-    assert both.count == canvas.count + 4
-    assert both.is_second(both.numbers).sum() == 4
-    windows = torch.cat([canvas.windows(canvas.numbers[[5, 100]]), plain()[[2]]])
-    found = both.nearest(both.describe(windows), 1, "exact")[:, 0]
-    assert found.tolist() == [*canvas.numbers[[5, 100]].tolist(), canvas.count + 2]
-    assert torch.allclose(both.windows(found), windows)
-    inside = (torch.tensor([1, 2, 3]), torch.tensor([0, 3, 1]))
-    assert torch.equal(both.values(found, inside).T, windows[torch.arange(3), inside[0], inside[1]])
-
-
 def test_bad_bags_are_refused_in_a_sentence():
     with pytest.raises(InputError, match=r"a bag of windows has shape \(0, 4, 4, 3\)"):
         Bag(torch.zeros(0, 4, 4, 3), torch.ones(3), generator())
@@ -66,7 +52,5 @@ def test_bad_bags_are_refused_in_a_sentence():
         Bags({})
     with pytest.raises(InputError, match=r"bags have \[3\] channels and 2 weights"):
         Bags({(1, 4): plain()}, torch.ones(2))
-    with pytest.raises(InputError, match="give both one width"):
-        Joined(Bag(plain(), torch.ones(3), generator()), Bag(plain(6), torch.ones(3), generator()), generator())
     with pytest.raises(InputError, match=r"shape is \(4, 20, 20\); give 2 whole numbers"):
         optimize(Bags({(1, 4): plain()}), (4, 20, 20))
