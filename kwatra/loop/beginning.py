@@ -7,8 +7,9 @@ from torch import Tensor
 
 from kwatra.base import InputError, generator_of
 from kwatra.exemplar import Exemplar
+from kwatra.loop.laying import block_start, repeated
 from kwatra.loop.task import Task, task_of
-from kwatra.pieces import BlockStart, Box, Gaps, block_start, repeated
+from kwatra.pieces import BlockStart, Box, Gaps
 from kwatra.settings import Settings
 from kwatra.source import Prepared, Texture, sourcemap
 from kwatra.terms import Sum, TermLike

@@ -10,7 +10,6 @@ from kwatra.pieces.mosaic import Mosaic
 from kwatra.pieces.regions import Regions
 from kwatra.pieces.seams import Depth, SeamCost
 from kwatra.pieces.sheet import Cut, Patch, Sheet
-from kwatra.pieces.start import block_start, looks, repeated
 from kwatra.pieces.stock import Stock
 from kwatra.pieces.visible import visible_seams
 
@@ -29,14 +28,11 @@ __all__ = [
     "SeamCost",
     "Sheet",
     "Stock",
-    "block_start",
     "cheaper",
     "gaps",
     "hidden_along",
     "hidden_seams",
     "lay_again",
-    "looks",
-    "repeated",
     "totals",
     "visible_seams",
 ]

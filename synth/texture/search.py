@@ -18,7 +18,8 @@ from torch import Tensor
 
 from kwatra import Beginning, Exemplar, Progress, Result, Settings, improve
 from kwatra.base import generator_of, shared
-from kwatra.pieces import Box, looks, visible_seams
+from kwatra.loop import looks
+from kwatra.pieces import Box, visible_seams
 from kwatra.scoring import Ranking, pasted
 from synth.texture.runs import MANY, beside, seed_of, share_of
 

@@ -11,9 +11,9 @@ from torch import Tensor
 
 from kwatra import Exemplar, InputError, Settings, SoftPixels, Stay, optimize
 from kwatra.base import generator_of
+from kwatra.loop.laying import USAGE, USAGE_IN_TIME, block_size, block_start
 from kwatra.loop.task import task_of
-from kwatra.pieces import BlockStart, block_start, candidates, charges
-from kwatra.pieces.start import USAGE, USAGE_IN_TIME, block_size
+from kwatra.pieces import BlockStart, candidates, charges
 from kwatra.terms.controls import Wish
 
 

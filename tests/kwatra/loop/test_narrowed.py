@@ -8,7 +8,7 @@ import torch
 from scipy import ndimage
 
 from kwatra import Exemplar, Settings, optimize
-from kwatra.pieces.start import narrowed
+from kwatra.loop.laying import narrowed
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import torch
 from torch import Tensor
@@ -10,10 +10,8 @@ from torch import Tensor
 from kwatra.base import factors_of
 from kwatra.elements import Lattice, anisotropy, continued, find_ground, find_lattice, runs_along, translation
 from kwatra.exemplar import Exemplar
-from kwatra.pieces.blocks import BlockStart
-
-if TYPE_CHECKING:
-    from kwatra.loop.task import Task
+from kwatra.loop.task import Task
+from kwatra.pieces import BlockStart
 
 LARGE = 160
 """Exemplars are halved until they have at most so many pixels across."""
@@ -67,7 +65,7 @@ class Laid(NamedTuple):
     blocks: BlockStart
 
 
-def block_start(task: "Task", exemplar: Exemplar) -> Laid:
+def block_start(task: Task, exemplar: Exemplar) -> Laid:
     """Copied blocks, at the finest resolution at which laying them costs little.
 
     Blocks agree with what the terms want; a mask only hides that, blocks run on behind it.
@@ -128,7 +126,7 @@ def looks(exemplar: Exemplar) -> list[Callable[[Exemplar], object]]:
     return [find_ground, find_lattice] if exemplar.owner.numel() <= LOOKED_AT else [find_ground]
 
 
-def _lattice(task: "Task", exemplar: Exemplar, factor: int) -> Lattice | None:
+def _lattice(task: Task, exemplar: Exemplar, factor: int) -> Lattice | None:
     """The lattice of a single image, a factor coarser, None where terms decide.
 
     Offsets from one image into another say nothing of it.
@@ -139,7 +137,7 @@ def _lattice(task: "Task", exemplar: Exemplar, factor: int) -> Lattice | None:
     return None if lattice is None else Lattice(lattice.vectors / factor, lattice.regularity)
 
 
-def repeated(task: "Task", exemplar: Exemplar) -> Tensor | None:
+def repeated(task: Task, exemplar: Exemplar) -> Tensor | None:
     """The source map (2, *shape), at full resolution, of an exactly periodic picture continued exactly.
 
     None where it is not periodic, or is to be something else.
