@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from kwatra.scoring import measure
     from kwatra.settings import Settings, Solver
     from kwatra.source import Bags, Prepared
-    from kwatra.steps import Ballot, CheapestSeams, Decisive, Mode, Pull, Step, match_histogram, mean, regular, winner
+    from kwatra.step import Step, regular
+    from kwatra.steps import Ballot, CheapestSeams, Decisive, Mode, Pull, match_histogram, mean, winner
     from kwatra.terms import Charge, HardPixels, PlaceCharge, Quadratic, Scaled, SoftPixels, Stay, Sum, Term, TermLike
     from kwatra.windows import Feature, FreeWindows, Grid, gradient
 
@@ -97,7 +98,7 @@ _HOMES = {
     "SoftPixels": "kwatra.terms",
     "Stage": "kwatra.result",
     "Stay": "kwatra.terms",
-    "Step": "kwatra.steps",
+    "Step": "kwatra.step",
     "Sum": "kwatra.terms",
     "THESIS": "kwatra.levels",
     "Term": "kwatra.terms",
@@ -114,7 +115,7 @@ _HOMES = {
     "optimize": "kwatra.loop",
     "place_dependence": "kwatra.elements",
     "planned_levels": "kwatra.levels",
-    "regular": "kwatra.steps",
+    "regular": "kwatra.step",
     "winner": "kwatra.steps",
 }
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from kwatra.base import InputError
 from kwatra.levels import Level
-from kwatra.steps.step import Step, regular
+from kwatra.step import Step, regular
 from kwatra.steps.votes import Vote, mean
 from kwatra.windows import Feature, Layout
 

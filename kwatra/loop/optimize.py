@@ -22,7 +22,7 @@ from kwatra.loop.task import Task
 from kwatra.result import Progress, Result, Row, Stage
 from kwatra.settings import Settings
 from kwatra.source import Prepared, Texture, sourcemap
-from kwatra.steps import Step
+from kwatra.step import Step
 from kwatra.terms import Sum, TermLike
 
 SETTLED = 0.005

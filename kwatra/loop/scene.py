@@ -14,7 +14,8 @@ from kwatra.base import Solution, enlarged, mean, total
 from kwatra.loop.task import Task
 from kwatra.result import Row
 from kwatra.source import Placed, sourcemap
-from kwatra.steps import Ballot, Matching, Replays, Step, Wants, blend, rho, weight
+from kwatra.step import Step
+from kwatra.steps import Ballot, Matching, Replays, Wants, blend, rho, weight
 from kwatra.terms import Charge, PlaceCharge, Quadratic, wish_of
 from kwatra.windows import Layout
 

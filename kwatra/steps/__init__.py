@@ -7,7 +7,6 @@ from kwatra.steps.matching import Matching
 from kwatra.steps.replays import Replays
 from kwatra.steps.robust import rho, weight
 from kwatra.steps.seamvote import CheapestSeams
-from kwatra.steps.step import Step, regular
 from kwatra.steps.votes import Ballot, Decisive, Mode, Pull, Vote, mean, winner
 
 __all__ = [
@@ -18,13 +17,11 @@ __all__ = [
     "Mode",
     "Pull",
     "Replays",
-    "Step",
     "Vote",
     "Wants",
     "blend",
     "match_histogram",
     "mean",
-    "regular",
     "rho",
     "weight",
     "winner",

@@ -8,7 +8,7 @@ import torch
 from torch import Tensor
 
 from kwatra.base import InputError
-from kwatra.steps.step import Step
+from kwatra.step import Step
 
 
 def match_histogram(image: Tensor, step: Step) -> Tensor:

@@ -21,7 +21,7 @@ from kwatra.base import InputError, mean
 from kwatra.exemplar import Exemplar
 
 if TYPE_CHECKING:
-    from kwatra.steps.step import Step
+    from kwatra.step import Step
 
 
 @dataclass(frozen=True)

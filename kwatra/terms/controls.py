@@ -18,7 +18,7 @@ from kwatra.exemplar import Exemplar
 from kwatra.terms.algebra import Charge, PlaceCharge, Quadratic, TermLike, charge_of, place_charge_of, within
 
 if TYPE_CHECKING:
-    from kwatra.steps.step import Step
+    from kwatra.step import Step
 
 
 @dataclass(frozen=True)

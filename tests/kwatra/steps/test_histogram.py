@@ -3,7 +3,7 @@ import torch
 
 from kwatra import Exemplar, InputError, Level, Settings, match_histogram, optimize
 from kwatra.source import Bag, SourceWindows
-from kwatra.steps import Step
+from kwatra.step import Step
 
 
 def step(exemplar, mask=None):

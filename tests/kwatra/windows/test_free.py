@@ -2,7 +2,7 @@ import pytest
 import torch
 
 from kwatra import Exemplar, FreeWindows, Grid, InputError, Level, Settings, mean, optimize
-from kwatra.steps import regular
+from kwatra.step import regular
 
 
 def generator(seed=0):
