@@ -8,13 +8,13 @@ where the images are alike, or, with cost M', along edges that hide it.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
 from torch import Tensor
 
-from kwatra.base import InputError
+from kwatra.base import InputError, floats_of, tensor_of
 from kwatra.pieces.boxes import Box
 from kwatra.pieces.mosaic import Mosaic
 from kwatra.pieces.sheet import Patch, Sheet
@@ -43,6 +43,7 @@ def merge(background: Tensor, overlays: Sequence[Overlay], settings: QuiltSettin
     or what it must keep and what must stay contradict each other.
     """
     settings = settings or QuiltSettings(normalized=True)
+    background, overlays = floats_of(background).cpu(), [_plain(overlay) for overlay in overlays]
     for number, overlay in enumerate(overlays, 1):
         _check(background, overlay, f"overlay {number}")
     sources = Mosaic([background.numpy(), *(o.image.numpy() for o in overlays)])
@@ -54,6 +55,12 @@ def merge(background: Tensor, overlays: Sequence[Overlay], settings: QuiltSettin
     return result_of(sheet, settings, [sheet.total], f"{len(overlays)} overlays were merged")
 
 
+def _plain(overlay: Overlay) -> Overlay:
+    """The same as numbers of the engine, on the CPU."""
+    spare = None if overlay.spare is None else tensor_of(overlay.spare).cpu()
+    return replace(overlay, image=floats_of(overlay.image).cpu(), keep=tensor_of(overlay.keep).cpu(), spare=spare)
+
+
 def _check(background: Tensor, overlay: Overlay, name: str) -> None:
     image = overlay.image
     if image.ndim != 3 or image.shape[0] != background.shape[0]:
@@ -61,7 +68,13 @@ def _check(background: Tensor, overlay: Overlay, name: str) -> None:
             f"{name} has shape {tuple(image.shape)} but the background has {background.shape[0]} channels; convert one"
         )
     for word, mask in (("keep", overlay.keep), ("spare", overlay.spare)):
-        if mask is not None and tuple(mask.shape) != tuple(image.shape[1:]):
+        if mask is None:
+            continue
+        if mask.ndim != 2 or mask.dtype != torch.bool:
+            raise InputError(
+                f"the {word} mask of {name} has shape {tuple(mask.shape)} and type {mask.dtype}; give booleans (H, W)"
+            )
+        if mask.shape != image.shape[1:]:
             high, wide = mask.shape
             raise InputError(
                 f"the {word} mask of {name} is {wide}x{high} but the overlay is {image.shape[2]}x{image.shape[1]}; "

@@ -11,7 +11,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from kwatra.base import InputError, generator_of, tensor_of, whole_sizes
+from kwatra.base import InputError, floats_of, generator_of, whole_sizes
 from kwatra.pieces.again import Budget
 from kwatra.pieces.mosaic import LEVELS, Mosaic
 from kwatra.pieces.seams import NORMALIZED_SCALE, SeamCost, normalized
@@ -112,11 +112,11 @@ def quilt(
 ) -> Quilt:
     """A new texture of `size` (H, W) or (T, H, W) from an exemplar (C, H, W) or (C, T, H, W), values in any range.
 
-    Several exemplars of one texture may be given. Raises InputError for an exemplar that is too small or not finite,
-    for some that differ in channels, or a size that does not fit.
+    It is made on the CPU. Several exemplars of one texture may be given. Raises InputError for an exemplar that is too
+    small or not finite, for some that differ in channels, or a size that does not fit.
     """
     settings = settings or QuiltSettings()
-    exemplars = [tensor_of(each) for each in ([exemplar] if isinstance(exemplar, Tensor) else exemplar)]
+    exemplars = [floats_of(each).cpu() for each in ([exemplar] if isinstance(exemplar, Tensor) else exemplar)]
     for each in exemplars:
         check_exemplar(each)
         if (each.shape[0], each.ndim) != (exemplars[0].shape[0], exemplars[0].ndim):
@@ -154,7 +154,7 @@ def variants_of(exemplars: Sequence[Tensor], settings: QuiltSettings) -> list[tu
         (number, variant, part)
         for number, exemplar in enumerate(exemplars)
         for scale, part in zip(scales, bands(len(scales)), strict=True)
-        for variant in variants(exemplar, scale, settings.rotate, settings.mirror)
+        for variant in variants(floats_of(exemplar).cpu(), scale, settings.rotate, settings.mirror)
     ]
 
 

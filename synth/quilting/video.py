@@ -17,7 +17,7 @@ from collections.abc import Callable, Sequence
 
 from torch import Tensor
 
-from kwatra.base import InputError, is_whole, tensor_of, whole_sizes
+from kwatra.base import InputError, floats_of, is_whole, whole_sizes
 from kwatra.pieces.boxes import Box
 from kwatra.pieces.mosaic import Mosaic
 from kwatra.pieces.sheet import Patch, Sheet
@@ -64,7 +64,7 @@ def quilt_video(
     `settings`: as for `quilt`; by default sub-patch matching for "spacetime" and random placement for "time".
     Raises InputError for a clip of one frame, `hold` larger than the clip, a size or length that the mode cannot make.
     """
-    clip = tensor_of(clip)
+    clip = floats_of(clip).cpu()
     check_exemplar(clip)
     size = tuple(clip.shape[-2:]) if size is None else whole_sizes(size, 2, "the size")
     if hold is None and clip.ndim == 4:

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 import torch
 from dots import copied, texture
+from torch import Tensor
 
 from kwatra.base.errors import InputError
-from synth.quilting import Overlay, QuiltSettings, merge, quilt, quilt_video, seams_drawn
+from synth.quilting import Overlay, QuiltSettings, merge, origins, quilt, quilt_video, seams_drawn
 from synth.quilting.growth import Budget, fill, refine
 from synth.quilting.synthesis import error_region, new_placer, new_sheet, sources_of
 from synth.quilting.variants import rotated
@@ -136,6 +137,34 @@ def test_constant_colour_and_values_of_any_range() -> None:
     assert set(quilt(exemplar, (24, 24)).image.unique().tolist()) <= set(exemplar.unique().tolist())
 
 
+NUMBERS = {
+    "doubles": lambda t: t.double(),
+    "halves": lambda t: t.half(),
+    "bytes": lambda t: t.byte(),
+    "with derivatives": lambda t: t.clone().requires_grad_(),
+}
+
+
+@pytest.mark.parametrize("numbers", NUMBERS)
+def test_the_same_values_give_the_same_bits_whatever_numbers_they_are(numbers: str) -> None:
+    given, settings = (texture(1, 32, 32) * 9).round(), QuiltSettings(refine=2, rotate=(30.0,), scale=(0.8,))
+    other = NUMBERS[numbers](given)
+    one, same = (quilt(each, (40, 44), settings) for each in (given, other))
+    assert torch.equal(one.image, same.image)
+    assert (origins(one, [given], settings) == origins(one, [other], settings)).all()
+    keep = torch.zeros(12, 12, dtype=torch.bool)
+    keep[5, 5] = True
+    laid = [merge(each, [Overlay(each[:, :12, :12], (8, 4), keep)]).image for each in (given, other)]
+    assert torch.equal(*laid)
+    clip = (texture(1, 6, 16, 16) * 9).round()
+    films = [quilt_video(each, 6, mode="time").image for each in (clip, NUMBERS[numbers](clip))]
+    assert torch.equal(*films)
+
+
+def merged(keep: Tensor) -> Tensor:
+    return merge(torch.zeros(1, 20, 30), [Overlay(torch.ones(1, 12, 12), (8, 4), keep)]).image
+
+
 def test_merge_finds_the_known_seam() -> None:
     background, overlay = torch.zeros(1, 20, 30), torch.ones(1, 12, 12)
     overlay[:, :3], overlay[:, -3:], overlay[..., :3], overlay[..., -3:] = 0, 0, 0, 0
@@ -169,6 +198,9 @@ def test_seams_are_drawn_in_red_and_elsewhere_nothing_changes() -> None:
         (lambda: quilt_video(texture(1, 9, 16, 16), 7.5, mode="time"), "frames is 7.5 but a video needs"),
         (lambda: quilt_video(texture(1, 16, 16)), r"must be \(C, T, H, W\)"),
         (lambda: QuiltSettings(placement="best"), "placement is 'best'"),
+        (lambda: merged(torch.ones(1, 12, 12, dtype=torch.bool)), r"keep mask of overlay 1 has shape \(1, 12, 12\)"),
+        (lambda: merged(torch.ones(12, 12)), "and type torch.float32; give booleans"),
+        (lambda: merged(torch.ones(12, 13, dtype=torch.bool)), "is 13x12 but the overlay is 12x12"),
     ],
 )
 def test_bad_input_is_refused_with_one_sentence(call, reason: str) -> None:
