@@ -7,6 +7,7 @@ from scipy.interpolate import RBFInterpolator
 from torch import Tensor
 
 from flow.warps import free_form, pixel_coordinates, warp
+from flow.warps.freeform import _fitted
 from kwatra import InputError
 
 SIZE = (64, 96)
@@ -52,6 +53,12 @@ def test_nothing_folds_below_the_bound(wrap: bool) -> None:
     signs = torch.randint(0, 2, points.shape, generator=random(2)) * 2 - 1
     displacement = free_form(points, 0.48 * 6 * signs.float(), SIZE, wrap=wrap)
     assert smallest_jacobian(displacement) > 0
+
+
+def test_points_that_share_no_control_point_are_met_by_one_lattice() -> None:
+    points, ways = torch.tensor([[12.0, 14.0], [83.0, 79.0]]), torch.tensor([[1.5, -2.0], [-1.5, 2.0]])
+    lattice = _fitted(points.double(), ways.double(), torch.tensor([96.0, 96.0]).double(), (8, 8), False)
+    torch.testing.assert_close(lattice(points.double()), ways.double())
 
 
 def test_lattices_fitted_once_do_not_swirl_where_points_contradict_each_other() -> None:

@@ -60,6 +60,13 @@ def test_a_map_that_scales_stretches_area_by_its_square():
     assert float(jacobian(-1.2 * centered[:1] * torch.tensor([1.0, 0.0]).view(2, 1, 1)).max()) < 0
 
 
+def test_a_linear_map_stretches_area_by_its_determinant():
+    matrix = torch.tensor([[1.3, 0.4], [-0.7, 0.9]])
+    place = pixel_coordinates((9, 11))
+    moved = torch.einsum("ij,jhw->ihw", matrix, place) - place
+    torch.testing.assert_close(jacobian(moved), torch.full((9, 11), 1.3 * 0.9 + 0.4 * 0.7), atol=1e-5, rtol=0)
+
+
 def test_a_periodic_frame_has_no_border():
     generator = torch.Generator().manual_seed(0)
     velocity = torch.randn(3, 2, 10, 12, generator=generator)

@@ -42,7 +42,7 @@ def test_the_end_point_error_counts_what_is_known_off_the_border() -> None:
     truth, other = torch.zeros(2, 20, 24), torch.zeros(2, 20, 24)
     other[0], other[1] = 3, 4
     assert math.isclose(flow.end_point_error(other, truth, border=2), 5.0)
-    other[:, :4] = other[:, :, -4:] = 9
+    other[:, :4] = other[:, -4:] = other[:, :, :4] = other[:, :, -4:] = 9
     assert math.isclose(flow.end_point_error(other, truth, border=4), 5.0)
     known = torch.zeros(20, 24, dtype=torch.bool)
     known[10, 10] = known[10, 11] = True
