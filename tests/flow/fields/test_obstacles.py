@@ -49,6 +49,9 @@ def test_at_a_wall_the_flow_is_tangent() -> None:
     assert float(v[1, 39, 55:75].abs().max()) < 0.15
     assert float(v[0, 39, 55:75].abs().min()) > 0.15
     assert float(v[0, 45:55, 49].abs().max()) < 0.15
+    # and so it is behind it, where nothing pushes back what would flow out of the wall
+    assert float(v[1, 60, 52:72].abs().max()) < 0.15
+    assert float(v[0, 45:55, 80].abs().max()) < 0.15
 
 
 def test_around_a_disc_it_is_the_formula() -> None:
@@ -110,3 +113,12 @@ def test_what_would_land_in_a_wall_slides_along_it() -> None:
     assert float(kept[0, 5:-5, 69].abs().max()) < 0.15
     assert torch.allclose(kept[0, 5:-5, :67], torch.tensor(1.2))
     assert float(kept[:, :, 70:].abs().max()) == 0
+
+
+def test_what_no_push_frees_rests() -> None:
+    generator = torch.Generator().manual_seed(0)
+    mask = torch.rand(SHAPE, generator=generator) < 0.6  # gaps of a pixel or two
+    kept = Edge(mask).keep_out(6 * torch.randn(2, *SHAPE, generator=generator))
+    landed = flow.warp(mask[None].float(), pixel_coordinates(SHAPE) + kept, "nearest")[0] > 0
+    assert bool(landed[mask].all())
+    assert float((kept.norm(dim=0)[mask] > 1).float().mean()) > 0.1
