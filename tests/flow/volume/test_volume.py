@@ -9,6 +9,7 @@ from torch import Tensor
 
 import flow
 from flow.volume import VolumeFlow
+from flow.volume.springs import coarser
 from kwatra import Exemplar, InputError, Level, Settings, optimize
 from kwatra.base import conjugate_gradients
 from kwatra.source import SourceWindows
@@ -270,3 +271,9 @@ def test_flows_of_another_size_are_refused() -> None:
         VolumeFlow(flows + torch.tensor([0.0, 0.0, math.nan]).view(3, 1, 1, 1))
     with pytest.raises(InputError, match=r"the weight of the flow is -1"):
         VolumeFlow(flows, -1.0)
+
+
+def test_coarser_flows_are_counted_in_the_pixels_of_either_axis() -> None:
+    flows = torch.tensor([3.0, -8.0]).view(1, 2, 1, 1).expand(2, 2, 12, 9)
+    made = coarser(flows, (4, 3), None)
+    assert torch.equal(made, torch.tensor([1.0, -2.0]).view(1, 2, 1, 1).expand(2, 2, 3, 3))
