@@ -5,8 +5,8 @@ from bench_elements import cut_elements
 from made import MADE
 
 from kwatra import Exemplar, optimize
-from kwatra.elements import Lattice
-from kwatra.pieces import BlockStart, Gaps, Hidden, Mosaic, gaps
+from kwatra.elements import Ground, Lattice
+from kwatra.pieces import BlockStart, Gaps, Hidden, Mosaic, gaps, hidden_along
 from kwatra.pieces.gaps import ALIGNED, CUTTING
 
 
@@ -112,3 +112,9 @@ def test_blocks_do_not_grow_where_elements_stand_on_a_lattice():
     )
     assert start.corners.block == (32, 32)
     assert start.overlap == (16, 16)
+
+
+def test_seams_are_hidden_on_the_ground_as_well_as_it_hides_them():
+    ground = Ground(np.array([[0.0, 0.25, 1.0]]), 1.0, 1.0, 20.0)
+    for hides, depth in ((1.0, [0.0, 0.25, 1.0]), (0.5, [0.5, 0.625, 1.0]), (0.0, [1.0, 1.0, 1.0])):
+        assert hidden_along(ground, hides).depth.tolist() == [depth]

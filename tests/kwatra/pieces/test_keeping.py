@@ -32,6 +32,17 @@ def test_one_later_patch_is_taken_where_seams_cost_least(seed):
 
 
 @pytest.mark.parametrize("seed", range(6))
+def test_what_later_seams_cost_counts_where_they_are_taken(seed):
+    mosaic, cost = stock(seed)
+    columns, rows = np.indices((3, 4))[::-1]
+    before = np.where(columns < 2, patch(mosaic, (3, 4), 0, 0), patch(mosaic, (3, 4), 4, 3))
+    after = np.where(rows < 1 + seed % 2, patch(mosaic, (3, 4), 2, 1), patch(mosaic, (3, 4), 1, 4))
+    ways = (np.array(way).reshape(3, 4) for way in product([False, True], repeat=12))
+    least = min(price(cost, np.where(way, after, before)) for way in ways)
+    assert price(cost, np.where(cheaper(cost, before, after), after, before)) == least
+
+
+@pytest.mark.parametrize("seed", range(60))
 def test_seams_never_cost_more_than_before(seed):
     mosaic, cost = stock(seed)
     rng = np.random.default_rng(seed)

@@ -30,7 +30,9 @@ def test_the_costliest_region_is_that_of_all_however_often_it_was_asked_for(wrap
             costs[corner] *= float(regions.tried[corner])
         if max(costs.values()) > 0:
             assert found == Box(max(costs, key=costs.__getitem__), extent)  # the first of equals
+            before = float(regions.tried[found.start])
             regions.rest(found)
+            assert float(regions.tried[found.start]) == before / 2
 
 
 @pytest.mark.parametrize("wraps", [(False, False), (True, False)])

@@ -230,3 +230,35 @@ def test_of_several_patches_the_one_is_cut_in_that_costs_least(shape, seams, pri
     must = Offer(window, box, np.array(shifts[:1]), costs[:1], rates[:1], np.inf, must=True, taking=taking[:1])
     (whole,) = cheapest_cuts(sheet, [must])
     assert int(whole.take.sum()) == np.prod(patches[0].box.extent)
+
+
+def test_a_patch_has_a_color_beyond_its_border_that_of_the_border() -> None:
+    image = np.random.default_rng(0).random((2, 4, 5), np.float32)
+    mosaic = Mosaic([image, image[:, :3, :3]])
+    planes = mosaic.planes.reshape(2, 2, *mosaic.cell)
+    for number, shape in enumerate([(4, 5), (3, 3)]):
+        inner = planes[:, number, 1 : shape[0] + 1, 1 : shape[1] + 1]
+        rim = planes[:, number, : shape[0] + 2, : shape[1] + 2]
+        np.testing.assert_array_equal(rim, np.pad(inner, ((0, 0), (1, 1), (1, 1)), mode="edge"))
+
+
+def test_around_a_closed_axis_a_patch_leaves_its_neighbors_distinct() -> None:
+    mosaic = bag(0.0, 1.0)
+    sheet = Sheet(mosaic, (6, 7), (True, False), SeamCost(mosaic))
+    assert (sheet.longest(0), sheet.longest(1)) == (4, 7)
+
+
+def test_what_has_to_be_taken_has_no_price() -> None:
+    mosaic = bag(0.0, 1.0)
+    sheet = Sheet(mosaic, (4, 4), (False, False), SeamCost(mosaic))
+    box = Box((0, 0), (4, 4))
+    taking = np.full((4, 4), 10**6)
+    empty = sheet.cut(Patch(0, (0, 0), box), taking=taking)
+    assert empty.take.all()
+    assert empty.price == empty.change == 0
+    sheet.commit(empty)
+    must = np.zeros((4, 4), bool)
+    must[0] = True
+    forced = sheet.cut(Patch(1, (0, 0), box), must=must, taking=taking)
+    assert (forced.take == must).all()
+    assert forced.price == forced.change > 0

@@ -53,6 +53,25 @@ def test_estimates_with_every_component_are_exact(features):
     assert torch.allclose(estimated, brute_force(source, windows), atol=1e-4)
 
 
+def test_what_descriptors_leave_out_counts_by_its_length():
+    source = source_of(blobs(1, 24, 24), (6, 6), dims=2)
+    described = source.describe(torch.rand(3, 6, 6, 1, generator=generator()))
+    numbers = source.numbers[[7, 50]].expand(3, -1)
+    between = (source.descriptors[numbers] - described.descriptor[:, None]).square().sum(-1)
+    left = (source.remainder[numbers] - described.remainder[:, None]).square()
+    assert float(left.min()) > 0
+    assert torch.allclose(source.estimate(described, numbers), between + left)
+    own = source.describe(source.windows(source.numbers[[7, 50]]))
+    assert torch.allclose(source.estimate(own, source.numbers[[7, 50], None])[:, 0], torch.zeros(2), atol=1e-6)
+
+
+def test_where_lists_hold_fewer_than_are_asked_for_the_nearest_is_named_again():
+    source = source_of(blobs(1, 44, 44), (4, 4))
+    found = source.nearest(source.describe(source.windows(source.numbers[:5])), 1500, "approximate")
+    assert bool(torch.isin(found, source.numbers).all())
+    assert bool((found[:, -1] == found[:, 0]).all())
+
+
 def test_exact_route_finds_the_nearest_window():
     image = blobs(3, 40, 40)
     source = source_of(image)

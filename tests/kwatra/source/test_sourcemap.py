@@ -69,3 +69,21 @@ def test_look_up_reads_the_canvas():
     image = torch.rand(3, 9, 9, generator=generator())
     where = torch.tensor([[[2, 0]], [[5, 8]]])
     assert torch.equal(sourcemap.look_up(image, where)[:, 0, 1], image[:, 0, 8])
+
+
+def test_a_window_that_runs_over_the_border_comes_from_what_is_shown_there():
+    source, grid, _, _ = setting(True)
+    axes = torch.meshgrid(*(torch.arange(n) for n in grid.shape), indexing="ij")
+    where = (torch.stack(axes) + 9).roll((9, 11), (1, 2))  # so that the map's own border lies in the middle
+    middle = (grid.corners + 4) % torch.tensor(grid.shape)
+    expected = source.snapped(where[(slice(None), *middle.T)].T - 4)
+    assert bool((grid.corners + 4 >= torch.tensor(grid.shape)).any())
+    assert torch.equal(sourcemap.at_windows(grid, source, where), expected)
+
+
+def test_a_coarser_map_is_that_of_the_middles_of_blocks():
+    where = torch.stack(torch.meshgrid(torch.arange(16), torch.arange(12), indexing="ij"))
+    where[0, 2::4] += 40  # rows of pixels in the middle of blocks
+    coarse = sourcemap.coarser(where, (4, 4), (4, 3))
+    rows, columns = torch.meshgrid(torch.arange(4), torch.arange(3), indexing="ij")
+    assert torch.equal(coarse, torch.stack([rows + 10, columns]))
