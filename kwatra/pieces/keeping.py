@@ -28,6 +28,10 @@ def cheaper(cost: SeamCost, before: Array, after: Array) -> Array:
         back = there.astype(np.int64) // 2
         ahead = there - back
         p, q = beside(axis, before.ndim)
+        # where the later way has a seam of its own the two pixels are not of one patch, as `pairs` takes them to be
+        parted = ~cost.sources.same(cost.sources.beyond(after[p], axis, 1), after[q])
+        b[parted] = cost.seam(before[p][parted], after[q][parted], axis, before.ndim)
+        c[parted] = cost.seam(after[p][parted], before[q][parted], axis, before.ndim)
         taking[p] += ahead
         taking[q] += back
         pairs.append((a, b - back, c - ahead))
