@@ -137,3 +137,16 @@ def test_a_pass_over_windows_holds_few_of_them_at_a_time():
     assert len(parts) > 1
     assert all(part.stop - part.start == len(band) for part, band in parts)
     assert max(len(band) for _, band in parts) * metric.weight.numel() <= CHUNK
+
+
+def test_a_mode_counts_every_window_once_where_few_cover_a_pixel():
+    width, grid = (4, 4), Grid((11, 13), (4, 4), (2, 2))
+    bag = Bag(torch.rand(20, *width, 3, generator=generator(1)), torch.ones(3), generator())
+    matches = torch.randint(20, (len(grid),), generator=generator(2))
+    weights = torch.rand(len(grid), generator=generator(3))
+    one, same = (
+        Mode(0.2)(Ballot(layout, bag, matches, weights))
+        for layout in (grid, FreeWindows(grid.shape, width, grid.corners))
+    )
+    assert torch.allclose(one.mass, same.mass, atol=1e-6)
+    assert torch.allclose(one.total, same.total, atol=1e-4)
