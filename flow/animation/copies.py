@@ -98,13 +98,13 @@ def onward(place: Tensor, angle: Tensor, down: Tensor | float, right: Tensor | f
     return place + down * below + right * beside
 
 
-def changes(source: Tensor) -> tuple[tuple[Tensor, Tensor], tuple[Tensor, Tensor]]:
+def changes(source: Tensor, angle: Tensor | None = None) -> tuple[tuple[Tensor, Tensor], tuple[Tensor, Tensor]]:
     """What source coordinates (2, H, W) change by from each pixel to the one below and to the one on its right, more
-    than in a copy that is turned as it is there.
+    than in a copy turned by `angle` (H, W), by default its own.
 
     Each, (2, H - 1, W) and (2, H, W - 1), comes with where the two pixels belong to one copy.
     """
-    return _changes(source, *rigid(angles(source)))
+    return _changes(source, *rigid(angles(source) if angle is None else angle))
 
 
 def _changes(source: Tensor, below: Tensor, beside: Tensor) -> tuple[tuple[Tensor, Tensor], tuple[Tensor, Tensor]]:
