@@ -133,12 +133,14 @@ def test_maps_sources_and_energies_of_the_whole_run(clip, monkeypatch):
         (["still.png", "--frames", "3"], "--frames is for videos"),
         (["still.png", "--resume"], "--resume is for videos"),
         (["empty"], "holds no images"),
+        (["still.gif"], "still.gif is a still picture but GIF is read as video; convert it to PNG"),
     ],
 )
 def test_what_cannot_be_is_said_in_one_sentence(clip, arguments, said, capsys):
     synth.write_image("still.png", torch.zeros(3, 20, 24), synth.Kind("uint8", ("R", "G", "B")))
     synth.write_image("mask.png", torch.ones(3, 20, 24), synth.Kind("uint8", ("R", "G", "B")))
     write_video("short", torch.zeros(3, 3, 20, 24), 25.0)
+    write_video("still.gif", torch.zeros(3, 1, 20, 24), 25.0)
     Path("empty").mkdir()
     before = sorted(clip.rglob("*"))
     assert main(["synth", *arguments]) == 2
