@@ -8,11 +8,13 @@ The sum is not one that a cut always minimizes, since both ways have seams of th
 seam cost more than what parts the later way from it, and what comes of that is taken if the seams then cost less.
 """
 
+from functools import partial
+
 import numpy as np
 
 from kwatra.base import shared
 from kwatra.cut import FREE, KEEP, best_cut
-from kwatra.pieces.seams import SeamCost, summed
+from kwatra.pieces.seams import SeamCost
 from kwatra.pieces.stock import Array, beside
 
 
@@ -21,20 +23,47 @@ def cheaper(cost: SeamCost, before: Array, after: Array) -> Array:
 
     Nowhere if no cut lowers what seams cost.
     """
-    old, new = shared(cost.within, [before, after])
-    choice, taking, pairs = np.where(before == after, KEEP, FREE).astype(np.int8), np.zeros(before.shape, np.int64), []
-    for axis, (there, (a, b, c)) in enumerate(zip(new, cost.pairs(before, after, old, choice), strict=True)):
-        # a cut has no cost where both sides are taken: half of what the later seam costs lies on either
-        back = there.astype(np.int64) // 2
-        ahead = there - back
-        p, q = beside(axis, before.ndim)
-        # where the later way has a seam of its own the two pixels are not of one patch, as `pairs` takes them to be
-        parted = ~cost.sources.same(cost.sources.beyond(after[p], axis, 1), after[q])
-        b[parted] = cost.seam(before[p][parted], after[q][parted], axis, before.ndim)
-        c[parted] = cost.seam(after[p][parted], before[q][parted], axis, before.ndim)
-        taking[p] += ahead
-        taking[q] += back
-        pairs.append((a, b - back, c - ahead))
-    take = best_cut(choice, pairs, taking)
-    mixed = cost.within(np.where(take, after, before))
-    return take if summed(mixed) < summed(old) else np.zeros_like(take)
+    free = before != after
+    asked = [free[p] | free[q] for p, q in (beside(axis, free.ndim) for axis in range(free.ndim))]
+    costs = shared(partial(_costs, cost, before, after, asked), range(free.ndim))
+    take = _cut(free, asked, costs)
+    rise = sum(_rise(take, axis, *each) for axis, each in enumerate(zip(asked, costs, strict=True)))
+    return take if rise < 0 else np.zeros_like(take)
+
+
+def _costs(cost: SeamCost, before: Array, after: Array, asked: list[Array], axis: int) -> Array:
+    """What seams cost (4, n) between those of the pairs p, q along an axis of which anything is asked.
+
+    That is where neither goes over, q does, p does, and both.
+    """
+    p, q = ((before[side][asked[axis]], after[side][asked[axis]]) for side in beside(axis, before.ndim))
+    return np.stack([cost.between(s, t, axis, before.ndim) for s in p for t in q]).astype(np.int64)
+
+
+def _cut(free: Array, asked: list[Array], costs: list[Array]) -> Array:
+    """The cut by what pairs cost; where nothing is asked it costs nothing.
+
+    It has no cost where both sides are taken: half of what the later seam costs lies on either.
+    """
+    taking, pairs = np.zeros(free.shape, np.int64), []
+    for axis, (where, (a, b, c, both)) in enumerate(zip(asked, costs, strict=True)):
+        p, q = beside(axis, free.ndim)
+        back = both // 2
+        ahead = both - back
+        taking[p][where] += ahead
+        taking[q][where] += back
+        pairs.append((_spread(where, a), _spread(where, b - back), _spread(where, c - ahead)))
+    return best_cut(np.where(free, FREE, KEEP).astype(np.int8), pairs, taking)
+
+
+def _spread(where: Array, values: Array) -> Array:
+    """Values (n,) where they belong, among zeros."""
+    spread = np.zeros(where.shape, np.int32)
+    spread[where] = values
+    return spread
+
+
+def _rise(take: Array, axis: int, asked: Array, costs: Array) -> int:
+    """By how much seams along an axis cost more with what is taken than before."""
+    p, q = (take[side][asked] for side in beside(axis, take.ndim))
+    return int((costs[2 * p + q, np.arange(len(p))] - costs[0]).sum())

@@ -163,10 +163,14 @@ class SeamCost:
         costs = []
         for axis in range(places.ndim):
             s, t = (places[side] for side in beside(axis, places.ndim))
-            cost, parted = np.zeros(s.shape, np.int32), ~self.sources.same(self.sources.beyond(s, axis, 1), t)
-            cost[parted] = self.seam(s[parted], t[parted], axis, places.ndim)
-            costs.append(cost)
+            costs.append(self.between(s, t, axis, places.ndim))
         return costs
+
+    def between(self, s: Array, t: Array, axis: int, axes: int) -> Array:
+        """What seams cost between such places of any shape as `seam` has them, 0 where a copy goes on."""
+        cost, parted = np.zeros(s.shape, np.int32), ~self.sources.same(self.sources.beyond(s, axis, 1), t)
+        cost[parted] = self.seam(s[parted], t[parted], axis, axes)
+        return cost
 
     def _priced(
         self, axis: int, match: Array, places: Sequence[Array], axes: int, deep: tuple[Array, Array] | None

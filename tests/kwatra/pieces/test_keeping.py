@@ -21,6 +21,16 @@ def patch(mosaic, shape, down, right):
     return mosaic.places_of([row + down, column + right])
 
 
+def test_seams_between_some_places_cost_what_they_do_within_all():
+    mosaic, cost = stock(5)
+    places = np.where(np.arange(6) < 3, patch(mosaic, (5, 6), 1, 0), patch(mosaic, (5, 6), 3, 2))
+    for axis, whole in enumerate(cost.within(places)):
+        s, t = (np.delete(places, end, axis) for end in (-1, 0))
+        some = np.random.default_rng(0).random(s.shape) < 0.5
+        np.testing.assert_array_equal(cost.between(s[some], t[some], axis, 2), whole[some])
+        assert (whole > 0).sum() == (5 if axis == 1 else 0)  # one seam down, none across
+
+
 @pytest.mark.parametrize("seed", range(6))
 def test_one_later_patch_is_taken_where_seams_cost_least(seed):
     mosaic, cost = stock(seed)
