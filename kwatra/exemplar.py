@@ -8,12 +8,24 @@ empty are then one thing, and the search needs to know of none of them.
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from kwatra.base import AVERAGE, LARGEST, InputError, device_of, floats_of, mean, running, tensor_of, turned
+from kwatra.base import (
+    AVERAGE,
+    LARGEST,
+    InputError,
+    device_of,
+    floats_of,
+    mean,
+    nearest_known,
+    running,
+    tensor_of,
+    turned,
+)
 
 ALIGNMENT = 8
 """Images start at multiples of this on the canvas, so that their pyramids sample them in phase."""
@@ -153,6 +165,13 @@ class _Piece:
     origin: Tensor
     turn: Tensor
 
+    @cached_property
+    def whole(self) -> Tensor:
+        """The image with each hole filled with the nearest pixels: what holes hold is nobody's."""
+        if bool(self.mask.all()) or not bool(self.mask.any()):
+            return self.image
+        return self.image[(slice(None), *nearest_known(self.mask))]
+
 
 def _check(images: Sequence[Tensor], masks: Sequence[Tensor | None]) -> None:
     if not images:
@@ -225,19 +244,9 @@ def _resampled(piece: _Piece, degrees: float, factor: float) -> _Piece:
     inside = turned(piece.mask.float(), size, degrees, factor, "bilinear") > 1 - 1e-3
     # nearest sampling of coordinates stays exact in float32 up to 2^24
     origin = turned(piece.origin.float(), size, degrees, factor, "nearest").round().long()
-    whole = _continued(piece)  # what is read between pixels is read from four a side
+    whole = piece.whole  # what is read between pixels is read from four a side
     image = turned(_smoothed(whole, factor), size, degrees, factor, beyond="border", span=(height, width))
     return _Piece(image.clamp(whole.amin(), whole.amax()), inside, origin, turn)
-
-
-def _continued(piece: _Piece) -> Tensor:
-    """Its image with each hole filled with the nearest pixels: what holes hold is nobody's."""
-    if bool(piece.mask.all()) or not bool(piece.mask.any()):
-        return piece.image
-    from scipy import ndimage  # a tenth of a second that few exemplars need
-
-    nearest = ndimage.distance_transform_edt(~piece.mask.cpu().numpy(), return_distances=False, return_indices=True)
-    return piece.image[(slice(None), *torch.from_numpy(nearest).long().to(piece.image.device))]
 
 
 def _smoothed(image: Tensor, factor: float) -> Tensor:

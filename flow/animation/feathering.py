@@ -20,6 +20,7 @@ from flow.animation.copies import angles, changes, onward
 from flow.animation.fading import strengthened, strengths
 from flow.animation.reading import Reading
 from kwatra import Exemplar
+from kwatra.base import nearest_known
 
 BEYOND = "bicubic"
 """How copies, colors and maps, are to be read beyond seams: bilinearly .42 of a fountain's gradients are left there."""
@@ -83,7 +84,7 @@ def _shares(copy: np.ndarray, reach: int) -> tuple[np.ndarray, np.ndarray, np.nd
         own[part] += share * here
         beyond = (share > 0) & ~here & (copy[part] > 0)
         if beyond.any():
-            there = ndimage.distance_transform_edt(~here, return_distances=False, return_indices=True)
+            there = nearest_known(torch.from_numpy(here)).numpy()
             corner = [[side.start] for side in part]
             pixels.append(np.array(beyond.nonzero()) + corner)
             nearest.append(there[:, beyond] + corner)

@@ -32,7 +32,7 @@ from flow.animation.state import State
 from flow.fields import Field, Shape
 from flow.warps import lookup, pixel_coordinates, warp
 from kwatra import Exemplar, InputError, Settings
-from kwatra.base import generator_of, is_whole
+from kwatra.base import generator_of, is_whole, nearest_known
 from kwatra.elements import easier
 from kwatra.pieces import Box, Mosaic, Patch, SeamCost, Sheet
 from kwatra.pieces.seams import eased
@@ -212,7 +212,5 @@ def _times(shape: Shape, first: int, last: int, sides: Sequence[int], seed: int)
     point[place[0], place[1]] = 1.0
     value = torch.zeros(shape, dtype=torch.float32)
     value[place[0], place[1]] = time.float()
-    nearest = ndimage.distance_transform_edt(
-        point.numpy() == 0, _units(sides), return_distances=False, return_indices=True
-    )
-    return value[torch.from_numpy(nearest[0]).long(), torch.from_numpy(nearest[1]).long()]
+    rows, columns = nearest_known(point > 0, _units(sides))
+    return value[rows, columns]

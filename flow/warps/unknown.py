@@ -1,11 +1,9 @@
 """Filling in what is not known."""
 
-import torch
-from scipy import ndimage
 from torch import Tensor
 from torch.utils.weak import WeakTensorKeyDictionary
 
-from kwatra.base import check_mask
+from kwatra.base import check_mask, nearest_known
 from kwatra.source import look_up
 
 _FOUND = WeakTensorKeyDictionary()
@@ -26,14 +24,9 @@ def filled(values: Tensor, known: Tensor) -> Tensor:
 def _nearest(known: Tensor) -> Tensor:
     """Row and column (2, H, W) of the known pixel nearest to each; kept for as long as `known` is, and as it is."""
     if known.is_inference():  # whether it is as it was cannot be told
-        return _looked_for(known)
+        return nearest_known(known)
     version, found = _FOUND.get(known, (-1, None))
     if version != known._version:
-        found = _looked_for(known)
+        found = nearest_known(known)
         _FOUND[known] = known._version, found
     return found
-
-
-def _looked_for(known: Tensor) -> Tensor:
-    places = ndimage.distance_transform_edt(~known.cpu().numpy(), return_distances=False, return_indices=True)
-    return torch.from_numpy(places).to(known.device)

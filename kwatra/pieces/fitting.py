@@ -13,9 +13,9 @@ from functools import cached_property
 
 import numpy as np
 import torch
-from scipy import fft, ndimage
+from scipy import fft
 
-from kwatra.base import by_one_thread
+from kwatra.base import by_one_thread, nearest_known
 from kwatra.base.spans import box_sums
 from kwatra.base.transforms import of_real, to_real
 from kwatra.exemplar import Exemplar
@@ -140,5 +140,4 @@ def continued(exemplar: Exemplar) -> torch.Tensor:
     known = (exemplar.owner >= 0).cpu()
     if bool(known.all()):
         return exemplar.canvas.cpu()
-    nearest = ndimage.distance_transform_edt(~known.numpy(), return_distances=False, return_indices=True)
-    return exemplar.canvas.cpu()[(slice(None), *torch.from_numpy(nearest).long())]
+    return exemplar.canvas.cpu()[(slice(None), *nearest_known(known))]

@@ -7,12 +7,10 @@ every window is a convolution of the canvas with the principal components, so no
 import math
 from collections.abc import Sequence
 
-import numpy as np
 import torch
-from scipy import ndimage
 from torch import Tensor
 
-from kwatra.base import CONVOLUTION, InputError
+from kwatra.base import CONVOLUTION, InputError, nearest_known
 from kwatra.exemplar import Exemplar
 from kwatra.source.described import DIMS, Described
 from kwatra.source.protocol import chunk
@@ -41,8 +39,7 @@ class SourceWindows(Described):
         self._place = torch.tensor([math.prod(self.positions[i + 1 :]) for i in range(valid.ndim)], device=device)
         self._shape = torch.tensor(self.positions, device=device)
         # the nearest position where a window may start, for every position
-        nearest = ndimage.distance_transform_edt(~valid.cpu().numpy(), return_distances=False, return_indices=True)
-        self._snap = self.number(torch.from_numpy(nearest.astype(np.int64)).to(device).flatten(1).T)
+        self._snap = self.number(nearest_known(valid).flatten(1).T)
         metric = Metric(self.width, exemplar.weights, features)
         super().__init__(metric, valid.flatten().nonzero()[:, 0], dims, generator)
 

@@ -15,7 +15,7 @@ from scipy import ndimage
 from torch import Tensor
 
 from kwatra import Exemplar, Progress, Result
-from kwatra.base import generator_of
+from kwatra.base import generator_of, nearest_known
 from kwatra.elements import STRAIGHT, anisotropy, runs_along
 from kwatra.levels import FEWEST
 from kwatra.pieces import Box
@@ -75,8 +75,7 @@ def _continued(picture: Tensor, hole: np.ndarray, along: int) -> Tensor:
     Where nothing of a line is known it is like the line beside it.
     """
     scale = (1.0, max(hole.shape)) if along == 0 else (max(hole.shape), 1.0)
-    nearest = ndimage.distance_transform_edt(hole, scale, return_distances=False, return_indices=True)
-    return picture[(slice(None), *torch.from_numpy(nearest).long())]
+    return picture[(slice(None), *nearest_known(torch.from_numpy(~hole), scale))]
 
 
 def _strips(hole: np.ndarray, along: int, seed: int) -> list[Box]:
