@@ -9,6 +9,7 @@ seam cost more than what parts the later way from it, and what comes of that is 
 """
 
 from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -24,46 +25,54 @@ def cheaper(cost: SeamCost, before: Array, after: Array) -> Array:
     Nowhere if no cut lowers what seams cost.
     """
     free = before != after
-    asked = [free[p] | free[q] for p, q in (beside(axis, free.ndim) for axis in range(free.ndim))]
-    costs = shared(partial(_costs, cost, before, after, asked), range(free.ndim))
-    take = _cut(free, asked, costs)
-    rise = sum(_rise(take, axis, *each) for axis, each in enumerate(zip(asked, costs, strict=True)))
-    return take if rise < 0 else np.zeros_like(take)
+    pairs = shared(partial(_pairs, cost, before, after, free), range(free.ndim))
+    take = _cut(free, pairs)
+    return take if sum(each.rise(take) for each in pairs) < 0 else np.zeros_like(take)
 
 
-def _costs(cost: SeamCost, before: Array, after: Array, asked: list[Array], axis: int) -> Array:
-    """What seams cost (4, n) between those of the pairs p, q along an axis of which anything is asked.
+class _Pairs(NamedTuple):
+    """The neighbors along an axis of which either may go over, among all that indices p and q tell (*S).
 
-    That is where neither goes over, q does, p does, and both.
+    costs (4, n): of the seam between them where neither goes over, q does, p does, and both.
     """
-    p, q = ((before[side][asked[axis]], after[side][asked[axis]]) for side in beside(axis, before.ndim))
-    return np.stack([cost.between(s, t, axis, before.ndim) for s in p for t in q]).astype(np.int64)
+
+    p: Any
+    q: Any
+    where: Array
+    costs: Array
+
+    def spread(self, values: Array) -> Array:
+        """Values (n,) where they belong (*S), among zeros."""
+        spread = np.zeros(self.where.shape, np.int32)
+        spread[self.where] = values
+        return spread
+
+    def rise(self, take: Array) -> int:
+        """By how much seams cost more with what is taken than before."""
+        p, q = take[self.p][self.where], take[self.q][self.where]
+        return int((self.costs[2 * p + q, np.arange(len(p))] - self.costs[0]).sum())
 
 
-def _cut(free: Array, asked: list[Array], costs: list[Array]) -> Array:
-    """The cut by what pairs cost; where nothing is asked it costs nothing.
+def _pairs(cost: SeamCost, before: Array, after: Array, free: Array, axis: int) -> _Pairs:
+    """The pairs along an axis, of pixels that may go over where they are free."""
+    sides = beside(axis, free.ndim)
+    where = np.logical_or(*(free[side] for side in sides))
+    p, q = ((before[side][where], after[side][where]) for side in sides)
+    costs = [cost.between(s, t, axis, free.ndim) for s in p for t in q]
+    return _Pairs(*sides, where, np.stack(costs).astype(np.int64))
+
+
+def _cut(free: Array, pairs: list[_Pairs]) -> Array:
+    """The cut by what pairs cost, of the pixels that are free.
 
     It has no cost where both sides are taken: half of what the later seam costs lies on either.
     """
-    taking, pairs = np.zeros(free.shape, np.int64), []
-    for axis, (where, (a, b, c, both)) in enumerate(zip(asked, costs, strict=True)):
-        p, q = beside(axis, free.ndim)
+    taking, costs = np.zeros(free.shape, np.int64), []
+    for each in pairs:
+        a, b, c, both = each.costs
         back = both // 2
         ahead = both - back
-        taking[p][where] += ahead
-        taking[q][where] += back
-        pairs.append((_spread(where, a), _spread(where, b - back), _spread(where, c - ahead)))
-    return best_cut(np.where(free, FREE, KEEP).astype(np.int8), pairs, taking)
-
-
-def _spread(where: Array, values: Array) -> Array:
-    """Values (n,) where they belong, among zeros."""
-    spread = np.zeros(where.shape, np.int32)
-    spread[where] = values
-    return spread
-
-
-def _rise(take: Array, axis: int, asked: Array, costs: Array) -> int:
-    """By how much seams along an axis cost more with what is taken than before."""
-    p, q = (take[side][asked] for side in beside(axis, take.ndim))
-    return int((costs[2 * p + q, np.arange(len(p))] - costs[0]).sum())
+        taking[each.p][each.where] += ahead
+        taking[each.q][each.where] += back
+        costs.append((each.spread(a), each.spread(b - back), each.spread(c - ahead)))
+    return best_cut(np.where(free, FREE, KEEP).astype(np.int8), costs, taking)

@@ -81,13 +81,13 @@ def cheapest_of(offers: Sequence[tuple[Tries, Ground, float]]) -> list[Found | N
     solved.
     """
     threads = torch.get_num_threads()
-    at = [(np.array([least]), np.zeros(1, np.int64)) for _, _, least in offers]
+    lowest, following = [np.array([least]) for _, _, least in offers], [np.zeros(1, np.int64) for _ in offers]
     best: list[list[Found]] = [[] for _ in offers]
 
     def work_on(number: int) -> None:
         tries, ground, least = offers[number]
-        if at[number][1][0] < len(tries.costs):
-            found = _cheapest_of(tries, ground, least, *at[number])
+        if following[number][0] < len(tries.costs):
+            found = _cheapest_of(tries, ground, least, lowest[number], following[number])
             if found is not None:
                 best[number].append(found)
 

@@ -150,11 +150,12 @@ def check_exemplar(exemplar: Tensor) -> None:
 def variants_of(exemplars: Sequence[Tensor], settings: QuiltSettings) -> list[tuple[int, Variant, tuple[float, float]]]:
     """All that is copied from: number of the exemplar, variant of it, and the part of the output it is for."""
     scales = [*settings.scale] if settings.perspective else [1.0, *(s for s in settings.scale if s != 1)]
+    plain = [floats_of(exemplar).cpu() for exemplar in exemplars]
     return [
         (number, variant, part)
-        for number, exemplar in enumerate(exemplars)
+        for number, exemplar in enumerate(plain)
         for scale, part in zip(scales, bands(len(scales)), strict=True)
-        for variant in variants(floats_of(exemplar).cpu(), scale, settings.rotate, settings.mirror)
+        for variant in variants(exemplar, scale, settings.rotate, settings.mirror)
     ]
 
 
