@@ -93,13 +93,12 @@ class Exemplar:
 
     @property
     def extent(self) -> tuple[int, ...]:
-        """Largest size along each axis of the images it holds (in this resolution's pixels)."""
-        sizes = []
-        for image in range(int(self.owner.max()) + 1):
-            place = (self.owner == image).nonzero()
-            if len(place):
-                sizes.append(place.amax(0) - place.amin(0) + 1)
-        return tuple(torch.stack(sizes).amax(0).tolist())
+        """Largest size along each axis of the images it holds as they were given, in this resolution's pixels.
+
+        Of variants nothing is measured: those that are turned are no larger for the corners they leave empty.
+        """
+        sizes = [inside.shape for _, inside in self.places()]
+        return tuple(max(size) for size in zip(*sizes, strict=True))
 
     @property
     def share(self) -> Tensor:

@@ -68,9 +68,9 @@ class Ground:
 @kept
 def find_ground(exemplar: Exemplar) -> Ground:
     """The ground of an exemplar of still images. Textures without one have a `sure` of about 0."""
-    size = element_size(exemplar)
-    inside = (exemplar.owner >= 0).numpy()
-    tried = [(light, *_cleaned(ground, inside, size)) for light, ground in _splits(exemplar.canvas, inside, size)]
+    size, owner = element_size(exemplar), exemplar.owner.long().numpy()
+    inside = owner >= 0
+    tried = [(light, *_cleaned(ground, owner, size)) for light, ground in _splits(exemplar.canvas, inside, size)]
     light, _, sure = max(tried, key=lambda split: split[2])
     alike = [ground for other, ground, as_sure in tried if other == light and as_sure >= AS_SURE * sure]
     least = min(alike, key=np.count_nonzero)
@@ -118,15 +118,20 @@ def _two_classes(values: Array) -> float:
     return float(borders[1 + int(np.argmax(between))])
 
 
-def _cleaned(ground: Array, inside: Array, size: float) -> tuple[Array, float]:
-    """Ground without holes in elements, and without specks upon it; and how surely it is one, 0 to 1."""
+def _cleaned(ground: Array, owner: Array, size: float) -> tuple[Array, float]:
+    """Ground without holes in elements, and without specks upon it; and how surely it is one, 0 to 1.
+
+    owner (*S): the image to which each pixel belongs, -1 for nobody. In each of them the ground hangs together.
+    """
     parts, count = ndimage.label(ground, np.ones((3, 3)))
     area = np.bincount(parts.ravel(), minlength=count + 1)
     area[0] = 0
     if count == 0:
         return ground, 0.0
+    inside, largest = owner >= 0, np.zeros(owner.max() + 1, area.dtype)
+    np.maximum.at(largest, owner[inside], area[parts[inside]])
+    connected = largest.sum() / area.sum()
     ground = (area >= HOLE * size**2)[parts]
-    connected = area.max() / area.sum()
     parts, count = ndimage.label(inside & ~ground)
     area = np.bincount(parts.ravel(), minlength=count + 1)
     area[0] = 0

@@ -105,6 +105,12 @@ def test_extent_is_the_largest_image_not_the_canvas():
     assert Exemplar.of([image(1, 20, 30), image(1, 25, 9)]).extent == (25, 30)
 
 
+def test_variants_are_no_larger_than_what_was_given():
+    varied = Exemplar.of(image(1, 24, 32), mirror=True, rotate=(30, 90), scale=(0.5, 2.0))
+    assert varied.extent == (24, 32)
+    assert varied.coarser((4, 4)).extent == (6, 8)
+
+
 @pytest.mark.parametrize(
     ("images", "options", "message"),
     [

@@ -39,6 +39,24 @@ def test_light_and_dark_may_trade_places(name):
     assert np.abs(light.depth - dark.depth).mean() < 0.02
 
 
+@pytest.mark.parametrize("ways", [{"mirror": True}, {"rotate": (90.0, 30.0)}, {"scale": (0.8,)}])
+def test_ground_hangs_together_within_each_image_alone(ways):
+    image = MADE["stones"](128, 24, 1).image
+    alone, several = find_ground(Exemplar.of(image)), find_ground(Exemplar.of(image, **ways))
+    assert several.sure == pytest.approx(alone.sure, abs=0.01)
+    assert (several.depth[:128, :128] == 0).mean() == pytest.approx((alone.depth == 0).mean(), abs=0.07)
+    two = find_ground(Exemplar.of([image, MADE["stones"](96, 24, 2).image]))
+    assert two.sure == pytest.approx(alone.sure, abs=0.01)
+
+
+def test_ground_in_parts_is_less_sure():
+    """Of discs in two halves, a wide wall between them, the ground hangs together but for half of it."""
+    image = MADE["coins"](128, 24, 2).image.clone()
+    whole = find_ground(Exemplar.of(image)).sure
+    image[:, :, 60:68] = image.flatten(1).amax(1)[:, None, None]
+    assert find_ground(Exemplar.of(image)).sure < 0.7 * whole
+
+
 def test_ground_of_several_colors_is_not_plain():
     ground = MADE["coins"](128, 24, 0).numbers == 0
     red = torch.arange(128).expand(128, 128) / 127
