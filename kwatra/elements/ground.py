@@ -23,6 +23,9 @@ Array = np.ndarray[Any, Any]
 SMOOTHING = 0.7
 """Brightness is smoothed by so many pixels: noise makes no ground."""
 
+ROUNDING = 1e-9
+"""Brightness that differs by no more is one; it is 0 to 1."""
+
 SPLITS = (0.08, 0.12, 0.17, 0.23, 0.3, 0.4)
 """Shares of the pixels that are tried as ground, beside the one at which two classes differ most (Otsu)."""
 
@@ -89,11 +92,17 @@ def _plain(colors: Array, inside: Array, ground: Array) -> float:
 
 
 def _splits(canvas: Tensor, inside: Array, size: float) -> Iterator[tuple[bool, Array]]:
-    """Ways to tell ground from elements, (*S) each, True on the ground; and whether it is lighter than they."""
+    """Ways to tell ground from elements, (*S) each, True on the ground; and whether it is lighter than they.
+
+    Where all is as bright there is ground alone.
+    """
     bright = _smoothed(canvas.double().mean(0).numpy(), inside, SMOOTHING)
     around = _smoothed(bright, inside, max(size, 4.0))
     for light, values in ((False, bright), (True, -bright), (False, bright - around), (True, around - bright)):
         known = values[inside]
+        if np.ptp(known) <= ROUNDING:
+            yield light, inside
+            continue
         for most in (_two_classes(known), *np.quantile(known, SPLITS)):
             yield light, (values <= most) & inside
 

@@ -42,7 +42,7 @@ from kwatra.pieces.sheet import Patch, Sheet
 from kwatra.pieces.spread import Spread
 from kwatra.pieces.stock import Array, each
 from kwatra.pieces.window import Window
-from kwatra.pieces.wished import Wished, variance
+from kwatra.pieces.wished import Wished, looks, variance
 from kwatra.terms import PlaceCharge, Wish
 
 OVERLAP = 0.25
@@ -104,16 +104,16 @@ class BlockStart:
         self.variance = variance(exemplar, self.wish)
         self.contrast = 2 * self.variance**0.5 / mosaic.step
         self.scene = SceneUse.of(self.image, self.shape) if len(self.shape) > 2 and places else None
-        heeded = aligned and self.wish is None and len(self.shape) == 2
-        self.gaps = gaps(exemplar, mosaic, self.contrast / 2) if heeded and along is None else None
+        still = aligned and len(self.shape) == 2
+        self.gaps = gaps(looks(exemplar, self.wish), mosaic, self.contrast / 2) if still and along is None else None
         if self.gaps is not None:
             self._heed(self.gaps)
         self.spread = Spread.over(self.shape, self.corners.block, self.overlap, self.grain, self.wraps, along)
-        if heeded and not places and bool((exemplar.owner == 0).all()):
+        if still and self.wish is None and not places and bool((exemplar.owner == 0).all()):
             needed = (0,) * len(self.shape) if self.gaps is None else self.overlap
             self.corners = self.corners.hanging(self.spread.overhang(needed))
-        luck = 0.0 if self.scene is None else LUCK
-        asked = Asked(usage, lattice, places, exemplar.canvas.device, self.wish, self.gaps, aligned, luck)
+        luck, going_on = 0.0 if self.scene is None else LUCK, None if self._wished_everywhere else self.gaps
+        asked = Asked(usage, lattice, places, exemplar.canvas.device, self.wish, going_on, aligned, luck)
         self.candidates = Candidates(self.sheet, self.corners, self.image, self.variance, asked)
 
     @property
@@ -121,17 +121,22 @@ class BlockStart:
         """How often each pixel of the exemplar (*S) is shown."""
         return self.shown[(slice(1, -1),) * len(self.shape)]
 
+    @property
+    def _wished_everywhere(self) -> bool:
+        return self.wish is not None and self.wish.everywhere
+
     def _heed(self, found: Gaps) -> None:
         """Have seams hidden in gaps, and blocks overlap by enough for that; larger ones where they fit.
 
         Around an axis that wraps a block meets itself: there it grows to at most half of it. Where elements stand on a
-        lattice, which keeps copies in step, none grows: tiles would be cut.
+        lattice, which keeps copies in step, none grows: tiles would be cut; nor does one where something is wished for
+        everywhere: the larger it is the less it follows.
         """
         self.sheet.cost = found.cost
         sides = zip(self.exemplar.extent, self.shape, self.wraps, strict=True)
         room = [min(LARGEST * there, size / 2 if wraps else size) for there, size, wraps in sides]
         block, self.overlap = found.widened(self.corners.block, self.overlap, room, self.grain)
-        if self.lattice is None:
+        if self.lattice is None and not self._wished_everywhere:
             grown = Corners.fitting(self.exemplar, block, self.grain)
             self.corners = grown if grown.block == block else self.corners
 

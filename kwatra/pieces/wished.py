@@ -1,5 +1,6 @@
 """What terms wish of pixels, as laying blocks sees it."""
 
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -37,6 +38,17 @@ class Wished(NamedTuple):
         weight = np.broadcast_to(wish.weight.cpu().double().numpy(), value.shape)
         return cls(weight, value, root.square().numpy())
 
+    @property
+    def guides(self) -> Array:
+        """Which channels (C,) are wished for everywhere: guidance, or an image that all should be like."""
+        guides: Array = np.all(self.weight > 0, axis=tuple(range(1, self.weight.ndim)))
+        return guides
+
+    @property
+    def everywhere(self) -> bool:
+        """Whether something is wished for everywhere."""
+        return bool(self.guides.any())
+
     def at(self, at: Any) -> tuple[Array, Array, float]:
         """Weights and values (C, *E) at some pixels (open mesh), and how many pixels that counts as."""
         weight, value = self.weight[each(at)], self.value[each(at)]
@@ -53,10 +65,17 @@ class Wished(NamedTuple):
         return missed
 
 
+def looks(exemplar: Exemplar, wish: Wished | None) -> Exemplar:
+    """The exemplar without channels of guidance, which says where a texture goes, not what it looks like."""
+    if wish is None or wish.guides.all() or not wish.guides.any():
+        return exemplar
+    seen = torch.from_numpy(~wish.guides).to(exemplar.canvas.device)
+    return replace(exemplar, canvas=exemplar.canvas[seen], weights=exemplar.weights[seen])
+
+
 def variance(exemplar: Exemplar, wish: Wished | None) -> float:
-    """The variance of what is copied; guidance says where a texture goes, not what it looks like."""
+    """The variance of what is copied, guidance left out."""
     each_channel = exemplar.variances.cpu() * exemplar.share.cpu().flatten()
-    if wish is not None:
-        guided = torch.from_numpy((wish.weight > 0).reshape(len(each_channel), -1).all(1))
-        each_channel = each_channel[~guided] if not bool(guided.all()) else each_channel
+    if wish is not None and not wish.guides.all():
+        each_channel = each_channel[torch.from_numpy(~wish.guides)]
     return max(float(total(each_channel)), 1e-8)

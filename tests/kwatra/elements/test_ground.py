@@ -70,6 +70,12 @@ def test_ground_of_several_colors_is_not_plain():
     assert found.plain == 0
 
 
+@pytest.mark.parametrize("share", [0.7, 1.0])
+def test_what_is_of_one_color_has_no_ground(share):
+    flat, mask = torch.full((3, 32, 32), 1 / 3), torch.rand(32, 32, generator=torch.Generator().manual_seed(0)) < share
+    assert find_ground(Exemplar.of(flat, masks=[mask])).sure == 0
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_noise_has_no_ground(seed):
     noise = np.random.default_rng(seed).normal(size=(3, 128, 128))

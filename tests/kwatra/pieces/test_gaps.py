@@ -8,6 +8,7 @@ from kwatra import Exemplar, optimize
 from kwatra.elements import Ground, Lattice
 from kwatra.pieces import BlockStart, Gaps, Hidden, Mosaic, gaps, hidden_along
 from kwatra.pieces.gaps import ALIGNED, CUTTING
+from kwatra.terms import Wish
 
 
 def cut(made, monkeypatch=None):
@@ -26,6 +27,50 @@ def test_elements_stay_whole_where_there_are_gaps(name, most, monkeypatch):
     whole, torn = cut(made), cut(made, monkeypatch)
     assert whole <= most
     assert whole < torn
+
+
+def around(made, weight, **other):
+    """A start of a texture around what is wished for in its middle."""
+    value = torch.zeros(3, 192, 192)
+    value[:, 48:144, 48:144] = made.image[:, 16:112, 16:112]
+    wish, generator = Wish(weight, value), torch.Generator().manual_seed(1)
+    exemplar = Exemplar.of(made.image)
+    return BlockStart(exemplar, (192, 192), (40, 40), (1, 1), generator, usage=0.5, seams=6, wish=wish, **other)
+
+
+@pytest.mark.parametrize("name", ["coins", "stones"])
+def test_elements_stay_whole_around_pixels_that_are_given(name, monkeypatch):
+    made, weight = MADE[name](128, 24, 0), torch.zeros(3, 192, 192)
+    weight[:, 48:144, 48:144] = 1000
+    shares = []
+    for heeded in (True, False):
+        if not heeded:
+            monkeypatch.setattr("kwatra.pieces.blocks.gaps", lambda *_: None)
+        where = around(made, weight).run()
+        shares.append(cut_elements(made.numbers.numpy(), (where[0] * 128 + where[1]).numpy())["cut"])
+    assert shares[0] < 0.8 * shares[1]
+
+
+def test_blocks_grow_around_given_pixels_and_not_where_all_are_wished_for():
+    made, some, every = MADE["coins"](128, 24, 0), torch.zeros(3, 192, 192), torch.full((3, 192, 192), 0.02)
+    some[:, 48:144, 48:144] = 1
+    grown, kept = around(made, some), around(made, every)
+    assert grown.corners.block > (40, 40) == kept.corners.block
+    assert grown.overlap == kept.overlap
+
+
+def test_a_guide_is_no_ground():
+    """A map of cells that goes with the colors, and what lies between them: no seam is hidden there."""
+    noise = torch.rand(3, 128, 128, generator=torch.Generator().manual_seed(0))
+    bars = (torch.arange(128) % 16 < 12).float()
+    guide = 100 * (bars[:, None] * bars)[None]
+    weight = torch.zeros(4, 192, 192)
+    weight[3] = 1
+    wish, generator = Wish(weight, torch.zeros(4, 192, 192)), torch.Generator().manual_seed(0)
+    guided = Exemplar.of(torch.cat([noise, guide]))
+    assert gaps(guided, Mosaic([guided.canvas.numpy()]), 1.0) is not None
+    start = BlockStart(guided, (192, 192), (40, 40), (1, 1), generator, usage=0.5, seams=6, wish=wish)
+    assert start.gaps is None
 
 
 def test_depths_are_told_apart_in_their_deviations_and_not_at_all_where_they_are_one():
