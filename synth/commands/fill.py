@@ -9,7 +9,7 @@ import synth
 from synth import io, texture
 from synth.commands.checks import check_distinct, check_size, finish, set_up
 from synth.commands.naming import output_of
-from synth.commands.parsing import Subparsers, add_common, file, margins, mask, target, whole
+from synth.commands.parsing import Subparsers, add_common, file, margins, mask, whole
 from synth.commands.progress import progress_line
 from synth.commands.telling import contributions, details, of_result
 from synth.words import counted, listed
@@ -49,7 +49,7 @@ def add(commands: Subparsers) -> None:
         "LEFT,TOP,RIGHT,BOTTOM, and fill them")  # fmt: skip
     add("--exemplar", type=file, action="append", default=[], metavar="FILE", help="fill from this image instead of "
         "from the rest of IMAGE; may be given again")  # fmt: skip
-    add("-o", "--output", type=target, metavar="OUT", help="the file to write, or the folder it goes to (default: "
+    add("-o", "--output", type=file, metavar="OUT", help="the file to write, or the folder it goes to (default: "
         "IMAGE_fill in this folder)")  # fmt: skip
     add("--also", action="append", default=[], metavar="NAME=FILE", help="fill a map of the image likewise, exactly, "
         "as OUT_NAME; with --exemplar NAME=FILE,FILE1,... the exemplars' too; may be given again")  # fmt: skip

@@ -10,7 +10,6 @@ from torch import Tensor
 import synth
 from synth import io, texture
 from synth.commands.checks import check_distinct, finish, refuse_unused
-from synth.commands.naming import output_of
 from synth.commands.progress import progress_line
 from synth.commands.wishes import in_frames, read_white
 from synth.words import counted, listed
@@ -22,7 +21,7 @@ def fill_video(arguments: argparse.Namespace) -> str:
     refuse_unused(arguments, ("extend", "also"), f"is for images but {path} is a video")
     if arguments.hole is None:
         raise synth.InputError(f"{path} is a video; say with --hole what is to be filled, by an image or a video")
-    output = output_of(arguments.output, f"{path.stem}_fill{io.written_like(path)}")
+    output = arguments.output or Path(f"{path.stem}_fill{io.written_like(path)}")
     io.check_video_output(output, arguments.overwrite)
     if arguments.map is not None:
         io.check_output(arguments.map, None, arguments.overwrite, (".npy",))

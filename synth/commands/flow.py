@@ -8,7 +8,7 @@ import synth
 from synth import io
 from synth.commands.checks import check_distinct, check_memory, check_size, finish, refuse_unused
 from synth.commands.naming import output_of
-from synth.commands.parsing import Subparsers, file, frame_count, size, target, whole
+from synth.commands.parsing import Subparsers, file, frame_count, size, whole
 from synth.words import counted, listed
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ def add(commands: Subparsers) -> None:
     )
     add = parser.add_argument
     add("field", metavar="FIELD", help="uniform:ANGLE, rotation, sink, ... (another name lists them all), or a file")
-    add("-o", "--output", type=target, metavar="OUT", help="the file to write: .flo, .png (KITTI), .npy or .npz; or "
+    add("-o", "--output", type=file, metavar="OUT", help="the file to write: .flo, .png (KITTI), .npy or .npz; or "
         "the folder for FIELD.flo")  # fmt: skip
     add("--picture", type=file, metavar="FILE", help="draw it into this image: hue is direction, full color is fastest")
     add("--arrows", type=whole(0), metavar="PX", help=f"distance of its arrows (default: {_ARROWS}; 0: none)")

@@ -10,7 +10,7 @@ import synth
 from synth import io, quilting
 from synth.commands.checks import check_distinct, finish, set_up
 from synth.commands.naming import output_of
-from synth.commands.parsing import Subparsers, add_common, file, position, target
+from synth.commands.parsing import Subparsers, add_common, file, position
 from synth.commands.sewing import add_blending, extra_writers, seams_kind, settings_of
 from synth.commands.telling import contributions, details
 from synth.saying import note
@@ -46,7 +46,7 @@ def add(commands: Subparsers) -> None:
     add("--keep", type=file, action="append", required=True, metavar="MASK", help="white where the overlay must show; "
         "an image of the overlay's size; once for each overlay")  # fmt: skip
     add("--spare", type=file, action="append", metavar="MASK", help="white where the background must show; as --keep")
-    add("-o", "--output", type=target, metavar="OUT", help="the file to write, or the folder it goes to (default: "
+    add("-o", "--output", type=file, metavar="OUT", help="the file to write, or the folder it goes to (default: "
         "BACKGROUND_merge in this folder)")  # fmt: skip
     add("--plain", action="store_true", help="cost of a seam by color alone, not less where the images are busy")
     add_blending(parser, "default: 0")

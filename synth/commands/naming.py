@@ -5,15 +5,19 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import synth
+from synth.io.streams import STREAM
 
 
 def output_of(given: Path | None, default: str) -> Path:
     """The file to write: as given; in a folder that was given, or in this one, by its default name.
 
-    What was made of an image from standard input goes to standard output.
+    What was made of an image from standard input goes to standard output. InputError for a folder that does not exist:
+    one that is made by mistake is worse than one that is asked for.
     """
     if given is None:
-        return Path("-") if default.startswith("-_") else Path(default)
+        return STREAM if default.startswith("-_") else Path(default)
+    if not given.suffix and given != STREAM and not given.is_dir():
+        raise synth.InputError(f"{given} is no folder that exists; make it first, or name a file, with its ending")
     return given / default if given.is_dir() else given
 
 

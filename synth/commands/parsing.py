@@ -109,14 +109,6 @@ def mask(text: str) -> Path:
     return Path(text)
 
 
-def target(text: str) -> Path:
-    """A file to write, or a folder that is there for it to be written into."""
-    path = file(text)
-    if text.endswith(os.sep) and not path.is_dir():
-        raise argparse.ArgumentTypeError(f"{text!r} is no folder that exists; make it first, or leave the last / out")
-    return path
-
-
 def size(text: str) -> tuple[int, int]:
     """WIDTHxHEIGHT, or one number for both, as (height, width)."""
     width, x, height = text.lower().partition("x")

@@ -6,7 +6,7 @@ import synth
 from synth import io
 from synth.commands.checks import check_distinct, finish
 from synth.commands.naming import output_of
-from synth.commands.parsing import Subparsers, file, positive, target
+from synth.commands.parsing import Subparsers, file, positive
 from synth.words import listed
 
 LOADS = ("synth.metamorphosis.patterns", "synth.io.images")
@@ -34,7 +34,7 @@ def add(commands: Subparsers) -> None:
     add("image", type=file, metavar="IMAGE", help="image of the texture")
     add("--landmarks", type=file, metavar="FILE", help="patterns file with the landmarks of one pattern; its list of "
         "patterns, if it has one, is kept as it is")  # fmt: skip
-    add("-o", "--output", type=target, metavar="OUT", help="the file to write, or the folder it goes to (default: "
+    add("-o", "--output", type=file, metavar="OUT", help="the file to write, or the folder it goes to (default: "
         "IMAGE_patterns.json in this folder)")  # fmt: skip
     add("--picture", type=file, metavar="FILE", help="draw them over the image, four times as large")
     add("--threshold", type=positive, metavar="T", help="take for the pattern what is up to so far from it (default: "

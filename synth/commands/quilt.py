@@ -23,7 +23,6 @@ from synth.commands.parsing import (
     positive,
     rate,
     size,
-    target,
     whole,
 )
 from synth.commands.progress import work_line
@@ -57,7 +56,7 @@ def add(commands: Subparsers) -> None:
     add = parser.add_argument
     add("exemplars", nargs="+", type=file, metavar="EXEMPLAR", help="an image or several of one texture; a video "
         "(.mp4, .gif, .webm, .mov, .mkv, .avi and others); or a folder of frames")  # fmt: skip
-    add("-o", "--output", type=target, metavar="OUT", help="the file or folder to write (default: EXEMPLAR_quilt)")
+    add("-o", "--output", type=file, metavar="OUT", help="the file or folder to write (default: EXEMPLAR_quilt)")
     add("--size", type=size, metavar="WIDTHxHEIGHT", help="size in pixels (default: an image's doubled, a video's own)")
     add("--placement", choices=("random", "whole", "sub"), help="how patches are placed: whole for structured "
         "textures, sub for stochastic ones and motion (default: whole; videos: by mode)")  # fmt: skip

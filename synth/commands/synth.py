@@ -22,7 +22,6 @@ from synth.commands.parsing import (
     positive,
     rate,
     size,
-    target,
     whole,
 )
 from synth.commands.progress import progress_line
@@ -66,7 +65,7 @@ def add(commands: Subparsers) -> None:
     add = parser.add_argument
     add("exemplars", nargs="+", type=file, metavar="EXEMPLAR", help="image of the texture, or several of it; or a "
         "video (.mp4, .gif, .webm, .mov, .mkv, .avi and others) or a folder of frames, or several")  # fmt: skip
-    add("-o", "--output", type=target, metavar="OUT", help="the file to write, or the folder it goes to (default: "
+    add("-o", "--output", type=file, metavar="OUT", help="the file to write, or the folder it goes to (default: "
         "EXEMPLAR_synth in this folder)")  # fmt: skip
     add("--size", type=size, metavar="WIDTHxHEIGHT", help="size in pixels, as 512x384 (default: twice the exemplar, or "
         "a video's own)")  # fmt: skip

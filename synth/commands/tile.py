@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from synth import io, texture
 from synth.commands.checks import check_distinct, finish, set_up
 from synth.commands.naming import output_of
-from synth.commands.parsing import Subparsers, add_common, file, target, whole
+from synth.commands.parsing import Subparsers, add_common, file, whole
 from synth.commands.progress import work_line
 from synth.saying import note
 from synth.words import listed
@@ -39,7 +39,7 @@ def add(commands: Subparsers) -> None:
     )
     add = parser.add_argument
     add("image", type=file, metavar="IMAGE", help="the picture")
-    add("-o", "--output", type=target, metavar="OUT", help="the file to write, or the folder it goes to (default: "
+    add("-o", "--output", type=file, metavar="OUT", help="the file to write, or the folder it goes to (default: "
         "IMAGE_tile in this folder)")  # fmt: skip
     add("--also", action="append", default=[], metavar="NAME=FILE", help="a map of the picture that is to tile with "
         "it, exactly, as OUT_NAME; may be given again")  # fmt: skip

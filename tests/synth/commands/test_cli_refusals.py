@@ -136,7 +136,7 @@ def test_start_of_another_size(folder: Path, refused: Callable[..., str]) -> Non
         ("-o out.gif", "out.gif has an ending that cannot hold uint8 RGB pixels; end it with .png or"),
         ("-o out.exr", "out.exr has an ending that cannot hold uint8 RGB pixels"),
         ("-o full/", "full/brick_synth.png exists"),
-        ("-o none/", "'none/' is no folder that exists; make it first"),
+        ("-o none/", "none is no folder that exists; make it first"),
         ("--map m.jpg", "m.jpg has an ending that cannot hold it; end it with .npy or .png"),
         ("--energy e.txt", "e.txt has an ending that cannot hold it; end it with .csv or .png"),
     ],

@@ -35,6 +35,14 @@ def test_a_hole_in_a_single_frame(drops):
     assert not torch.equal(made, drops[:, 0])
 
 
+def test_a_folder_is_that_of_the_frames_whether_it_exists_or_not(drops):
+    Path("there").mkdir()
+    for out in ("there/", "new/"):
+        run = ["fill", "drops", "--hole", "disc.png", "-o", out, "--preset", "fast", "--overwrite"]
+        assert main(run) == 0
+        assert read_video(out).frames.shape == drops.shape
+
+
 def test_a_file_shows_floats_from_the_least_to_the_largest(drops):
     write_video("bright", 8 * drops[:, :1], 25.0, synth.Kind("float32", ("R", "G", "B")))
     assert main(["fill", "bright", "--hole", "disc.png", "-o", "out.mov", "--preset", "fast"]) == 0

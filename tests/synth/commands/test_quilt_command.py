@@ -74,7 +74,7 @@ def test_the_same_seed_writes_the_same_bytes(folder: Path) -> None:
     ],
 )
 def test_quilt_makes_videos(folder: Path, options: list[str], frames: int | None, size: tuple[int, int]) -> None:
-    assert main(["quilt", "clip", "-o", "out", *options]) == 0
+    assert main(["quilt", "clip", "-o", "out/", *options]) == 0  # a folder, which is made
     made = read_video("out").frames
     assert made.shape[2:] == size
     assert made.shape[1] == frames or frames is None
