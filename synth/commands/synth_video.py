@@ -45,9 +45,6 @@ class _Clips:
         if still:
             raise synth.InputError(f"{still[0]} is an image and others are videos; give all of one sort")
         clips = [io.read_video(path, arguments.fps or _FPS) for path in arguments.exemplars]
-        for path, clip in zip(arguments.exemplars, clips, strict=True):
-            if clip.frames.shape[1] == 1 and path.suffix.lower() == ".gif":
-                raise synth.InputError(f"{path} is a still picture but GIF is read as video; convert it to PNG")
         kind = io.richest([clip.kind for clip in clips], arguments.exemplars)
         frames = [io.premultiplied(io.as_kind(clip.frames, clip.kind, kind), kind) for clip in clips]
         return cls(frames, kind, clips[0].rate)

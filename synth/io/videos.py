@@ -68,7 +68,8 @@ def read_video(path: str | Path, rate: float = 25.0) -> Clip:
     A file's sound, and frames that last differently long, are told of in a line on stderr: neither is kept. Of a folder
     that holds images of several kinds all are raised to the richest (`synth.io.raised`).
 
-    Raises InputError if it is missing, damaged or without frames, or if its frames differ in size.
+    Raises InputError if it is missing, damaged or without frames, or if its frames differ in size; or for a GIF of one
+    frame, which is a picture.
     """
     path = Path(path)
     return _read_folder(path, rate) if path.is_dir() else _read_file(path)
@@ -213,7 +214,7 @@ def _decoded(path: Path, container: Any, aloud: bool = True) -> Iterator[np.ndar
 
     aloud: what of the file is not kept is told. A transport stream that ends between two frames seems whole.
     """
-    stream, shape, times, sound = container.streams.video[0], None, list[float](), False
+    stream, shape, times, sound, count = container.streams.video[0], None, list[float](), False, 0
     clear = has_alpha(stream)
     for frame in frames_with_alpha(container, stream) if clear else container.decode(stream):
         if sound and frame.is_corrupt:  # those before the first sound one may lack what they are told by
@@ -223,13 +224,15 @@ def _decoded(path: Path, container: Any, aloud: bool = True) -> Iterator[np.ndar
         times += [] if frame.time is None else [frame.time]
         if shape not in (None, array.shape):
             raise InputError(f"{path} has frames of differing sizes; all frames must have one size")
-        shape = array.shape
+        shape, count = array.shape, count + 1
         yield array
     _check_whole(path, container, times)
     if aloud:
         _tell(path, bool(container.streams.audio), times, float(stream.average_rate or 25))
     if shape is None:
         raise InputError(f"{path} has no frames; give a longer video")
+    if count == 1 and path.suffix.lower() == ".gif":
+        raise InputError(f"{path} is a still picture but GIF is read as video; convert it to PNG")
 
 
 def _pixels(array: np.ndarray) -> Tensor:

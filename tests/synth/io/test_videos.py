@@ -16,6 +16,7 @@ from torch import Tensor
 from kwatra.base.errors import InputError
 from synth import Kind, write_image
 from synth.io import alpha_videos
+from synth.io.reels import Reel
 from synth.io.videos import is_video, read_video, write_video, written_like
 
 GRAY16 = Kind("uint16", ("Y",))
@@ -63,6 +64,16 @@ def test_files_that_are_not_written_are_read(tmp_path: Path, suffix: str) -> Non
     clip = read_video(path)
     assert clip.rate == pytest.approx(25)
     torch.testing.assert_close(clip.frames, frames(), rtol=0, atol=0.06)
+
+
+def test_a_gif_of_one_frame_is_a_picture_in_whatever_way_it_is_read(tmp_path: Path) -> None:
+    path = tmp_path / "still.gif"
+    write_video(path, frames()[:, :1], 25)
+    for read in (read_video, Reel):
+        with pytest.raises(InputError, match="is a still picture but GIF is read as video; convert it to PNG"):
+            read(path)
+    write_video(tmp_path / "still.mp4", frames()[:, :1], 25)
+    assert read_video(tmp_path / "still.mp4").frames.shape[1] == 1
 
 
 def test_videos_are_written_like_others_where_that_can_be(tmp_path: Path) -> None:
