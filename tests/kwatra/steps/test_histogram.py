@@ -1,9 +1,12 @@
+from fractions import Fraction
+
 import pytest
 import torch
 
 from kwatra import Exemplar, InputError, Level, Settings, match_histogram, optimize
 from kwatra.source import Bag, SourceWindows
 from kwatra.step import Step
+from kwatra.steps.histogram import ranks
 
 
 def step(exemplar, mask=None):
@@ -20,6 +23,14 @@ def test_the_exemplars_values_are_taken_in_the_images_order():
     for k in range(2):
         assert torch.equal(matched[k].flatten().sort().values, z[k].flatten().sort().values)
         assert torch.equal(matched[k].flatten().argsort(), image[k].flatten().argsort())
+
+
+def test_ranks_are_exact_however_many_there_are():
+    assert ranks(3, 2**24 + 2).tolist() == [0, 2**23, 2**24 + 1]
+    assert ranks(2**18 + 1, 3 * 2**18 + 1).tolist() == list(range(0, 3 * 2**18 + 1, 3))
+    for count, of in ((1, 7), (7, 1), (4, 7), (7, 4), (55, 62)):
+        exact = [round(Fraction(place * (of - 1), max(count - 1, 1))) for place in range(count)]
+        assert ranks(count, of).tolist() == exact
 
 
 def test_masked_pixels_do_not_count():
