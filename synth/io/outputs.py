@@ -195,9 +195,11 @@ def _remove_folder(path: Path) -> None:
 
 @contextmanager
 def _told(path: Path) -> Iterator[None]:
-    """Say an OSError in one sentence that names the file."""
+    """Say an OSError in one sentence that names the file; but that whoever read a stream has gone is no fault."""
     try:
         yield
+    except BrokenPipeError:
+        raise
     except OSError as error:
         if error.errno in (errno.ENOSPC, errno.EDQUOT):
             raise InputError(f"{path} was not written because the disk is full; free some space") from error

@@ -102,3 +102,18 @@ def test_there_may_be_no_stderr(folder: Path, command: str, output: str, monkeyp
     more = ["--flow", "sink", "--frames", "2"] if command == "animate" else []
     assert main([command, "a.png", "-o", output, *FAST, *more]) == 0
     assert Path(output).is_file()
+
+
+@pytest.mark.parametrize("words", [["tile", "a.png", "-o", "-", "--map", "m.npy"], ["flow", "sink", "-o", "f.flo"]])
+def test_nothing_is_said_where_whoever_reads_has_gone(folder: Path, words: list[str]) -> None:
+    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[3])}
+    read, write = os.pipe()
+    os.close(read)
+    try:
+        done = subprocess.run([sys.executable, "-m", "synth", *words], stdout=write, stderr=subprocess.PIPE,
+                              env=environment)  # fmt: skip
+    finally:
+        os.close(write)
+    assert (done.returncode, done.stderr) == (1, b"")
+    assert not Path("m.npy").exists()
+    assert not list(folder.glob(".kwatra*"))
