@@ -30,7 +30,7 @@ def match_histogram(image: Tensor, step: Step) -> Tensor:
 
 
 def ranks(count: int, of: int) -> Tensor:
-    """For each of `count` values in order the rank, among `of` values, of the same quantile: (count,) long, halves even.
+    """For each of `count` values in order the rank of the same quantile among `of` values: (count,) long, halves even.
 
     Exact for up to 2^26 values; in float32 they would end at 2^24.
     """
