@@ -4,35 +4,15 @@ from collections.abc import Sequence
 
 import torch
 from torch import Tensor
-from torch.utils.weak import WeakTensorKeyDictionary
 
 from flow.animation.copies import AROUND, softened
-from flow.warps import filled, pixel_coordinates, warp
+from flow.warps import warp
 from kwatra import Exemplar
+from kwatra.base import continued, nearest_owned
 from kwatra.source import look_up
 
 _NEAR = 2.0
 """Up to so many px beyond an exemplar's border its last pixels pass for its continuation: a convention."""
-
-
-_FOUND = WeakTensorKeyDictionary()
-"""What `nearest` found: an animation reads one film in many ways."""
-
-
-def nearest(owner: Tensor) -> Tensor:
-    """For each place of a canvas the nearest pixel that is somebody's, row first, (2, h, w) long; kept with owner."""
-    if owner not in _FOUND:
-        _FOUND[owner] = filled(pixel_coordinates(owner.shape, owner.device).flip(0).long(), owner >= 0)
-    found: Tensor = _FOUND[owner]
-    return found
-
-
-def continued(values: Tensor, owner: Tensor) -> Tensor:
-    """Values (C, h, w) of a canvas, what is nobody's filled in from the nearest pixel."""
-    if bool((owner >= 0).all()):
-        return values
-    rows, columns = nearest(owner)
-    return values[:, rows, columns]
 
 
 def nearest_pixels(source: Tensor, shape: Sequence[int]) -> Tensor:
@@ -56,7 +36,7 @@ class Reading:
         self._owner, self._interpolation = exemplar.owner, interpolation
         known = exemplar.owner >= 0
         self._whole = bool((exemplar.owner == exemplar.owner[0, 0]).all() & known.all())
-        self._pixels = nearest(exemplar.owner)
+        self._pixels = nearest_owned(exemplar.owner)
         self.continued = continued(exemplar.canvas, exemplar.owner)
         colors = exemplar.canvas[:, known]
         self._low, self._high = colors.amin(1)[:, None], colors.amax(1)[:, None]

@@ -12,9 +12,9 @@ import torch
 from torch import Tensor
 
 from flow.animation.blur import blurred
-from flow.animation.reading import continued, nearest_pixels, where_inside
+from flow.animation.reading import nearest_pixels, where_inside
 from kwatra import Exemplar
-from kwatra.base import over_channels, principal_axes
+from kwatra.base import continued, over_channels, principal_axes
 from kwatra.source import look_up
 
 _CLASSES = 16

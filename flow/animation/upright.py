@@ -24,10 +24,9 @@ from torch import Tensor
 
 from flow.animation.blur import blurred
 from flow.animation.copies import JUMP, angles, rigid
-from flow.animation.reading import continued
 from flow.warps import warp
 from kwatra import Exemplar
-from kwatra.base import atan2, mean, over_channels
+from kwatra.base import atan2, continued, mean, over_channels
 
 Array = np.ndarray[Any, Any]
 

@@ -3,7 +3,7 @@
 from kwatra.base.axes import AVERAGE, CONVOLUTION, LARGEST, coarse_shape, enlarged, factors_of, resized, running
 from kwatra.base.derivatives import constant, differentiable
 from kwatra.base.errors import InputError, check_mask
-from kwatra.base.nearest import nearest_known
+from kwatra.base.nearest import continued, nearest_known, nearest_owned
 from kwatra.base.reductions import atan2, mean, over_channels, power, principal_axes, product, total
 from kwatra.base.resampling import turned
 from kwatra.base.seeds import generator_of, whole_seed
@@ -26,6 +26,7 @@ __all__ = [
     "coarse_shape",
     "conjugate_gradients",
     "constant",
+    "continued",
     "device_of",
     "differentiable",
     "enlarged",
@@ -35,6 +36,7 @@ __all__ = [
     "is_whole",
     "mean",
     "nearest_known",
+    "nearest_owned",
     "over_channels",
     "power",
     "principal_axes",

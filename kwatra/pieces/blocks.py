@@ -23,7 +23,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from kwatra.base import mean, shared
+from kwatra.base import continued, mean, shared
 from kwatra.elements import Lattice, easier
 from kwatra.exemplar import Exemplar
 from kwatra.pieces.again import Budget, lay_again
@@ -32,7 +32,6 @@ from kwatra.pieces.candidates import LUCK, Asked, Candidates
 from kwatra.pieces.charges import SceneUse
 from kwatra.pieces.cheapest import Offer, cheapest_cuts, patch_of, sides_of
 from kwatra.pieces.corners import Corners
-from kwatra.pieces.fitting import continued
 from kwatra.pieces.fronts import fronts
 from kwatra.pieces.gaps import LARGEST, Gaps, gaps
 from kwatra.pieces.mosaic import Mosaic
@@ -89,7 +88,7 @@ class BlockStart:
     ) -> None:
         self.exemplar, self.shape, self.grain = exemplar, tuple(shape), tuple(grain)
         self.generator, self.seams, self.aligned, self.lattice = generator, seams, aligned, lattice
-        share, colors = exemplar.share.cpu(), continued(exemplar)
+        share, colors = exemplar.share.cpu(), continued(exemplar.canvas, exemplar.owner).cpu()
         mosaic = Mosaic([(colors * share).numpy()])
         self.wraps = (False,) * len(self.shape) if wraps is None else tuple(wraps)
         self.sheet = Sheet(mosaic, self.shape, self.wraps, eased(mosaic, easier(exemplar, along)))

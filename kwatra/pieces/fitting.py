@@ -15,10 +15,9 @@ import numpy as np
 import torch
 from scipy import fft
 
-from kwatra.base import by_one_thread, nearest_known
+from kwatra.base import by_one_thread
 from kwatra.base.spans import box_sums
 from kwatra.base.transforms import of_real, to_real
-from kwatra.exemplar import Exemplar
 
 
 class Fit:
@@ -133,11 +132,3 @@ def _inverse(spectrum: np.ndarray, size: tuple[int, ...], room: tuple[int, ...])
     with by_one_thread():
         values: np.ndarray = to_real(torch.from_numpy(spectrum), size, room).numpy()
     return values
-
-
-def continued(exemplar: Exemplar) -> torch.Tensor:
-    """The exemplar's canvas, each hole and gap filled with the nearest pixel that is somebody's."""
-    known = (exemplar.owner >= 0).cpu()
-    if bool(known.all()):
-        return exemplar.canvas.cpu()
-    return exemplar.canvas.cpu()[(slice(None), *nearest_known(known))]

@@ -3,7 +3,7 @@
 import torch
 from torch import Tensor
 
-from flow.animation.reading import Reading, continued, nearest
+from flow.animation.reading import Reading
 from flow.warps.warp import pixel_coordinates
 from kwatra import Exemplar
 
@@ -17,20 +17,6 @@ def test_whole_pixels_are_the_exemplars_bit_for_bit() -> None:
     place = pixel_coordinates((8, 9)) + torch.tensor([5.0, 7.0]).view(2, 1, 1)
     assert torch.equal(read(place), picture()[:, 7:15, 5:14])
     assert torch.equal(read(place[:, 3, 4:6]), picture()[:, 10, 9:11])
-
-
-def test_what_is_nobodys_is_the_nearest_pixel_and_found_once() -> None:
-    owner = torch.zeros(20, 30)
-    owner[6:12, 9:15] = -1
-    owner[:, 25:] = -1
-    found, filled = nearest(owner), continued(picture(), owner)
-    assert nearest(owner) is found
-    assert torch.equal(filled, picture()[:, found[0], found[1]])
-    mine = (owner >= 0).nonzero()
-    for row, column in ((0, 0), (7, 10), (9, 12), (3, 29), (19, 25)):
-        away = (mine - torch.tensor([row, column])).square().sum(1)
-        assert int((found[:, row, column] - torch.tensor([row, column])).square().sum()) == int(away.min())
-    assert torch.equal(continued(picture(), torch.zeros(20, 30)), picture())
 
 
 def test_what_is_read_stays_in_range_and_out_of_holes() -> None:
