@@ -65,7 +65,8 @@ def test_the_morph_is_sure_where_nothing_changes_and_unsure_where_a_disc_appears
     assert float(sure.min()) > 0
     assert float(sure.max()) <= 1
     assert float(sure[20:28, 20:28].mean()) < 0.5 * float(sure[:10].mean())
-    assert torch.equal(sureness(film, pair, 0.0), torch.ones(48, 48))
+    for end in (0.0, 1.0):
+        assert torch.equal(sureness(film, pair, end), torch.ones(48, 48))
     assert torch.equal(sureness(Film(film.frames, film.times), pair, 0.5), torch.ones(48, 48))
     term = morph_target(film, pair, 1, weight=2.0)
     assert torch.equal(term.target, film.frames[1])

@@ -75,6 +75,8 @@ def test_other_images_may_be_the_exemplar() -> None:
     # only what differs at the border is spread over the inside
     assert torch.allclose(filled.image[:, :, 30:], torch.tensor(0.75), atol=0.1)
     assert set(np.unique(filled.source[0][~hole.numpy()])) == {-1}
+    carried = filled.take([torch.full((1, 40, 40), 3), torch.full((1, 40, 40), 3)])  # maps have the exemplars' sizes
+    assert bool((carried[0, hole] == 3).all())
     whole = fill(image, torch.ones_like(hole), exemplar=other, preset="fast")
     assert torch.allclose(whole.image, torch.tensor(0.75), atol=1e-3)
 

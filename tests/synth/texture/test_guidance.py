@@ -62,6 +62,7 @@ def test_bad_guides_are_refused() -> None:
         ({"guide": (labels, wanted()[..., None])}, "the guide's maps differ in their number of axes"),
         ({"guide": (labels[..., None], np.stack([wanted()] * 3, -1))}, "the guide's maps have 1 and 3 channels"),
         ({"guide": (labels,)}, "the guide has 1 parts"),
+        ({"guide": [(labels, wanted()), wanted()]}, "the guide has 2 maps for 1 exemplars"),
         ({}, "no size was given"),
     ]:
         with pytest.raises(InputError, match=message):

@@ -1,9 +1,12 @@
 """Weights of textures and maps of them, and the pace at which weights turn one into another."""
 
+from unittest.mock import Mock
+
 import pytest
 import torch
 
 from kwatra import InputError
+from synth.metamorphosis.bands import Bands
 from synth.metamorphosis.patches.pace import Pace
 from synth.metamorphosis.patches.weighting import STEPS, Weighting, checked_weights, simplex
 
@@ -88,3 +91,9 @@ def test_what_is_slow_at_first_is_hurried() -> None:
     ramp = torch.linspace(0, 1, 5).expand(2, -1)
     varied = Weighting.of(torch.stack([1 - ramp, ramp])).paced(pace)
     assert varied.values[1, 0].tolist() == pytest.approx([0, 0.53125, 0.6875, 0.84375, 1.0])
+
+
+def test_where_textures_are_alike_the_pace_is_that_of_the_weights() -> None:
+    windows, times = torch.rand(20, 9, 9, 4, generator=torch.Generator().manual_seed(0)), torch.linspace(0, 1, 7)
+    matched = Mock(neighborhoods=range(20), windows=lambda some, weights: windows[some])
+    assert torch.equal(Pace.of(matched, [Bands.of(torch.rand(3, 32, 32))] * 2).weights(times), times)

@@ -182,3 +182,12 @@ def test_patterns_of_another_image_are_refused() -> None:
     other = Patterns((50, 60), np.array([[5, 5], [15, 5], [15, 15.0]]))
     with pytest.raises(InputError, match="of an image of 60x50 but A is 96x96"):
         film(texture(lattice()), texture(lattice()), patterns_a=other)
+
+
+def test_that_elements_are_crowded_is_told_where_nobody_said_how_they_are_scaled(monkeypatch) -> None:
+    monkeypatch.setattr(method, "crowding", lambda ways: 0.5)
+    a = texture(lattice())
+    assert film(a, a).remarks[-1] == "elements are crowded: they are scaled by 0.50 while they move"
+    assert not any("crowded" in remark for remark in film(a, a, scale_elements=0.5).remarks)
+    monkeypatch.setattr(method, "crowding", lambda ways: 1.0)
+    assert not any("crowded" in remark for remark in film(a, a).remarks)

@@ -1,6 +1,7 @@
 """Texton masks: made, checked, moved; and the films made under them."""
 
 from itertools import pairwise
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from flow.warps import pixel_coordinates
 from kwatra import InputError
 from synth.metamorphosis.method import Film, Pair
 from synth.metamorphosis.textons import MovingMasks, TextonMorph, checked, colored, found
+from synth.metamorphosis.textons.guided import guided
 
 SIZE = (48, 56)
 RED, WHITE, BLUE = (0.8, 0.1, 0.1), (0.9, 0.9, 0.9), (0.1, 0.2, 0.7)
@@ -174,3 +176,10 @@ def test_a_texture_of_one_color_has_no_mask() -> None:
 def test_what_cannot_be_used_is_refused(settings: dict[str, object], match: str) -> None:
     with pytest.raises(InputError, match=match):
         film(Pair(A, B), **settings)
+
+
+def test_under_a_mask_that_stays_a_frame_shows_the_image() -> None:
+    places = pixel_coordinates(SIZE)
+    still = Mock(at=lambda now: discs(), back=lambda now, before: places)
+    for frame in guided(A, discs(), still, [0.0, 0.5, 1.0], 0):
+        assert torch.equal(frame, A)
