@@ -102,6 +102,7 @@ def test_everything_at_once(folder: Path) -> None:
     stages = sorted(path.name for path in Path("levels").iterdir())
     assert stages == ["level_1_scale2_width16.png", "level_2_scale1_width8.png"]
     assert read_image("levels/level_2_scale1_width8.png").pixels.shape == (3, 48, 64)
+    assert main([*command, "--progress-images", "levels", "--overwrite"]) == 0  # a folder that is there is used
     source = np.load("m.npy")
     assert source.dtype == np.int32
     assert source.shape == (4, 48, 64)  # the fourth row: how mirrored variants lie

@@ -14,6 +14,7 @@ from torch import Tensor
 import synth
 from synth import Kind, read_flow, read_image, write_image
 from synth.cli import main
+from synth.commands.morph_folder import Folder
 from synth.io.videos import read_video
 
 COLOR, GRAY = Kind("uint8", ("R", "G", "B")), Kind("uint8", ("Y",))
@@ -219,3 +220,20 @@ def test_an_interrupt_leaves_nothing_half_written(folder: Path, monkeypatch: pyt
     for output in ("film.mp4", "film"):
         assert main(["morph", "a.png", "b.png", "-o", output, "--method", "control", "--preset", "fast"]) == 130
     assert set(folder.rglob("*")) == before
+
+
+def test_an_interrupt_before_the_first_frame_leaves_nothing_and_after_it_what_is_whole(tmp_path: Path) -> None:
+    def interrupted(target: Path) -> None:
+        for number in range(count):
+            target.mkdir(exist_ok=True)
+            (target / f"{number}.png").touch()
+        raise KeyboardInterrupt
+
+    count, folder = 0, Folder(tmp_path / "film", 5)
+    with pytest.raises(KeyboardInterrupt):
+        folder.keeping(interrupted)(tmp_path / "none")
+    count = 2
+    folder.keeping(interrupted)(tmp_path / "some")
+    with pytest.raises(KeyboardInterrupt, match="interrupted with 2 of 5 frames whole"):
+        folder.tell()
+    Folder(tmp_path, 5).tell()

@@ -1,6 +1,7 @@
 """Quilted videos: seams in time, starts, loops."""
 
 import dataclasses
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from kwatra.pieces.mosaic import Mosaic
 from kwatra.pieces.seams import ACROSS_TIME, normalized
 from kwatra.pieces.sheet import Patch, Sheet
 from synth.quilting import QuiltSettings, quilt_video
+from synth.quilting import displaced as displacing
 from synth.quilting.displaced import flash, lasting_region
 from synth.quilting.starts import STARTS, cheapest_start, lay_all
 from synth.quilting.synthesis import new_placer, new_sheet, run, sources_of
@@ -146,3 +148,23 @@ def test_a_video_remembers_the_seam_across_its_join(mode: str) -> None:
 def test_mode_time_moves_nothing_in_space() -> None:
     result = quilt_video(texture(1, 10, 12, 12), 20, mode="time")
     assert bool((result.offset[1:] == 0).all())
+
+
+@pytest.mark.parametrize(("side", "allowed"), [(100, 10**6), (100, 50_000), (400, 50_000)])
+def test_patches_tried_on_small_frames_are_no_larger_than_may_be_cut(
+    monkeypatch: pytest.MonkeyPatch, side: int, allowed: int
+) -> None:
+    asked: list[int] = []
+
+    def placed(*_: object, most: int, **__: object) -> None:
+        asked.append(most)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(displacing, "new_placer", placed)
+    monkeypatch.setattr(displacing, "cheapest_start", lambda make, sew, settings, cost: sew(make(), settings))
+    monkeypatch.setattr(displacing, "MOST_PIXELS", allowed)
+    with pytest.raises(KeyboardInterrupt):
+        displacing.displaced(torch.zeros(1, 12, side, 80), lambda clip: Mock(), QuiltSettings(), lambda *_: None)
+    small = displacing.shrunk(torch.zeros(1, 12, side, 80), displacing.SMALL)[0, 0].numel()
+    wanted = max(allowed / (side * 80), 4)  # frames of the clip, of which a few are cut whatever their size
+    assert wanted - 1 < asked[0] / small <= wanted

@@ -7,7 +7,7 @@ import synth
 from kwatra import Exemplar
 from kwatra.source import look_up
 from synth.texture import work
-from synth.texture.steepness import MOST, steepened
+from synth.texture.steepness import MOST, _inside, steepened
 
 NOWHERE = (False,) * 3
 
@@ -88,3 +88,12 @@ def test_a_video_is_shown_with_strong_details(monkeypatch):
     monkeypatch.setattr(work, "steepened", lambda video, *_: video)
     soft = synth.synthesize(z, (12, 32, 32), seed=0).image
     assert float(steep(made).mean()) > 1.01 * float(steep(soft).mean())
+
+
+def test_steps_inside_are_those_between_pixels_of_one_owner():
+    owner = torch.zeros(1, 5, 7)
+    owner[:, 2:, 3:] = 1
+    inside = _inside(owner)
+    rows, columns = torch.ones(5, 7), torch.ones(5, 7)
+    rows[4], rows[1, 3:], columns[:, 6], columns[2:, 2] = 0, 0, 0, 0
+    assert torch.equal(inside[:, 0], torch.stack([rows, columns]))
