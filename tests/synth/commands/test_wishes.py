@@ -1,5 +1,6 @@
 """What synth is asked of single pixels, and holes that fill finds by itself or makes at the border."""
 
+import argparse
 from collections.abc import Callable
 from pathlib import Path
 
@@ -9,8 +10,10 @@ import torch
 
 from synth import Kind, read_image, synthesize, write_image
 from synth.cli import main
+from synth.commands.guides import guide_weights
 from synth.io.images import read_array
 from synth.texture import tones
+from synth.texture.toning import WEIGHT
 
 GRAY, RGB = Kind("uint8", ("Y",)), Kind("uint8", ("R", "G", "B"))
 FAST = ["--preset", "fast"]
@@ -139,3 +142,19 @@ def test_nothing_to_fill_and_bad_margins_are_refused(folder: Path, refused: Call
     for margins in ("0", "1,2", "-3", "x"):
         assert "are no margins" in refused("fill", "a.png", f"--extend={margins}")
     assert "is too large" in refused("fill", "a.png", "--extend", "70000")
+
+
+@pytest.mark.parametrize(
+    ("guides", "given", "meant"),
+    [
+        (["a=b"], [], 1.0),
+        (["a=b", "c=d"], [2.0], 2.0),
+        (["a=b", "c=d"], [2.0, 3.0], [2.0, 3.0]),
+        (["tones=d"], [], [WEIGHT]),
+        (["a=b", "tones=d"], [], [1.0, WEIGHT]),
+        (["a=b", "tones=d"], [2.0], 2.0),
+        (["tones=d", "a=b"], [2.0, 3.0], [2.0, 3.0]),
+    ],
+)
+def test_what_guides_count(guides: list[str], given: list[float], meant: float | list[float]) -> None:
+    assert guide_weights(argparse.Namespace(guide=guides, guide_weight=given)) == meant
