@@ -121,7 +121,9 @@ def test_transitions_keep_to_their_times() -> None:
 
 def test_sizes_may_differ_and_frames_have_what_is_common() -> None:
     a, b = texture(lattice())[:, :80], texture(lattice((3, 1)))[:, :, :90]
-    assert {tuple(frame.shape) for frame in film(a, b, 3).frames} == {(3, 80, 90)}
+    made = film(a, b, 3)
+    assert {tuple(frame.shape) for frame in made.frames} == {(3, 80, 90)}
+    assert "12 patterns are paired" in made.remarks  # the fourth row of B lies where A ends
 
 
 def test_a_dissolve_of_unlike_details_keeps_their_contrast() -> None:
