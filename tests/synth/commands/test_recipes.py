@@ -10,6 +10,7 @@ import torch
 
 from synth import Kind, write_image
 from synth.cli import main
+from synth.commands.recipes import _quoted
 
 RGB = Kind("uint8", ("R", "G", "B"))
 SYNTH = ["synth", "brick ü.png", "--preset", "fast", "--size", "40x40", "-o", "out.png", "--also", "n=n.png"]
@@ -121,3 +122,8 @@ def test_folders_are_inputs_too(folder: Path, refused: Callable[..., str]) -> No
     assert main(["run", "r.toml", "--overwrite"]) == 0
     np.save("clip/more.npy", np.zeros(3))
     assert "clip changed" in refused("run", "r.toml", "--overwrite")
+
+
+def test_texts_are_read_as_they_were_written() -> None:
+    for text in ("brick \u00fc", "\U0001f9f1.png", 'a "b" \\ c\td\n', "\x7f\x01", ""):
+        assert tomllib.loads(f"text = {_quoted(text)}")["text"] == text

@@ -7,7 +7,8 @@ from pictures import disc, spots
 
 import synth
 from kwatra import InputError
-from synth.metamorphosis.method import Frames
+from synth.metamorphosis.method import Frames, Pair
+from synth.metamorphosis.pairing import Growth
 
 
 def color(seed: int, size: int = 24) -> torch.Tensor:
@@ -147,3 +148,14 @@ def test_videos_are_refused():
     clip = color(0)[:, None].expand(-1, 4, -1, -1)
     with pytest.raises(InputError, match="A and B are videos; give images"):
         synth.morph(clip, clip, 3, method="blend")
+
+
+def test_of_two_textures_that_are_synthesized_each_is_half_of_the_work():
+    told: list[tuple[str, float]] = []
+    Growth("fast", 0, "cpu")(Pair(color(0), color(1)), (32, 40), lambda *progress: told.append(progress))
+    parts = {what: [part for name, part in told if name == what] for what, _ in told}
+    assert list(parts) == ["synthesizing A", "synthesizing B where A's features lie"]
+    (first, second) = parts.values()
+    assert first == sorted(first)
+    assert second == sorted(second)
+    assert 0 <= first[0] <= first[-1] == 0.5 < second[0] <= second[-1] == 1
