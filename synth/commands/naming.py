@@ -5,7 +5,6 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import synth
-from synth.io.streams import STREAM
 
 
 def output_of(given: Path | None, default: str) -> Path:
@@ -14,6 +13,8 @@ def output_of(given: Path | None, default: str) -> Path:
     What was made of an image from standard input goes to standard output. InputError for a folder that does not exist:
     one that is made by mistake is worse than one that is asked for.
     """
+    from synth.io.streams import STREAM  # with torch, which --help needs not
+
     if given is None:
         return STREAM if default.startswith("-_") else Path(default)
     if not given.suffix and given != STREAM and not given.is_dir():
