@@ -71,10 +71,13 @@ class Gaps(NamedTuple):
             overlaps.append(wide)
         return tuple(blocks), tuple(overlaps)
 
-    def cheaper(self, before: Tensor, after: Tensor) -> Tensor:
-        """Where (boolean, *S) to go over from a source map (n, *S) to a later one, so that seams cost least."""
-        places = (self.mosaic.places_of(list(where.cpu().numpy())) for where in (before, after))
-        return torch.from_numpy(cheaper(self.cost, *places)).to(before.device)
+    def cheaper(self, before: Tensor, after: Tensor, wraps: Sequence[bool] = ()) -> Tensor:
+        """Where (boolean, *S) to go over from a source map (n, *S) to a later one, so that seams cost least.
+
+        wraps: along which axes they are periodic; none by default.
+        """
+        earlier, later = (self.mosaic.places_of(list(where.cpu().numpy())) for where in (before, after))
+        return torch.from_numpy(cheaper(self.cost, earlier, later, wraps)).to(before.device)
 
 
 class Hidden(NamedTuple):

@@ -8,6 +8,7 @@ The sum is not one that a cut always minimizes, since both ways have seams of th
 seam cost more than what parts the later way from it, and what comes of that is taken if the seams then cost less.
 """
 
+from collections.abc import Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -19,15 +20,22 @@ from kwatra.pieces.seams import SeamCost
 from kwatra.pieces.stock import Array, beside
 
 
-def cheaper(cost: SeamCost, before: Array, after: Array) -> Array:
+def cheaper(cost: SeamCost, before: Array, after: Array, wraps: Sequence[bool] = ()) -> Array:
     """Where (boolean, *S) to go over from the places `before` (*S) to those `after`, so that seams cost least.
 
-    Nowhere if no cut lowers what seams cost.
+    Nowhere if no cut lowers what seams cost. wraps: along which axes the last pixel lies before the first, which then
+    stays as it was.
     """
+    shape = before.shape
+    for axis in np.flatnonzero(wraps).tolist():
+        first = before.take([0], axis)
+        before = np.concatenate([before, first], axis)
+        after = np.concatenate([first, np.delete(after, 0, axis), first], axis)
     free = before != after
     pairs = shared(partial(_pairs, cost, before, after, free), range(free.ndim))
     take = _cut(free, pairs)
-    return take if sum(each.rise(take) for each in pairs) < 0 else np.zeros_like(take)
+    lower = sum(each.rise(take) for each in pairs) < 0
+    return (take if lower else np.zeros_like(take))[tuple(map(slice, shape))]
 
 
 class _Pairs(NamedTuple):

@@ -4,7 +4,7 @@ import torch
 from bench_elements import cut_elements
 from made import MADE
 
-from kwatra import Exemplar, optimize
+from kwatra import Exemplar, Settings, optimize
 from kwatra.elements import Ground, Lattice
 from kwatra.pieces import BlockStart, Gaps, Hidden, Mosaic, gaps, hidden_along
 from kwatra.pieces.gaps import ALIGNED, CUTTING
@@ -120,15 +120,16 @@ def test_blocks_that_fit_between_holes_are_kept_where_larger_ones_do_not():
     assert max(start.overlap) <= 16
 
 
-def test_em_undoes_no_seam_that_goes_around_elements(monkeypatch):
+@pytest.mark.parametrize("wrap", [False, True])
+def test_em_undoes_no_seam_that_goes_around_elements(wrap, monkeypatch):
     made = MADE["stones"](128, 20, 0)
 
     def mixed():
-        where = optimize(Exemplar.of(made.image), (160, 160)).where
+        where = optimize(Exemplar.of(made.image), (160, 160), settings=Settings(wrap=wrap)).where
         return cut_elements(made.numbers.numpy(), (where[0] * 128 + where[1]).numpy())["mixed"]
 
     kept = mixed()
-    monkeypatch.setattr(Gaps, "cheaper", lambda self, before, after: torch.ones_like(before[0], dtype=torch.bool))
+    monkeypatch.setattr(Gaps, "cheaper", lambda self, before, *_: torch.ones_like(before[0], dtype=torch.bool))
     assert kept < mixed()
 
 

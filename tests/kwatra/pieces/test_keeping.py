@@ -42,6 +42,30 @@ def test_one_later_patch_is_taken_where_seams_cost_least(seed):
     assert price(cost, np.where(cheaper(cost, before, after), after, before)) == least
 
 
+@pytest.mark.parametrize("wraps", [(True, False), (False, True), (True, True)])
+@pytest.mark.parametrize("seed", range(4))
+def test_what_wraps_is_cut_all_around(seed, wraps):
+    mosaic, cost = stock(seed)
+    before = np.where(np.arange(5) < 3, patch(mosaic, (3, 5), 0, 0), patch(mosaic, (3, 5), 4, 3))
+    after = patch(mosaic, (3, 5), 2, 1)
+
+    def around(way):
+        return price(cost, np.pad(np.where(way, after, before), [(0, int(wrap)) for wrap in wraps], "wrap"))
+
+    def ways():
+        free = np.ones((3, 5), bool)
+        free[0] &= not wraps[0]
+        free[:, 0] &= not wraps[1]
+        for chosen in product([False, True], repeat=int(free.sum())):
+            way = np.zeros((3, 5), bool)
+            way[free] = chosen
+            yield way
+
+    take = cheaper(cost, before, after, wraps)
+    assert take.shape == (3, 5)
+    assert around(take) == min(map(around, ways()))
+
+
 @pytest.mark.parametrize("seed", [0, 8, 14, 26, 30, 35])
 def test_what_later_seams_cost_counts_where_they_are_taken(seed):
     rng = np.random.default_rng(seed)
