@@ -33,7 +33,7 @@ from flow.fields import Field, Shape
 from flow.warps import lookup, pixel_coordinates, warp
 from kwatra import Exemplar, InputError, Settings
 from kwatra.base import generator_of, is_whole, nearest_known
-from kwatra.elements import easier
+from kwatra.elements import anisotropy, easier
 from kwatra.pieces import Box, Mosaic, Patch, SeamCost, Sheet
 from kwatra.pieces.seams import eased
 
@@ -175,7 +175,7 @@ class _Back:
         film = self.motion.film
         hidden = film.hidden
         if hidden is None:
-            return eased(mosaic, easier(film.strip, film.along))
+            return eased(mosaic, easier(anisotropy(film.strip), film.along))
         places = [nearest_pixels(source, hidden.depth.shape).numpy() for source in sources]
         deviation = sum(float(np.std(plane)) for plane in mosaic.planes)
         return hidden.cost(mosaic, [hidden.depth[tuple(place)] for place in places], deviation)

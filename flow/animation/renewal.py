@@ -43,7 +43,7 @@ from flow.animation.tones import Tones
 from flow.animation.wear import Wear, Worn
 from kwatra.base import mean, over_channels, total
 from kwatra.cut import along
-from kwatra.elements import easier
+from kwatra.elements import anisotropy, easier
 from kwatra.pieces import Box, Patch, Sheet
 
 _BEYOND, _UNSURE = 1 / 4, 0.1
@@ -127,7 +127,7 @@ class Renewal:
         self._beyond, self._unsure = (0, 0.0) if hidden is None else (round(_BEYOND * sides[0]), _UNSURE)
         self._share = exemplar.share
         self.stock = Coordinates(exemplar, self.wear.variance, settings.seam)
-        self._seams = self.stock.whole(hidden, easier(film.strip, film.along))
+        self._seams = self.stock.whole(hidden, easier(anisotropy(film.strip), film.along))
         self._bell, self._inner = bell(sides), inner(sides)
 
     def __call__(

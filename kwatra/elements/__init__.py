@@ -7,12 +7,14 @@ from kwatra.elements.lattice import Lattice, find_lattice
 from kwatra.elements.place import place_dependence
 from kwatra.elements.repeating import continued, out_of_step
 from kwatra.elements.size import element_size
+from kwatra.elements.slant import Slant, find_slant
 from kwatra.elements.translation import translation
 
 __all__ = [
     "STRAIGHT",
     "Ground",
     "Lattice",
+    "Slant",
     "anisotropy",
     "continued",
     "direction_dependence",
@@ -21,6 +23,7 @@ __all__ = [
     "element_size",
     "find_ground",
     "find_lattice",
+    "find_slant",
     "out_of_step",
     "place_dependence",
     "runs_along",

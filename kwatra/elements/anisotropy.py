@@ -62,14 +62,13 @@ def drawn_sides(
     return (length, width) if along == 0 else (width, length)
 
 
-def easier(exemplar: Exemplar, along: int | None) -> tuple[float, float]:
+def easier(anisotropy: float, along: int | None) -> tuple[float, float]:
     """By how many times less is seen of a seam that parts a still's pixels from those below, and from those beside.
 
-    Where it runs along an axis (0 down, 1 to the right; None: nowhere) hardly a line goes on beyond what ends across
-    it, and one that ends beside it parts what differs anyway: as many times less is seen as it changes faster there, at
-    most EASIEST times.
+    anisotropy: the still's. Where it runs along an axis (0 down, 1 to the right; None: nowhere) hardly a line goes on
+    beyond what ends across it, and one that ends beside it parts what differs anyway: as many times less is seen as it
+    changes faster there, at most EASIEST times.
     """
     if along is None:
         return 1.0, 1.0
-    much = anisotropy(exemplar)
-    return (1.0, min(much, EASIEST)) if along == 0 else (1 / max(much, 1 / EASIEST), 1.0)
+    return (1.0, min(anisotropy, EASIEST)) if along == 0 else (1 / max(anisotropy, 1 / EASIEST), 1.0)

@@ -49,7 +49,7 @@ def _largest(exemplar: Exemplar, sigma: float, size: float) -> float:
     for picture, present in pictures(exemplar):
         if picture.ndim > 3:
             continue
-        down, right, inside = _slopes(picture, present, sigma)
+        down, right, inside = slopes(picture, present, sigma)
         down, right = down[:, inside].double(), right[:, inside].double()
         square, angle = down.square() + right.square(), atan2(down, right)
         turned = [way(k * angle) for way in (torch.cos, torch.sin) for k in range(1, HARMONICS + 1)]
@@ -75,7 +75,7 @@ def _squares(shape: Sequence[int], size: float) -> Tensor:
     return down[:, None] * columns + right
 
 
-def _slopes(picture: Tensor, present: Tensor, sigma: float) -> tuple[Tensor, Tensor, Tensor]:
+def slopes(picture: Tensor, present: Tensor, sigma: float) -> tuple[Tensor, Tensor, Tensor]:
     """Derivatives (C, H, W) down and to the right of a picture blurred by sigma px, and where (H, W) they are whole."""
     reach = math.ceil(3 * sigma)
     down, right = (

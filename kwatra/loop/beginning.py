@@ -9,7 +9,7 @@ from kwatra.base import InputError, generator_of
 from kwatra.exemplar import Exemplar
 from kwatra.loop.laying import block_start, repeated
 from kwatra.loop.task import Task, task_of
-from kwatra.pieces import BlockStart, Box, Gaps
+from kwatra.pieces import BlockStart, Box, Gaps, SlantedStart
 from kwatra.settings import Settings
 from kwatra.source import Prepared, Texture, sourcemap
 from kwatra.terms import Sum, TermLike
@@ -28,7 +28,7 @@ class Beginning:
     where: Tensor | None
     factors: tuple[int, ...]
     gaps: Gaps | None = None
-    blocks: BlockStart | None = None
+    blocks: BlockStart | SlantedStart | None = None
 
     def copied(self) -> tuple[Tensor, Tensor]:
         """The image (C, *shape) that is copied together, and its source map (n, *shape), at full resolution.

@@ -10,6 +10,7 @@ from kwatra.pieces.mosaic import Mosaic
 from kwatra.pieces.regions import Regions
 from kwatra.pieces.seams import Depth, SeamCost
 from kwatra.pieces.sheet import Cut, Patch, Sheet
+from kwatra.pieces.slanted import SlantedStart
 from kwatra.pieces.stock import Stock
 from kwatra.pieces.visible import visible_seams
 
@@ -27,6 +28,7 @@ __all__ = [
     "Regions",
     "SeamCost",
     "Sheet",
+    "SlantedStart",
     "Stock",
     "cheaper",
     "gaps",

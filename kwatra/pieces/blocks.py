@@ -24,7 +24,7 @@ import torch
 from torch import Tensor
 
 from kwatra.base import continued, mean, shared
-from kwatra.elements import Lattice, easier
+from kwatra.elements import Lattice
 from kwatra.exemplar import Exemplar
 from kwatra.pieces.again import Budget, lay_again
 from kwatra.pieces.boxes import Box
@@ -65,7 +65,8 @@ class BlockStart:
     block: its size; grain: what offsets are multiples of. wraps: along which axes the output is periodic; None for
     none. usage: what a block costs whose pixels were used once more than all on average. seams: of how many blocks the
     seams are compared. aligned: False takes whole blocks at random. lattice: on which elements stand, if they do.
-    along: the axis the texture runs along, if it does. places: what is charged for where in the exemplar a block comes
+    along: the axis the texture runs along, if it does; easier: by how many times less seams cost then along each axis
+    (`kwatra.elements.easier`). places: what is charged for where in the exemplar a block comes
     from. wish: values that pixels should have, with weights; a weight of 1 counts fully, as what is laid already.
     """
 
@@ -83,6 +84,7 @@ class BlockStart:
         aligned: bool = True,
         lattice: Lattice | None = None,
         along: int | None = None,
+        easier: Sequence[float] = (1.0, 1.0),
         places: Sequence[PlaceCharge] = (),
         wish: Wish | None = None,
     ) -> None:
@@ -91,14 +93,13 @@ class BlockStart:
         share, colors = exemplar.share.cpu(), continued(exemplar.canvas, exemplar.owner).cpu()
         mosaic = Mosaic([(colors * share).numpy()])
         self.wraps = (False,) * len(self.shape) if wraps is None else tuple(wraps)
-        self.sheet = Sheet(mosaic, self.shape, self.wraps, eased(mosaic, easier(exemplar, along)))
+        self.sheet = Sheet(mosaic, self.shape, self.wraps, eased(mosaic, easier))
         block = tuple(min(b, self.sheet.longest(axis)) for axis, b in enumerate(block))
         self.corners = Corners.fitting(exemplar, block, self.grain)
         self.overlap = tuple(max(round(b * OVERLAP), 1) for b in self.corners.block)
         middle = torch.stack([mean(channel) for channel in colors]).double().view(share.shape)
         weights = share.double().sqrt()
-        self.image = ((colors - middle) * weights).numpy()
-        self.shown = np.zeros(mosaic.cell)
+        self.image, self.shown = ((colors - middle) * weights).numpy(), np.zeros(mosaic.cell)
         self.wish = Wished.of(wish, middle, weights)
         self.variance = variance(exemplar, self.wish)
         self.contrast = 2 * self.variance**0.5 / mosaic.step

@@ -70,7 +70,9 @@ class Sewing:
         self.runs = runs_along(anisotropy(exemplar), FIBROUS)
         self.closed, self.shape = tuple(closed), tuple(shape)
         self.mosaic = Mosaic([each.cpu().numpy() for each in (exemplar.canvas, picture) if each is not None])
-        self.sheet = Sheet(self.mosaic, self.shape, self.closed, eased(self.mosaic, easier(exemplar, self.runs)))
+        self.sheet = Sheet(
+            self.mosaic, self.shape, self.closed, eased(self.mosaic, easier(anisotropy(exemplar), self.runs))
+        )
         self._fit = lru_cache(KEPT)(partial(_fit_of, self.mosaic.matching(0)))
         self._valid = lru_cache(KEPT)(partial(_places_of, exemplar))
 

@@ -115,5 +115,5 @@ def test_a_loop_that_turns_back_has_no_lines_across(monkeypatch: pytest.MonkeyPa
         return float(rows.max() / rows.mean())
 
     now = steepest()
-    monkeypatch.setattr(looping, "easier", lambda exemplar, along: (1.0, 1.0))
+    monkeypatch.setattr(looping, "easier", lambda much, along: (1.0, 1.0))
     assert now < 0.7 * steepest()

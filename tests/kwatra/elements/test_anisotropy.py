@@ -40,12 +40,12 @@ def test_seams_beside_lines_are_seen_as_much_less_as_there_changes_more() -> Non
     still, turned = Exemplar.of(rows), Exemplar.of(rows.mT)
     much = anisotropy(still)
     assert 2 < much < 4
-    assert easier(still, 0) == (1.0, much)
-    assert easier(turned, 1) == pytest.approx((much, 1.0), rel=1e-5)
-    assert easier(still, None) == (1.0, 1.0)
+    assert easier(anisotropy(still), 0) == (1.0, much)
+    assert easier(anisotropy(turned), 1) == pytest.approx((much, 1.0), rel=1e-5)
+    assert easier(anisotropy(still), None) == (1.0, 1.0)
     flat = rows[:, :1].expand(-1, 96, -1)
-    assert easier(Exemplar.of(flat), 0) == (1.0, 64.0)  # nothing changes along it
-    assert easier(Exemplar.of(flat.mT), 1) == (64.0, 1.0)
+    assert easier(anisotropy(Exemplar.of(flat)), 0) == (1.0, 64.0)  # nothing changes along it
+    assert easier(anisotropy(Exemplar.of(flat.mT)), 1) == (64.0, 1.0)
 
 
 def test_a_still_runs_along_the_axis_it_changes_less_along():
