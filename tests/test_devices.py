@@ -117,6 +117,7 @@ CASES = {
 }
 
 
+@pytest.mark.usefixtures("in_turn")  # the device is there in one thread alone
 @pytest.mark.parametrize("name", CASES)
 def test_elsewhere_it_is_made_too(name: str) -> None:
     with elsewhere() as device:

@@ -40,6 +40,7 @@ from kwatra.pieces.seams import eased
 from kwatra.pieces.sheet import Patch, Sheet
 from kwatra.pieces.spread import Spread
 from kwatra.pieces.stock import Array, each
+from kwatra.pieces.twins import twin_places
 from kwatra.pieces.window import Window
 from kwatra.pieces.wished import Wished, looks, variance
 from kwatra.terms import PlaceCharge, Wish
@@ -112,18 +113,14 @@ class BlockStart:
         if still and self.wish is None and not places and bool((exemplar.owner == 0).all()):
             needed = (0,) * len(self.shape) if self.gaps is None else self.overlap
             self.corners = self.corners.hanging(self.spread.overhang(needed))
-        luck, going_on = 0.0 if self.scene is None else LUCK, None if self._wished_everywhere else self.gaps
-        asked = Asked(usage, lattice, places, exemplar.canvas.device, self.wish, going_on, aligned, luck)
+        luck, repeats = 0.0 if self.scene is None else LUCK, twin_places(exemplar, mosaic) if still else []
+        asked = Asked(usage, lattice, places, exemplar.canvas.device, self.wish, self.gaps, aligned, luck, repeats)
         self.candidates = Candidates(self.sheet, self.corners, self.image, self.variance, asked)
 
     @property
     def used(self) -> Array:
         """How often each pixel of the exemplar (*S) is shown."""
         return self.shown[(slice(1, -1),) * len(self.shape)]
-
-    @property
-    def _wished_everywhere(self) -> bool:
-        return self.wish is not None and self.wish.everywhere
 
     def _heed(self, found: Gaps) -> None:
         """Have seams hidden in gaps, and blocks overlap by enough for that; larger ones where they fit.
@@ -136,7 +133,7 @@ class BlockStart:
         sides = zip(self.exemplar.extent, self.shape, self.wraps, strict=True)
         room = [min(LARGEST * there, size / 2 if wraps else size) for there, size, wraps in sides]
         block, self.overlap = found.widened(self.corners.block, self.overlap, room, self.grain)
-        if self.lattice is None and not self._wished_everywhere:
+        if self.lattice is None and (self.wish is None or not self.wish.everywhere):
             grown = Corners.fitting(self.exemplar, block, self.grain)
             self.corners = grown if grown.block == block else self.corners
 

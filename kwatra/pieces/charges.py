@@ -97,10 +97,11 @@ class StepCosts:
         return cost
 
 
-def shown_near(sheet: Sheet[Mosaic], boxes: Sequence[Box], corners: Corners) -> Array:
+def shown_near(sheet: Sheet[Mosaic], boxes: Sequence[Box], corners: Corners, twins: Sequence[Array] = ()) -> Array:
     """How much of each block (b, n) of an image is shown around boxes.
 
-    A pixel counts 1 that is shown in a box, 0 from a block's length away.
+    A pixel counts 1 that is shown in a box, 0 from a block's length away. twins (cells,): for each place of the mosaic
+    others that show the same (`kwatra.pieces.twins`), below 0 where none does; they count as well.
     """
     from kwatra.pieces.comparing import sum_near
 
@@ -108,6 +109,10 @@ def shown_near(sheet: Sheet[Mosaic], boxes: Sequence[Box], corners: Corners) -> 
     starts, stops = (np.array(sides) for sides in zip(*((box.start, box.stop) for box in boxes), strict=True))
     blocks = np.array(sheet.sources.cell), of_volume(corners.under)
     sum_near(sheet.places, sheet.label, starts, stops, max(corners.block), *blocks, near)
+    for twin in twins:
+        places, more = twin[sheet.places], np.empty_like(near)
+        sum_near(places, np.where(places >= 0, sheet.label, -1), starts, stops, max(corners.block), *blocks, more)
+        near += more
     return near
 
 

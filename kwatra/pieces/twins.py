@@ -1,0 +1,68 @@
+"""Where variants of an image show the same: to show one beside another, mirrored, turned or resized, repeats it."""
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from kwatra.base import nearest_known
+from kwatra.elements.kept import kept
+from kwatra.exemplar import Exemplar
+from kwatra.pieces.mosaic import Mosaic
+from kwatra.pieces.stock import Array
+
+
+def twin_places(exemplar: Exemplar, mosaic: Mosaic) -> list[Array]:
+    """Of each place of a mosaic of an exemplar's canvas its twins' places, (cells,) each; as `twins`."""
+    places, tables = mosaic.places_of(list(np.indices(exemplar.shape))), list[Array]()
+    for twin in twins(exemplar):
+        at = list(np.unravel_index(twin.numpy().clip(0), exemplar.shape))
+        table = np.full(mosaic.cell_size, -1, mosaic.place_type)
+        table[places] = np.where(twin.numpy() >= 0, mosaic.places_of(at), -1)
+        tables.append(table)
+    return tables
+
+
+@kept
+def twins(exemplar: Exemplar) -> list[Tensor]:
+    """For each other variant of an exemplar's images the pixel of its canvas that shows about what each pixel does.
+
+    Each (*S) long, flat places; -1 where there is none. None of an exemplar without variants; and none of a video's
+    frames beside each other, which come from a place more than they have axes.
+    """
+    if len(exemplar.origin) != 1 + len(exemplar.shape):
+        return []
+    owner = exemplar.owner.long().cpu()
+    families = dict[int, list[int]]()
+    for image in range(int(owner.max()) + 1):
+        first = (owner == image).nonzero()[:1]
+        if len(first):
+            families.setdefault(int(exemplar.origin[0][tuple(first[0])]), []).append(image)
+    found = [torch.full(owner.shape, -1) for _ in range(max(map(len, families.values())) - 1)]
+    for family in families.values():
+        inside = [owner == image for image in family]
+        at, shape = _origins(exemplar, inside)
+        grids = [_places(at, there, shape) for there in inside]
+        for number, there in enumerate(inside):
+            for further, twin in enumerate(found[: len(family) - 1], 1):
+                twin[there] = grids[(number + further) % len(family)][tuple(at[:, there])]
+    return found
+
+
+def _origins(exemplar: Exemplar, inside: list[Tensor]) -> tuple[Tensor, list[int]]:
+    """Where pixels of a family come from, in pixels of this resolution of its first image, (n, *S), and its shape."""
+    origin, first = exemplar.origin[1:].cpu(), inside[0].nonzero()
+    shape = (first.amax(0) - first.amin(0) + 1).tolist()
+    at = torch.zeros_like(origin)
+    for axis, size in enumerate(shape):
+        own = origin[axis][inside[0]]
+        low, high = int(own.min()), int(own.max())
+        factor = max(round((high - low) / max(size - 1, 1)), 1)
+        at[axis] = (origin[axis] // factor - low // factor).clamp(0, size - 1)
+    return at, shape
+
+
+def _places(at: Tensor, inside: Tensor, shape: list[int]) -> Tensor:
+    """The flat place of a variant's pixel that comes from each of the first image (*shape), or from about there."""
+    grid = torch.full(shape, -1)
+    grid[tuple(at[:, inside])] = inside.flatten().nonzero()[:, 0]
+    return grid[tuple(nearest_known(grid >= 0))]
