@@ -21,6 +21,12 @@ def stones(height: int = 40, width: int = 48) -> Tensor:
     return torch.nn.functional.interpolate(noise[None], (height, width), mode="bicubic")[0].clamp(0, 1)
 
 
+def oblique() -> Tensor:
+    """Lines that run a pixel to the right for each two down."""
+    tones = torch.rand(3, 80, generator=torch.Generator().manual_seed(3))
+    return tones[:, torch.arange(48) - torch.arange(40)[:, None] // 2 + 20]
+
+
 def tiles() -> Tensor:
     """A picture (3, H, W) with a lattice, not exactly periodic."""
     cell = stones()[:, :10, :12].repeat(1, 4, 4)
@@ -100,6 +106,7 @@ def morphed(method: str, **options: object) -> Made:
 CASES = {
     "tiled": still(tile=True),
     "lattice": still(exemplar=tiles()),
+    "oblique lines": still(exemplar=oblique()),
     "variants of two": still(exemplar=[stones(), tiles()], mirror=True, rotate=(30.0,)),
     "the best of three": ranked,
     "steered": steered,

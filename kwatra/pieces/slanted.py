@@ -42,7 +42,7 @@ class Upright:
         moved, size = self.slant.moved(self.shape[self.slant.along]), self.shape[1 - self.slant.along]
         there = torch.arange(size + self.room - int(moved.min())) + moved[:, None] - self.room
         index = self._index(there.clamp(0, size - 1))
-        inside = ((there >= 0) & (there < size)).movedim(0, self.slant.along)
+        inside = ((there >= 0) & (there < size)).movedim(0, self.slant.along).to(exemplar.owner.device)
         canvas, origin = (part[:, index[0], index[1]] for part in (exemplar.canvas, exemplar.origin))
         return replace(exemplar, canvas=canvas, origin=origin, owner=torch.where(inside, exemplar.owner[index], -1.0))
 

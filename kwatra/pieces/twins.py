@@ -37,7 +37,7 @@ def twins(exemplar: Exemplar) -> list[Tensor]:
         first = (owner == image).nonzero()[:1]
         if len(first):
             families.setdefault(int(exemplar.origin[0][tuple(first[0])]), []).append(image)
-    found = [torch.full(owner.shape, -1) for _ in range(max(map(len, families.values())) - 1)]
+    found = [torch.full(owner.shape, -1) for _ in range(max(map(len, families.values()), default=1) - 1)]
     for family in families.values():
         inside = [owner == image for image in family]
         at, shape = _origins(exemplar, inside)
