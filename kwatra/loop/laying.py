@@ -21,6 +21,7 @@ from kwatra.elements import (
     translation,
 )
 from kwatra.exemplar import Exemplar
+from kwatra.levels import LAID_FINE
 from kwatra.loop.task import Task
 from kwatra.pieces import BlockStart, SlantedStart
 
@@ -170,8 +171,15 @@ def _is_large(extent: tuple[int, ...], factor: int) -> bool:
 
 
 def looks(exemplar: Exemplar) -> list[Callable[[Exemplar], object]]:
-    """What is looked for in an exemplar where blocks of it are laid that nothing steers, each of which is kept."""
-    return [find_ground, find_slant, *([find_lattice] if exemplar.owner.numel() <= LOOKED_AT else [])]
+    """What is looked for in an exemplar where blocks of it are laid that nothing steers, each of which is kept.
+
+    Of a large one they are laid at a coarser resolution, where its ground is looked for; a lattice is in none.
+    """
+    wanted: list[Callable[[Exemplar], object]] = [find_ground] if min(exemplar.extent) <= LAID_FINE else []
+    wanted.append(find_slant)
+    if exemplar.owner.numel() <= LOOKED_AT:
+        wanted.append(find_lattice)
+    return wanted
 
 
 def _lattice(task: Task, exemplar: Exemplar, factor: int) -> Lattice | None:

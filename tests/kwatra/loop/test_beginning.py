@@ -1,3 +1,4 @@
+from importlib import import_module
 from weakref import ref
 
 import pytest
@@ -5,6 +6,7 @@ import torch
 
 from kwatra import Exemplar, InputError, Level, Settings, begin, improve, optimize
 from kwatra.base import generator_of
+from kwatra.loop import laying, looks
 from kwatra.pieces import BlockStart, Box
 
 SMALL = Settings(levels=(Level(2, 8, 2), Level(1, 8, 2)))
@@ -77,3 +79,32 @@ def test_blocks_are_not_kept_while_the_levels_improve_what_they_are_of(monkeypat
     assert torch.equal(improve(beginning.without_blocks()).image, improve(beginning).image)
     with pytest.raises(InputError, match="no blocks to lay anew"):
         beginning.without_blocks().anew(Box((0, 0), (8, 8)), seed=0)
+
+
+@pytest.mark.parametrize("side", [150, 320, 400])
+def test_what_is_looked_for_beforehand_is_asked_for_later(side, monkeypatch):
+    """All of it by the same exemplar: what is laid at half the resolution asks for the ground there."""
+    asked, exemplar = list[str](), Exemplar.of(torch.rand(1, side, side))
+    for module in (laying, import_module("kwatra.pieces.gaps")):
+        for name in ("find_ground", "find_lattice", "find_slant"):
+            find = getattr(module, name, None)
+            if find is not None:
+                find = noted(asked, name, find, exemplar)
+                monkeypatch.setattr(module, name, find)
+    wanted = {
+        name for name in ("find_ground", "find_lattice", "find_slant") if getattr(laying, name) in looks(exemplar)
+    }
+    assert ("find_ground" in wanted) == (side <= laying.LAID_FINE)
+    begin(exemplar, (64, 64))
+    assert set(asked) == wanted
+
+
+def noted(asked, name, find, exemplar):
+    """A search that notes its name if it is asked of an exemplar."""
+
+    def found(other):
+        if other.canvas is exemplar.canvas:
+            asked.append(name)
+        return find(other)
+
+    return found
