@@ -137,10 +137,12 @@ def _cleaned(ground: Array, owner: Array, size: float) -> tuple[Array, float]:
     area[0] = 0
     if count == 0:
         return ground, 0.0
-    inside, largest = owner >= 0, np.zeros(owner.max() + 1, area.dtype)
-    np.maximum.at(largest, owner[inside], area[parts[inside]])
+    image, largest = np.zeros(count + 1, owner.dtype), np.zeros(owner.max() + 1, area.dtype)
+    image[parts.ravel()] = owner.ravel()
+    np.maximum.at(largest, image[1:], area[1:])
     connected = largest.sum() / area.sum()
     ground = (area >= HOLE * size**2)[parts]
+    inside = owner >= 0
     parts, count = ndimage.label(inside & ~ground)
     area = np.bincount(parts.ravel(), minlength=count + 1)
     area[0] = 0

@@ -21,7 +21,7 @@ SIGMA = 1.0
 
 SLOPES = ((0, 1), (1, 4), (1, 3), (1, 2), (2, 3), (3, 4), (1, 1))
 """How steeply lines may run, as pixels aside for pixels on: by small numbers, for copies are moved by multiples of the
-second. Of the angles between two neighbors of these none is further than 5 degrees from one."""
+second. No angle is further than 7 degrees from one of these."""
 
 
 @dataclass(frozen=True)
@@ -44,16 +44,16 @@ class Slant:
 @kept
 def find_slant(exemplar: Exemplar) -> Slant:
     """How the lines of a still run. Its anisotropy is 1 where no direction is preferred; of one color, too."""
-    across, down, mixed = 0.0, 0.0, 0.0
+    xx, yy, xy = 0.0, 0.0, 0.0
     for picture, present in pictures(exemplar):
-        falling, rising, inside = slopes(picture, present, SIGMA)
-        across += float(total(rising.square() * inside))
-        down += float(total(falling.square() * inside))
-        mixed += float(total(rising * falling * inside))
-    middle, away = (across + down) / 2, math.hypot((across - down) / 2, mixed)
+        down, right, inside = slopes(picture, present, SIGMA)
+        xx += float(total(right.square() * inside))
+        yy += float(total(down.square() * inside))
+        xy += float(total(right * down * inside))
+    middle, away = (xx + yy) / 2, math.hypot((xx - yy) / 2, xy)
     least = max(middle - away, 0.0)
     much = math.sqrt((middle + away) / least) if least > 0 else math.inf if middle > 0 else 1.0
-    slope = -math.tan(math.atan2(2 * mixed, across - down) / 2)  # to the right for each pixel down
+    slope = -math.tan(math.atan2(2 * xy, xx - yy) / 2)  # to the right for each pixel down
     along = 0 if abs(slope) <= 1 else 1
     slope = slope if along == 0 else 1 / slope
     aside, on = min(SLOPES, key=lambda step: abs(math.atan(step[0] / step[1]) - math.atan(abs(slope))))

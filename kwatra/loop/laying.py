@@ -97,13 +97,14 @@ def block_start(task: Task, exemplar: Exemplar) -> Laid:
     frames = FRAMES_IN_PLACE if controls.place_charges(here, (1,) * axes) else FRAMES
     size, along = block_size(here, controls.shape, settings.block, grain, frames), None
     lattice = _lattice(task, exemplar, factor)
+    wish = controls.wish(torch.zeros(task.channels, *controls.shape, dtype=torch.float32, device=here.canvas.device))
+    usage = settings.even * _usage(exemplar, task.shape, wish is not None)
     slant = _slant(task, exemplar) if lattice is None else None
     if slant is not None:
-        slanted = _slanted_start(task, here, controls.shape, slant, size, grain)
+        slanted = _slanted_start(task, here, controls.shape, slant, size, grain, usage)
         return Laid(slanted.run(), factors, slanted)
     if axes == 2 and lattice is None:
         size, along = narrowed(size, anisotropy(exemplar), grain)
-    wish = controls.wish(torch.zeros(task.channels, *controls.shape, dtype=torch.float32, device=here.canvas.device))
     blocks = BlockStart(
         here,
         controls.shape,
@@ -111,7 +112,7 @@ def block_start(task: Task, exemplar: Exemplar) -> Laid:
         grain,
         task.generator,
         wraps=task.wraps,
-        usage=settings.even * _usage(exemplar, task.shape, wish is not None),
+        usage=usage,
         seams=settings.seams,
         aligned=task.start == "aligned",
         lattice=lattice,
@@ -123,17 +124,27 @@ def block_start(task: Task, exemplar: Exemplar) -> Laid:
     return Laid(blocks.run(), factors, blocks)
 
 
+def _plain(task: Task) -> bool:
+    """Whether a still is begun that neither wraps nor is steered."""
+    return task.start == "aligned" and len(task.shape) == 2 and not task.terms and not any(task.wraps)
+
+
 def _slant(task: Task, exemplar: Exemplar) -> Slant | None:
     """How the lines of a single image run, None if not obliquely, or if an output wraps or is steered."""
-    plain = task.start == "aligned" and len(task.shape) == 2 and not task.terms and not any(task.wraps)
-    if not plain or int(exemplar.owner.max()) > 0:
+    if not _plain(task) or int(exemplar.owner.max()) > 0:
         return None
     slant = find_slant(exemplar)
     return slant if slant.aside and slant.anisotropy >= OBLIQUE else None
 
 
 def _slanted_start(
-    task: Task, here: Exemplar, shape: Sequence[int], slant: Slant, size: tuple[int, ...], grain: Sequence[int]
+    task: Task,
+    here: Exemplar,
+    shape: Sequence[int],
+    slant: Slant,
+    size: tuple[int, ...],
+    grain: Sequence[int],
+    usage: float,
 ) -> SlantedStart:
     """The start of a still whose lines run obliquely, of blocks as of one whose lines run along an axis."""
     much = slant.anisotropy if slant.along == 0 else 1 / slant.anisotropy
@@ -144,7 +155,7 @@ def _slanted_start(
         narrowed(size, much, grain)[0],
         grain,
         task.generator,
-        usage=task.settings.even * _usage(task.texture.exemplar or here, task.shape, False),
+        usage=usage,
         seams=task.settings.seams,
         easier=easier(much, slant.along),
     )
@@ -198,9 +209,8 @@ def repeated(task: Task, exemplar: Exemplar) -> Tensor | None:
 
     None where it is not periodic, or is to be something else.
     """
-    plain = not task.terms and not any(task.wraps) and task.start == "aligned" and len(task.shape) == 2
     fine = any(level.factor == 1 for level in task.levels)
-    lattice = find_lattice(exemplar) if plain and fine and exemplar.owner.numel() <= LOOKED_AT else None
+    lattice = find_lattice(exemplar) if _plain(task) and fine and exemplar.owner.numel() <= LOOKED_AT else None
     return None if lattice is None else continued(exemplar, lattice, task.shape)
 
 

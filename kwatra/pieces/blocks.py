@@ -40,9 +40,9 @@ from kwatra.pieces.seams import eased
 from kwatra.pieces.sheet import Patch, Sheet
 from kwatra.pieces.spread import Spread
 from kwatra.pieces.stock import Array, each
-from kwatra.pieces.twins import twin_places
+from kwatra.pieces.twins import NO_TWINS, twin_places
 from kwatra.pieces.window import Window
-from kwatra.pieces.wished import Wished, looks, variance
+from kwatra.pieces.wished import Wished, unguided, variance
 from kwatra.terms import PlaceCharge, Wish
 
 OVERLAP = 0.25
@@ -106,15 +106,15 @@ class BlockStart:
         self.contrast = 2 * self.variance**0.5 / mosaic.step
         self.scene = SceneUse.of(self.image, self.shape) if len(self.shape) > 2 and places else None
         still = aligned and len(self.shape) == 2
-        self.gaps = gaps(looks(exemplar, self.wish), mosaic, self.contrast / 2) if still and along is None else None
+        self.gaps = gaps(unguided(exemplar, self.wish), mosaic, self.contrast / 2) if still and along is None else None
         if self.gaps is not None:
             self._heed(self.gaps)
         self.spread = Spread.over(self.shape, self.corners.block, self.overlap, self.grain, self.wraps, along)
         if still and self.wish is None and not places and bool((exemplar.owner == 0).all()):
             needed = (0,) * len(self.shape) if self.gaps is None else self.overlap
             self.corners = self.corners.hanging(self.spread.overhang(needed))
-        luck, repeats = 0.0 if self.scene is None else LUCK, twin_places(exemplar, mosaic) if still else []
-        asked = Asked(usage, lattice, places, exemplar.canvas.device, self.wish, self.gaps, aligned, luck, repeats)
+        luck, twins = 0.0 if self.scene is None else LUCK, twin_places(exemplar, mosaic) if still else NO_TWINS
+        asked = Asked(usage, lattice, places, exemplar.canvas.device, self.wish, self.gaps, aligned, luck, twins)
         self.candidates = Candidates(self.sheet, self.corners, self.image, self.variance, asked)
 
     @property

@@ -76,7 +76,7 @@ class Asked(NamedTuple):
     gaps: Gaps | None
     aligned: bool
     luck: float
-    twins: Sequence[Array]
+    twins: Array
 
 
 class Candidates:

@@ -97,22 +97,18 @@ class StepCosts:
         return cost
 
 
-def shown_near(sheet: Sheet[Mosaic], boxes: Sequence[Box], corners: Corners, twins: Sequence[Array] = ()) -> Array:
+def shown_near(sheet: Sheet[Mosaic], boxes: Sequence[Box], corners: Corners, twins: Array) -> Array:
     """How much of each block (b, n) of an image is shown around boxes.
 
-    A pixel counts 1 that is shown in a box, 0 from a block's length away. twins (cells,): for each place of the mosaic
-    others that show the same (`kwatra.pieces.twins`), below 0 where none does; they count as well.
+    A pixel counts 1 that is shown in a box, 0 from a block's length away. twins (t, cells): for each place of the
+    mosaic others that show the same (`kwatra.pieces.twins`), below 0 where none does; they count as well.
     """
     from kwatra.pieces.comparing import sum_near
 
     near = np.empty((len(boxes), corners.valid.size))
     starts, stops = (np.array(sides) for sides in zip(*((box.start, box.stop) for box in boxes), strict=True))
     blocks = np.array(sheet.sources.cell), of_volume(corners.under)
-    sum_near(sheet.places, sheet.label, starts, stops, max(corners.block), *blocks, near)
-    for twin in twins:
-        places, more = twin[sheet.places], np.empty_like(near)
-        sum_near(places, np.where(places >= 0, sheet.label, -1), starts, stops, max(corners.block), *blocks, more)
-        near += more
+    sum_near(sheet.places, sheet.label, twins, starts, stops, max(corners.block), *blocks, near)
     return near
 
 

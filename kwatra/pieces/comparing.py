@@ -138,23 +138,28 @@ def _count_offsets(
 
 
 @jitted
-def sum_near(places: Any, label: Any, starts: Any, stops: Any, reach: Any, cell: Any, spans: Any, near: Any) -> None:
+def sum_near(
+    places: Any, label: Any, twins: Any, starts: Any, stops: Any, reach: Any, cell: Any, spans: Any, near: Any
+) -> None:
     """Set the sums (b, n) over blocks of how near to a box each place is shown: 1 in it, 0 from `reach` away.
 
-    places, label (H, W): what pixels show of a mosaic's `cell` (2,), and of which patch, < 0 of none. starts, stops
-    (b, 2): of the boxes. spans: of each of three axes the first places under blocks, and those after the last.
+    places, label (H, W): what pixels show of a mosaic's `cell` (2,), and of which patch, < 0 of none. twins (t, cells):
+    what is shown of each place as well, < 0 for nothing. starts, stops (b, 2): of the boxes. spans: of each of three
+    axes the first places under blocks, and those after the last.
     """
     for box in range(len(starts)):
         start, stop, shown = starts[box], stops[box], np.zeros((1, 1, cell[0], cell[1]))
         low, left = max(start[0] - reach, 0), max(start[1] - reach, 0)
         high, right = min(stop[0] + reach, len(places)), min(stop[1] + reach, places.shape[1])
         around = places[low:high, left:right], label[low:high, left:right]
-        _sum_near(around[0], around[1], low, left, start, stop, reach, shown.reshape(-1))
+        _sum_near(around[0], around[1], twins, low, left, start, stop, reach, shown.reshape(-1))
         near[box] = sum_boxes(shown, spans[0], spans[1]).reshape(-1)
 
 
 @jitted
-def _sum_near(places: Any, label: Any, top: Any, left: Any, start: Any, stop: Any, reach: Any, shown: Any) -> None:
+def _sum_near(
+    places: Any, label: Any, twins: Any, top: Any, left: Any, start: Any, stop: Any, reach: Any, shown: Any
+) -> None:
     """The same of one box and what lies around it, whose first pixel is (top, left).
 
     How near the pixels of a row are is the same for all rows that are so far up or down.
@@ -170,3 +175,6 @@ def _sum_near(places: Any, label: Any, top: Any, left: Any, start: Any, stop: An
         for j in range(places.shape[1]):
             if label[i, j] >= 0:
                 shown[places[i, j]] += share[j]
+                for twin in range(len(twins)):
+                    if twins[twin, places[i, j]] >= 0:
+                        shown[twins[twin, places[i, j]]] += share[j]

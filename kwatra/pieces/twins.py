@@ -10,15 +10,18 @@ from kwatra.exemplar import Exemplar
 from kwatra.pieces.mosaic import Mosaic
 from kwatra.pieces.stock import Array
 
+NO_TWINS = np.empty((0, 0), np.int32)
+"""Of a video's pieces, and of those laid at random, none are told."""
 
-def twin_places(exemplar: Exemplar, mosaic: Mosaic) -> list[Array]:
-    """Of each place of a mosaic of an exemplar's canvas its twins' places, (cells,) each; as `twins`."""
-    places, tables = mosaic.places_of(list(np.indices(exemplar.shape))), list[Array]()
-    for twin in twins(exemplar):
-        at = list(np.unravel_index(twin.numpy().clip(0), exemplar.shape))
-        table = np.full(mosaic.cell_size, -1, mosaic.place_type)
-        table[places] = np.where(twin.numpy() >= 0, mosaic.places_of(at), -1)
-        tables.append(table)
+
+def twin_places(exemplar: Exemplar, mosaic: Mosaic) -> Array:
+    """Of each place of a mosaic of an exemplar's canvas its twins' places, (twins, cells); as `twins`."""
+    found = twins(exemplar)
+    tables = np.full((len(found), mosaic.cell_size), -1, mosaic.place_type)
+    for table, twin in zip(tables, found, strict=True):
+        here = twin.numpy() >= 0
+        at = np.unravel_index(twin.numpy()[here], exemplar.shape)
+        table[mosaic.places_of(list(here.nonzero()))] = mosaic.places_of(list(at))
     return tables
 
 

@@ -65,7 +65,7 @@ class Wished(NamedTuple):
         return missed
 
 
-def looks(exemplar: Exemplar, wish: Wished | None) -> Exemplar:
+def unguided(exemplar: Exemplar, wish: Wished | None) -> Exemplar:
     """The exemplar without channels of guidance, which says where a texture goes, not what it looks like."""
     if wish is None or wish.guides.all() or not wish.guides.any():
         return exemplar

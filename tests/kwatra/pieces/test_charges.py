@@ -70,9 +70,10 @@ def test_what_is_shown_nearby_counts_by_its_distance_from_the_box():
         wanted[tuple(there)] += max(1 - away / reach, 0)
     exemplar = Exemplar.of(torch.from_numpy(mosaic.images[0]))
     corners = Corners.fitting(exemplar, (2, reach), (1, 1)).hanging((1, 1))
-    corner, here = shown_near(sheet, [Box((6, 8), (3, 4)), box], corners)
+    none = np.empty((0, mosaic.cell_size), mosaic.place_type)
+    corner, here = shown_near(sheet, [Box((6, 8), (3, 4)), box], corners, none)
     np.testing.assert_allclose(here, corners.sums(np.pad(wanted, 1)).ravel(), atol=1e-12)
-    np.testing.assert_array_equal(corner, shown_near(sheet, [Box((6, 8), (3, 4))], corners)[0])
+    np.testing.assert_array_equal(corner, shown_near(sheet, [Box((6, 8), (3, 4))], corners, none)[0])
     assert (wanted > 1).any()
 
 
