@@ -6,7 +6,7 @@ own, so bits do not depend on their number. Numba compiles a loop when it is fir
 
 import hashlib
 from collections.abc import Callable
-from functools import cached_property
+from functools import cache, cached_property
 from itertools import pairwise
 from typing import Any, TypeVar
 
@@ -24,6 +24,7 @@ def jitted(function: Function, **options: Any) -> Function:
     """A function compiled by numba, kept on the disk where there is a place for it."""
     import numba  # heavy: only where something is computed
 
+    _watch()
     try:
         made: Any = numba.njit(cache=True, nogil=True, **options)(function)
         _keep_apart(made)
@@ -31,6 +32,32 @@ def jitted(function: Function, **options: Any) -> Function:
         made = numba.njit(nogil=True, **options)(function)
     kept: Function = made
     return kept
+
+
+def compiling() -> bool:
+    """Whether some thread compiles a loop now, which no run on this machine had to use before."""
+    return _begun > _ended
+
+
+_begun = _ended = 0
+"""How many loops were begun to be compiled, and how many of these are done: numba compiles one at a time."""
+
+
+@cache
+def _watch() -> None:
+    """Have numba tell when it compiles; what it finds on the disk it does not tell of."""
+    from numba.core import event
+
+    class Watch(event.Listener):
+        def on_start(self, event: Any) -> None:
+            global _begun
+            _begun += 1
+
+        def on_end(self, event: Any) -> None:
+            global _ended
+            _ended += 1
+
+    event.register("numba:compile", Watch())
 
 
 def _keep_apart(made: Any) -> None:

@@ -117,7 +117,7 @@ class Candidates:
         """
         places, known = self.sheet.shown(boxes)
         if needed is None:
-            valid = np.broadcast_to(self.corners.valid, (len(boxes), *self.corners.valid.shape))
+            valid = np.repeat(self.corners.valid[None], len(boxes), 0)
         else:
             valid = self.corners.covering(needed, known)
         some = np.asarray(known.reshape(len(boxes), -1).any(1))

@@ -12,7 +12,7 @@ import numpy as np
 
 from kwatra.base.compiled import jitted
 from kwatra.base.spanloops import sum_boxes
-from kwatra.pieces.loops import quantile
+from kwatra.pieces.loops import copy_into, quantile
 
 
 @jitted
@@ -152,8 +152,8 @@ def sum_near(
         low, left = max(start[0] - reach, 0), max(start[1] - reach, 0)
         high, right = min(stop[0] + reach, len(places)), min(stop[1] + reach, places.shape[1])
         around = places[low:high, left:right], label[low:high, left:right]
-        _sum_near(around[0], around[1], twins, low, left, start, stop, reach, shown.reshape(-1))
-        near[box] = sum_boxes(shown, spans[0], spans[1]).reshape(-1)
+        _sum_near(around[0], around[1], twins, low, left, start, stop, reach, shown.ravel())
+        copy_into(sum_boxes(shown, spans[0], spans[1]).ravel(), near[box])
 
 
 @jitted

@@ -1,4 +1,4 @@
-"""Products and quantiles of arrays, and what places of a mosaic mean, in compiled loops.
+"""Products, quantiles and copies of arrays, and what places of a mosaic mean, in compiled loops.
 
 This module is compiled by numba when first used, so it is imported where these are computed.
 """
@@ -53,6 +53,13 @@ def _select(values: Any, number: int) -> None:
             low = i
         if number < i:
             high = j
+
+
+@jitted
+def copy_into(values: Any, to: Any) -> None:
+    """Values (N,) in another array; to have a slice assigned takes a second to compile for each kind of arrays."""
+    for i in range(len(values)):
+        to[i] = values[i]
 
 
 @jitted

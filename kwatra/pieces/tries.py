@@ -18,6 +18,7 @@ from kwatra.base.compiled import jitted
 from kwatra.base.spans import in_volume, volume
 from kwatra.cut.choices import FREE, MOST, TAKE
 from kwatra.cut.network import sides
+from kwatra.pieces.loops import copy_into
 from kwatra.pieces.matches import cut_places
 from kwatra.pieces.seams import Prices
 from kwatra.pieces.stock import Array
@@ -155,10 +156,10 @@ def _try_every(
         if cost < least:
             least, best, best_change, best_price = cost, k, change, price
             lowest[0] = min(lowest[0], cost)
-            _copy(taken, take)
-            _copy(shown_new, places)
+            copy_into(taken, take)
+            copy_into(shown_new, places)
             for axis in range(len(a)):
-                _copy(tried[axis].ravel(), left[axis].ravel())
+                copy_into(tried[axis].ravel(), left[axis].ravel())
     return best, least, best_change, best_price
 
 
@@ -170,16 +171,9 @@ def _like(costs: Any) -> Any:
 
 
 @jitted
-def _copy(values: Any, to: Any) -> None:
-    """Values (N,) in another array; to have a slice assigned takes a second to compile for each kind of arrays."""
-    for i in range(len(values)):
-        to[i] = values[i]
-
-
-@jitted
 def _lay_out(kept: Any, laid: Any, fixed: Any, start: Any, stop: Any, must: Any, choice: Any) -> None:
     """What may happen to pixels where a patch is laid from start to before stop."""
-    _copy(kept.ravel(), choice.ravel())
+    copy_into(kept.ravel(), choice.ravel())
     for i in range(start[0], stop[0]):
         for j in range(start[1], stop[1]):
             for k in range(start[2], stop[2]):

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from kwatra.base.compiled import jitted
-from kwatra.pieces.loops import quantile
+from kwatra.pieces.loops import copy_into, quantile
 
 
 @jitted
@@ -106,8 +106,7 @@ def pick_each(costs: Any, most: Any, acceptable: Any, tolerance: Any, luck: Any,
         if most[box] == 1:
             picked[box, 0] = draw(costs[box], tolerance, luck[box])
         else:
-            some = pick(costs[box], most[box], acceptable)
-            picked[box, : len(some)] = some
+            copy_into(pick(costs[box], most[box], acceptable), picked[box])
 
 
 @jitted

@@ -55,7 +55,7 @@ def progress_line(title: str) -> Iterator[Callable[[Any], None]]:
         TextColumn("{task.description}"),
         BarColumn(),
         TaskProgressColumn(),
-        TextColumn("{task.fields[place]}, {task.fields[rate]:.1f} iterations/s"),
+        _telling("{task.fields[place]}, {task.fields[rate]:.1f} iterations/s"),
         TimeRemainingColumn(),
     )
     with _bar(*columns) as bar:
@@ -84,9 +84,26 @@ def work_line(title: str) -> Iterator[Callable[[str, float], None]]:
     if not seen():
         yield lambda what, part: None
         return
-    with _bar() as bar:
+    from rich.progress import Progress
+
+    _, *rest = Progress.get_default_columns()
+    with _bar(_telling("{task.description}"), *rest) as bar:
         task = bar.add_task(title, total=1.0)
         yield lambda what, part: bar.update(task, description=f"{title}: {what}", completed=part)
+
+
+def _telling(text: str) -> Any:
+    """A column with a text of the task, in whose place it says why nothing goes on while loops are compiled."""
+    from rich.progress import Task, TextColumn
+    from rich.text import Text
+
+    from kwatra.base.compiled import compiling
+
+    class Telling(TextColumn):
+        def render(self, task: Task) -> Text:
+            return Text("compiling loops, only this once") if compiling() else super().render(task)
+
+    return Telling(text)
 
 
 @contextmanager

@@ -2,8 +2,9 @@ import numba
 import numpy as np
 import pytest
 import torch
+from numba.core import event
 
-from kwatra.base.compiled import Compiled, jitted
+from kwatra.base.compiled import Compiled, compiling, jitted
 
 
 def add(values, more, low, high):
@@ -49,3 +50,25 @@ def test_what_two_processes_compile_at_once_for_different_types_is_told_apart(tm
     file._save_data(*written[0])
     assert later(integers) == 1.5
     assert later.stats.cache_hits
+
+
+def test_it_is_told_when_a_loop_is_compiled_and_not_when_one_is_found_on_the_disk(tmp_path, monkeypatch):
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    told = []
+
+    class Asking(event.Listener):
+        def on_start(self, event):
+            told.append(compiling())
+
+        def on_end(self, event):
+            pass
+
+    one, other = jitted(half_of_the_first), jitted(half_of_the_first)
+    with event.install_listener("numba:compile", Asking()):
+        one(np.ones(1))
+        assert told
+        assert all(told)
+        told.clear()
+        other(np.ones(1))
+    assert not told
+    assert not compiling()

@@ -4,12 +4,14 @@ import io
 import sys
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 from PIL import Image
 
-from synth.commands.progress import progress_line
+from kwatra.base import compiled
+from synth.commands.progress import progress_line, work_line
 from synth.commands.report import energy_writer, score_table
 
 ROWS = [
@@ -50,16 +52,35 @@ def test_scores_line_up() -> None:
     assert lines[2].split() == ["longer", "name.png", "0.2000", "0.3000"]
 
 
+class Stream(io.StringIO):
+    """A stream that says whether it is a terminal."""
+
+    def __init__(self, terminal: bool) -> None:
+        super().__init__()
+        self.terminal = terminal
+
+    def isatty(self) -> bool:
+        return self.terminal
+
+
 @pytest.mark.parametrize("terminal", [True, False])
 def test_progress_is_for_terminals_only(monkeypatch: pytest.MonkeyPatch, terminal: bool) -> None:
-    class Stream(io.StringIO):
-        def isatty(self) -> bool:
-            return terminal
-
-    stream = Stream()
+    stream = Stream(terminal)
     monkeypatch.setattr(sys, "stderr", stream)
     monkeypatch.setenv("TERM", "xterm")
     with progress_line("brick") as callback:
         callback(SimpleNamespace(fraction=0.5, level=1, attempt=1, tries=1))
     assert ("brick" in stream.getvalue()) == terminal
     assert ("50%" in stream.getvalue()) == terminal
+
+
+@pytest.mark.parametrize("line", [progress_line, work_line])
+@pytest.mark.parametrize("first", [True, False])
+def test_a_terminal_is_told_when_loops_are_compiled(monkeypatch: pytest.MonkeyPatch, line: Any, first: bool) -> None:
+    stream = Stream(True)
+    monkeypatch.setattr(sys, "stderr", stream)
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setattr(compiled, "compiling", lambda: first)
+    with line("brick"):
+        pass
+    assert ("compiling loops" in stream.getvalue()) == first
