@@ -25,7 +25,7 @@ def span_sums(values: np.ndarray, spans: Sequence[tuple[np.ndarray, np.ndarray]]
     axes, kind = len(spans), np.int64 if values.dtype.kind in "biu" else np.float64  # whole numbers are summed exactly
     shape = (*values.shape[: values.ndim - axes], *(len(starts) for starts, _ in spans))
     four = (math.prod(values.shape[: values.ndim - axes]), *volume(values, axes).shape[-AXES:])
-    sums = sum_boxes(values.astype(np.float64, copy=False).reshape(four), *of_volume(spans)).reshape(shape)
+    sums = sum_boxes(np.ascontiguousarray(values, np.float64).reshape(four), *of_volume(spans)).reshape(shape)
     return np.asarray(sums, kind)
 
 

@@ -43,12 +43,25 @@ class Agreement:
         boxes, images, extent = len(known), len(self._variances), known.shape[1:]
         ones = np.empty((boxes, len(self._planes) + 1, *extent), np.float32)
         against = np.empty((boxes, images + 1, *extent))
-        seen = places.reshape(boxes, -1), known.reshape(boxes, -1)
-        take_known(self._planes, self._image, *seen, *(part.reshape(*part.shape[:2], -1) for part in (ones, against)))
+        there = places.reshape(boxes, -1), known.reshape(boxes, -1)
+        take_known(self._planes, self._image, *there, *(part.reshape(*part.shape[:2], -1) for part in (ones, against)))
         raw, mismatch = self.corners.on_grain(self.fit.less_energy(ones)), np.empty((boxes, images, *valid.shape[1:]))
+        seen = self._seen(against)
         compare(
-            raw.reshape(boxes, images, -1), volume(against, len(extent)), any(self.corners.hang),
-            of_volume(self.corners.seen(extent)), valid.reshape(boxes, -1), FAIR, self._variances, 10.0**DIGITS,
-            mismatch.reshape(boxes, images, -1),
+            raw.reshape(boxes, images, -1), volume(against, len(extent)), seen.reshape(*seen.shape[:2], raw[0, 0].size),
+            any(self.corners.hang), of_volume(self.corners.seen(extent)), valid.reshape(boxes, -1), FAIR,
+            self._variances, 10.0**DIGITS, mismatch.reshape(boxes, images, -1),
         )  # fmt: skip
         return mismatch
+
+    def _seen(self, against: Array) -> Array:
+        """The sums (b, m, *n) of what is compared with (b, m, *E) over what each block shows, if holes say what.
+
+        None of boxes, (0, m, *n), if nothing but a border does.
+        """
+        lines = self.corners.valid.shape
+        if self.corners.holes is None:
+            return np.empty((0, against.shape[1], *lines))
+        hidden = self.corners.hidden(against.reshape(-1, *against.shape[2:])).reshape(*against.shape[:2], *lines)
+        whole = against.sum(tuple(range(2, against.ndim)))
+        return np.maximum(whole.reshape(*whole.shape, *[1] * len(lines)) - hidden, 0)

@@ -7,7 +7,8 @@ under it and with what terms wish for there, and for how little its content has 
 block, and mend older seams. When all is laid, blocks are laid again where seams cost most (thesis 3.2). Blocks that lie
 apart are laid at once (`fronts`). Offsets between output and exemplar are multiples of `grain`, the coarsest level's
 pixel, so that every level of the pyramid can represent the start exactly. Blocks may hang over the exemplar's border,
-or it would hardly be shown (see `Corners`).
+or it would hardly be shown, and lie on its holes, or hardly any would fit between them (see `Corners`); what they leave
+empty others fill.
 
 Where there are gaps between elements seams are hidden in them; blocks are chosen also for how well their gaps lie on
 those that are there, and are larger and overlap by so much that a seam can go around an element.
@@ -92,27 +93,27 @@ class BlockStart:
         self.exemplar, self.shape, self.grain = exemplar, tuple(shape), tuple(grain)
         self.generator, self.seams, self.aligned, self.lattice = generator, seams, aligned, lattice
         share, colors = exemplar.share.cpu(), continued(exemplar.canvas, exemplar.owner).cpu()
+        middle = torch.stack([mean(channel) for channel in colors]).double().view(share.shape)
+        weights = share.double().sqrt()
+        self.wish, still = Wished.of(wish, middle, weights), aligned and len(self.shape) == 2
         mosaic = Mosaic([(colors * share).numpy()])
         self.wraps = (False,) * len(self.shape) if wraps is None else tuple(wraps)
         self.sheet = Sheet(mosaic, self.shape, self.wraps, eased(mosaic, easier))
-        block = tuple(min(b, self.sheet.longest(axis)) for axis, b in enumerate(block))
-        self.corners = Corners.fitting(exemplar, block, self.grain)
-        self.overlap = tuple(max(round(b * OVERLAP), 1) for b in self.corners.block)
-        middle = torch.stack([mean(channel) for channel in colors]).double().view(share.shape)
-        weights = share.double().sqrt()
         self.image, self.shown = ((colors - middle) * weights).numpy(), np.zeros(mosaic.cell)
-        self.wish = Wished.of(wish, middle, weights)
         self.variance = variance(exemplar, self.wish)
         self.contrast = 2 * self.variance**0.5 / mosaic.step
         self.scene = SceneUse.of(self.image, self.shape) if len(self.shape) > 2 and places else None
-        still = aligned and len(self.shape) == 2
         self.gaps = gaps(unguided(exemplar, self.wish), mosaic, self.contrast / 2) if still and along is None else None
+        free = still and self.wish is None and not places and bool((exemplar.owner <= 0).all())
+        block = tuple(min(b, self.sheet.longest(axis)) for axis, b in enumerate(block))
+        fitted = Corners.on_holes if free and self.gaps is None else Corners.fitting
+        self.corners = fitted(exemplar, block, self.grain)
+        self.overlap = tuple(max(round(b * OVERLAP), 1) for b in self.corners.block)
         if self.gaps is not None:
             self._heed(self.gaps)
         self.spread = Spread.over(self.shape, self.corners.block, self.overlap, self.grain, self.wraps, along)
-        if still and self.wish is None and not places and bool((exemplar.owner == 0).all()):
-            needed = (0,) * len(self.shape) if self.gaps is None else self.overlap
-            self.corners = self.corners.hanging(self.spread.overhang(needed))
+        if free:
+            self._hang()
         luck, twins = 0.0 if self.scene is None else LUCK, twin_places(exemplar, mosaic) if still else NO_TWINS
         asked = Asked(usage, lattice, places, exemplar.canvas.device, self.wish, self.gaps, aligned, luck, twins)
         self.candidates = Candidates(self.sheet, self.corners, self.image, self.variance, asked)
@@ -136,6 +137,12 @@ class BlockStart:
         if self.lattice is None and (self.wish is None or not self.wish.everywhere):
             grown = Corners.fitting(self.exemplar, block, self.grain)
             self.corners = grown if grown.block == block else self.corners
+
+    def _hang(self) -> None:
+        """Have blocks hang over the exemplar's border, unless it has holes on which they may not lie."""
+        if self.corners.holes is not None or self.corners.valid.all():
+            needed = (0,) * len(self.shape) if self.gaps is None else self.overlap
+            self.corners = self.corners.hanging(self.spread.overhang(needed))
 
     def run(self) -> Tensor:
         """Lay all blocks, row by row, and again where seams cost most."""
@@ -166,6 +173,9 @@ class BlockStart:
         """Lay blocks in boxes, row by row, and again where seams cost most, the more often the more boxes there are."""
         for front in self._fronts(boxes):
             self._lay([boxes[number] for number in front])
+        while rest := [box for box in boxes if not self.sheet.filled_at(self.sheet.indices(box)).all()]:
+            for front in self._fronts(rest):
+                self._lay([rest[number] for number in front], rest=True)
         if self.aligned:
             half = tuple(max(b // 2, 1) for b in self.corners.block)
             costly = partial(self._costly, Regions(self.sheet, half, self.generator))
@@ -186,8 +196,10 @@ class BlockStart:
         reach = max(self.corners.block) if len(self.shape) == 2 else 1
         return fronts(boxes, reach, self.shape, self.sheet.periodic)
 
-    def _lay(self, boxes: Sequence[Box], again: bool = False) -> list[bool]:
+    def _lay(self, boxes: Sequence[Box], again: bool = False, rest: bool = False) -> list[bool]:
         """Lay blocks in boxes that lie apart; of each whether it was: again one is only where that lowers seams.
+
+        rest: whether they are the last that fill these.
 
         In each box the block is cut in that costs least with what is seen of its seams. Threads share the boxes, or
         what is tried in one. How often pixels are shown is counted when all are laid.
@@ -198,7 +210,7 @@ class BlockStart:
 
         def choose(numbers: Sequence[int]) -> list[Offer]:
             some = [boxes[number] for number in numbers]
-            needed = None if again else self._needed(some)
+            needed = None if again else self._needed(some, rest)
             chosen = self.candidates.choose(some, needed, worn, self.seams, [luck[number] for number in numbers])
             seen = zip(self.sheet.windows(some), some, chosen, strict=True)
             return [self._offered(window, box, *tried, often, again) for window, box, tried in seen]
@@ -206,7 +218,7 @@ class BlockStart:
         groups = self._groups(boxes)
         made = dict(zip(chain(*groups), chain(*shared(choose, groups)), strict=True))
         offers = [made[number] for number in range(len(boxes))]
-        cuts = cheapest_cuts(self.sheet, offers)
+        cuts = cheapest_cuts(self.sheet, offers, self.corners.owned)
         for offer, cut in zip(offers, cuts, strict=True):
             if cut is not None:
                 offer.window.recount(cut.take, cut.places, self.shown)
@@ -224,12 +236,15 @@ class BlockStart:
         size = min(most, -(-len(boxes) // torch.get_num_threads()))
         return [numbers[first : first + size] for numbers in alike.values() for first in range(0, len(numbers), size)]
 
-    def _needed(self, boxes: Sequence[Box]) -> Array:
+    def _needed(self, boxes: Sequence[Box], rest: bool) -> Array:
         """Which pixels of boxes of one extent (b, *E) a block has to fill, if they are empty.
 
-        It may hang over towards later blocks, by half of the overhang, so that something is known under those.
+        It may hang over towards later blocks, by half of the overhang, so that something is known under those. rest:
+        none follow.
         """
         needed = np.ones((len(boxes), *boxes[0].extent), bool)
+        if rest:
+            return needed
         for axis, (hang, last) in enumerate(zip(self.corners.hang, self.spread.last, strict=True)):
             before = [box.start[axis] not in last for box in boxes]
             needed.swapaxes(1, axis + 1)[before, boxes[0].extent[axis] - hang // 2 :] = False
@@ -239,22 +254,12 @@ class BlockStart:
         """Boxes around the regions whose seams cost most, up to so many: until one is near another."""
         boxes = list[Box]()
         while len(boxes) < min(most, TOGETHER) and (region := regions.costliest()) is not None:
-            box = self._around(region)
+            box = self._box(self.spread.around(region, self.shape, self.wraps))
             if len(self._fronts([*boxes, box])) > 1:
                 break
             regions.rest(region)
             boxes.append(box)
         return boxes
-
-    def _around(self, region: Box) -> Box:
-        """The box of a block, on the grain, with a region in its middle."""
-        corner = []
-        for start, extent, block, size, g, wraps in zip(
-            region.start, region.extent, self.corners.block, self.shape, self.grain, self.wraps, strict=True
-        ):
-            first = round((start - (block - extent) / 2) / g) * g
-            corner.append(first if wraps else min(max(first, 0), max(size - block, 0) // g * g))
-        return self._box(corner)
 
     def _offered(
         self, window: Window, box: Box, places: Array, costs: Array, often: Array | None, again: bool

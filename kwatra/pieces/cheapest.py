@@ -19,6 +19,10 @@ if TYPE_CHECKING:
     from kwatra.pieces.tries import Found, Ground, Tries
 
 
+ALL = np.empty(0, bool)
+"""Places that are shown at all, where none is told."""
+
+
 class Offer(NamedTuple):
     """Patches of a mosaic's first source, each all that it shows of a box in a window of a sheet.
 
@@ -47,17 +51,19 @@ def sides_of(box: Box, shifts: Array, sheet: Sheet[Mosaic]) -> tuple[Array, Arra
     return np.maximum(shifts, box.start), np.minimum(shifts + np.array(sheet.sources.shapes[0]), box.stop)
 
 
-def cheapest_cuts(sheet: Sheet[Mosaic], offers: Sequence[Offer]) -> list[Cut | None]:
+def cheapest_cuts(sheet: Sheet[Mosaic], offers: Sequence[Offer], owned: Array = ALL) -> list[Cut | None]:
     """Of each offer the patch that costs least, of equals the first; None if none costs less than it has to.
 
-    Threads share the offers.
+    owned: by place of the mosaic, what patches show at all; where they lie on holes nothing changes. Threads share the
+    offers.
     """
     from kwatra.pieces.tries import cheapest_of
 
     small = [solved_at_once(offer.window.laid) for offer in offers]
     large = [offer for offer, at_once in zip(offers, small, strict=True) if not at_once]
-    cuts = iter(shared(partial(_one_by_one, sheet), large))
-    found = iter(cheapest_of([_tried(sheet, offer) for offer, at_once in zip(offers, small, strict=True) if at_once]))
+    cuts = iter(shared(partial(_one_by_one, sheet, owned), large))
+    tried = [_tried(sheet, offer, owned) for offer, at_once in zip(offers, small, strict=True) if at_once]
+    found = iter(cheapest_of(tried))
     chosen = zip(offers, small, strict=True)
     return [_cut_of(sheet, offer, next(found)) if at_once else next(cuts) for offer, at_once in chosen]
 
@@ -70,7 +76,7 @@ def _cut_of(sheet: Sheet[Mosaic], offer: Offer, best: "Found | None") -> Cut | N
     return Cut(patch_of(offer.box, offer.shifts[best.number].tolist(), sheet), offer.window.box, *taken)
 
 
-def _tried(sheet: Sheet[Mosaic], offer: Offer) -> tuple["Tries", "Ground", float]:
+def _tried(sheet: Sheet[Mosaic], offer: Offer, owned: Array) -> tuple["Tries", "Ground", float]:
     """An offer as arrays, counted from its window's first pixel."""
     from kwatra.pieces.tries import Ground, Tries
 
@@ -81,11 +87,11 @@ def _tried(sheet: Sheet[Mosaic], offer: Offer) -> tuple["Tries", "Ground", float
         row.reshape(window.kept.shape)[tuple(map(slice, start, stop))] = priced
     mosaic = sheet.sources
     laid = window.kept, window.laid, window.fixed, window.places, window.remembered, window.total
-    ground = Ground(*laid, mosaic.planes, mosaic.shapes[0], mosaic.strides, sheet.cost.prices)
+    ground = Ground(*laid, mosaic.planes, owned, mosaic.shapes[0], mosaic.strides, sheet.cost.prices)
     return Tries(offer.shifts - origin, starts, stops, offer.costs, offer.rates, offer.must, extra), ground, offer.least
 
 
-def _one_by_one(sheet: Sheet[Mosaic], offer: Offer) -> Cut | None:
+def _one_by_one(sheet: Sheet[Mosaic], owned: Array, offer: Offer) -> Cut | None:
     """The same where cuts may be too large to be solved at once."""
     best, least = None, offer.least
     more: Sequence[Array | None] = offer.taking or [None] * len(offer.shifts)
@@ -94,7 +100,8 @@ def _one_by_one(sheet: Sheet[Mosaic], offer: Offer) -> Cut | None:
         patch = patch_of(offer.box, shift, sheet)
         most = MOST if least == math.inf else math.ceil((least - cost) / rate)
         whole = np.ones(patch.box.extent, bool) if offer.must else None
-        cut = sheet.cut_below(most, patch, must=whole, taking=taking, window=offer.window)
+        holes = ~owned[sheet.patch_places(patch, patch.box)] if len(owned) else None
+        cut = sheet.cut_below(most, patch, must=whole, must_not=holes, taking=taking, window=offer.window)
         if cut is not None and cost + rate * cut.price < least:
             best, least = cut, cost + rate * cut.price
     return best

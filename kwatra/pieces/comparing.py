@@ -35,26 +35,30 @@ def take_known(planes: Any, images: Any, places: Any, known: Any, ones: Any, aga
 
 @jitted
 def compare(
-    raw: Any, against: Any, hangs: Any, spans: Any, valid: Any, share: Any, scales: Any, steps: Any, found: Any
-) -> None:
+    raw: Any, against: Any, seen: Any, hangs: Any, spans: Any, valid: Any, share: Any, scales: Any, steps: Any,
+    found: Any,
+) -> None:  # fmt: skip
     """Set what is `found` (b, k, n): of k images the mean squared differences of blocks to what is known of boxes.
 
     It is in units of their scales (k,), to 1 / steps. raw (b, k, n): the squared differences, less the energy of what
     is known. against (b, k + 1, A, B, C): of each pixel that energy, and whether it is known; where none is nothing
-    differs. hangs: whether any block hangs over the image; spans: of each axis the first pixels of boxes that do not
-    with a block, and those after the last. What does is taken to differ as in that one of the valid (b, n) blocks which
-    a share of them are no worse than.
+    differs. seen (b, k + 1, n): the sums of both over what each block shows; of no boxes where it shows all but what
+    hangs over the image. hangs: whether any does; spans: of each axis the first pixels of boxes that do not with a
+    block, and those after the last. What is not shown is taken to differ as in that one of the valid (b, n) blocks
+    which a share of them are no worse than.
     """
     squares = np.empty(found.shape[2])
     for box in range(len(found)):
         count, inside = against[box, -1].sum(), np.empty((found.shape[1] + 1, len(squares)))
-        if hangs:
+        if len(seen) > 0:
+            inside = seen[box]
+        elif hangs:
             inside = sum_boxes(against[box], spans[0], spans[1]).reshape(inside.shape)
         for image in range(found.shape[1]):
             energy = against[box, image].sum()
             for i in range(len(squares)):
                 squares[i] = max(raw[box, image, i] + energy, 0.0)
-            if hangs:
+            if hangs or len(seen) > 0:
                 _take_fairly(squares, energy, count, inside[image], inside[-1], valid[box], share)
             for i in range(len(squares)):
                 mean = squares[i] / (count * scales[image]) if count > 0 else 0.0

@@ -197,7 +197,7 @@ class Sheet(Generic[S]):
             return None
         inner = window.box.part(patch.box)
         choice = _choice(window, inner, must, must_not)
-        new = self._patch_places(patch, window.box)
+        new = self.patch_places(patch, window.box)
         extra = None
         if taking is not None:
             extra = np.zeros(choice.shape, np.int64)
@@ -226,7 +226,8 @@ class Sheet(Generic[S]):
         axes = len(self.shape)
         return volume(places.reshape(-1, *places.shape[places.ndim - axes :]), axes)
 
-    def _patch_places(self, patch: Patch, window: Box) -> np.ndarray:
+    def patch_places(self, patch: Patch, window: Box) -> np.ndarray:
+        """The places a box shows of a patch's source, which goes on beyond the patch by one pixel, and by its rim."""
         steps = zip(window.start, window.stop, patch.box.start, patch.box.stop, patch.shift, strict=True)
         lines = [
             np.minimum(np.maximum(np.arange(low, high), first - 1), last) - shift

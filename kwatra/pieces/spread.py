@@ -11,6 +11,8 @@ from itertools import chain, product
 
 import numpy as np
 
+from kwatra.pieces.boxes import Box
+
 GOLDEN = (math.sqrt(5) - 1) / 2
 """By this part of a step each line of blocks starts later than the one before: no few lines are then in step."""
 
@@ -56,6 +58,16 @@ class Spread:
         """How far blocks may hang over, axis by axis: by what they overlap each other, less what is needed of that."""
         sides = zip(self.block, self.strides, needed, self.grain, strict=True)
         return tuple(max(b - stride - least, 0) // g * g for b, stride, least, g in sides)
+
+    def around(self, region: Box, shape: Sequence[int], wraps: Sequence[bool]) -> tuple[int, ...]:
+        """Where a block starts, on the grain, that has a region of an output in its middle, as near as it can be."""
+        corner = []
+        for start, extent, block, size, g, closed in zip(
+            region.start, region.extent, self.block, shape, self.grain, wraps, strict=True
+        ):
+            first = round((start - (block - extent) / 2) / g) * g
+            corner.append(first if closed else min(max(first, 0), max(size - block, 0) // g * g))
+        return tuple(corner)
 
 
 def _line(size: int, block: int, overlap: int, grain: int, periodic: bool, phase: float) -> list[int]:

@@ -47,7 +47,8 @@ class Tries(NamedTuple):
 class Ground(NamedTuple):
     """What patches are laid on, and of: arrays of a window (`Window`), colors by place (C, N) and what places mean.
 
-    sizes, strides (axes,): of the source, and from a place to the next. prices: what seams cost there.
+    owned (N,): which places are shown at all, of none where all are. sizes, strides (axes,): of the source, and from a
+    place to the next. prices: what seams cost there.
     """
 
     kept: Array
@@ -57,6 +58,7 @@ class Ground(NamedTuple):
     remembered: Sequence[Array]
     total: int
     planes: Array
+    owned: Array
     sizes: Sequence[int]
     strides: Sequence[int]
     prices: Prices
@@ -108,7 +110,7 @@ def _cheapest_of(tries: Tries, ground: Ground, least: float, lowest: Array, foll
     a, left = (sides(costs, take.size) for costs in (ground.remembered, seams))
     number, cost, change, price = _try_every(
         volume(ground.kept, axes), volume(ground.laid, axes), volume(ground.fixed, axes), volume(ground.places, axes),
-        a, ground.total, ground.planes, in_volume(ground.sizes, 1), strides, ground.prices,
+        a, ground.total, ground.planes, ground.owned, in_volume(ground.sizes, 1), strides, ground.prices,
         # a plane that is none begins before any place of the source
         in_volume(tries.shifts, 1), in_volume(tries.starts, 0), in_volume(tries.stops, 1), tries.costs, tries.rates,
         tries.must, tries.taking, least, lowest, following, take.ravel(), places.ravel(), left,
@@ -118,9 +120,9 @@ def _cheapest_of(tries: Tries, ground: Ground, least: float, lowest: Array, foll
 
 @jitted
 def _try_every(
-    kept: Any, laid: Any, fixed: Any, old: Any, a: Any, total: Any, planes: Any, sizes: Any, strides: Any, prices: Any,
-    shifts: Any, starts: Any, stops: Any, costs: Any, rates: Any, must: Any, taking: Any, least: Any, lowest: Any,
-    following: Any, take: Any, places: Any, left: Any,
+    kept: Any, laid: Any, fixed: Any, old: Any, a: Any, total: Any, planes: Any, owned: Any, sizes: Any, strides: Any,
+    prices: Any, shifts: Any, starts: Any, stops: Any, costs: Any, rates: Any, must: Any, taking: Any, least: Any,
+    lowest: Any, following: Any, take: Any, places: Any, left: Any,
 ) -> Any:  # fmt: skip
     """The number of the cheapest try, -1 for none, what it costs, its change and price.
 
@@ -131,7 +133,7 @@ def _try_every(
     count, best, best_change, best_price = kept.size, -1, 0, 0
     choice, new, taken = np.empty(kept.shape, np.int8), np.empty(old.shape, old.dtype), np.empty(count, np.bool_)
     weight = np.zeros(count, np.int64)
-    shown_old, shown_new, may = old.ravel(), new.ravel(), choice.ravel()
+    shown_old, shown_new, may, without = old.ravel(), new.ravel(), choice.ravel(), kept.ravel()
     b, c, tried = _like(a), _like(a), _like(a)
     while following[0] < len(costs):
         k = following[0]
@@ -141,6 +143,9 @@ def _try_every(
             continue
         _lay_out(kept, laid, fixed, starts[k], stops[k], must, choice)
         _find_places(sizes, shifts[k], starts[k], stops[k], new)
+        for i in range(len(shown_new) if len(owned) > 0 else 0):
+            if not owned[shown_new[i]]:
+                may[i] = without[i]
         for i in range(count):
             weight[i] = taking[k, i] if len(taking) > 0 else 0
         if not cut_places(planes, strides, shown_old, shown_new, prices, may, weight, a, b, c, most, taken, tried):

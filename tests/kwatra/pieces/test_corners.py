@@ -71,13 +71,33 @@ def test_sums_are_those_of_what_lies_inside():
         np.testing.assert_allclose(within[:, *index], content[:, here].sum(1))
 
 
-def test_blocks_are_halved_until_they_fit_between_holes():
+@pytest.mark.parametrize(
+    ("block", "grain", "fits"), [((12, 12), (1, 1), (6, 6)), ((14, 14), (4, 4), (4, 4)), ((7, 3), (1, 1), (6, 2))]
+)
+def test_blocks_are_made_smaller_until_they_fit_between_holes(block, grain, fits):
     mask = torch.ones(16, 16, dtype=torch.bool)
     mask[::7] = False
-    assert Corners.fitting(Exemplar.of(torch.rand(1, 16, 16), masks=[mask]), (12, 12), (1, 1)).block == (6, 6)
+    assert Corners.fitting(Exemplar.of(torch.rand(1, 16, 16), masks=[mask]), block, grain).block == fits
     mask[:, ::2] = False
     with pytest.raises(InputError, match="no free 2x2 block"):
-        Corners.fitting(Exemplar.of(torch.rand(1, 16, 16), masks=[mask]), (12, 12), (1, 1))
+        Corners.fitting(Exemplar.of(torch.rand(1, 16, 16), masks=[mask]), block, grain)
+
+
+@pytest.mark.parametrize(("hole", "fits"), [(21, 20), (20, 17)])
+def test_blocks_fit_in_more_places_than_a_few_unless_they_are_the_smallest(hole, fits):
+    mask = torch.ones(40, 40, dtype=torch.bool)
+    mask[:, hole] = False  # of 21 x 21 places those of 2 columns are left, or those of 1
+    assert Corners.fitting(Exemplar.of(torch.rand(1, 40, 40), masks=[mask]), (20, 20), (1, 1)).block == (fits, fits)
+    mask[:] = False
+    mask[7:9, 20:22] = mask[30, 30] = mask[1, 1] = True
+    fitted = Corners.fitting(Exemplar.of(torch.rand(1, 40, 40), masks=[mask]), (20, 20), (1, 1))
+    assert (fitted.block, fitted.valid.sum()) == ((2, 2), 1)
+
+
+def test_a_block_may_be_as_large_as_an_exemplar_without_holes():
+    for rotate in ((), (45.0,)):
+        found = Corners.fitting(Exemplar.of(torch.rand(1, 12, 16), rotate=rotate), (12, 16), (1, 1))
+        assert found.block == (12, 16)
 
 
 def test_the_border_of_an_exemplar_is_shown_too():

@@ -5,6 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from kwatra.pieces.boxes import Box
 from kwatra.pieces.spread import Spread
 
 
@@ -15,6 +16,13 @@ def test_blocks_are_spread_evenly_and_hang_over_by_what_they_overlap_more_than_n
     assert found.overhang((0, 0)) == (8, 4)
     assert found.overhang((5, 9)) == (0, 0)
     assert Spread.over((40, 30), (40, 30), (0, 0), (4, 4), (False, False)).overhang((0, 0)) == (0, 0)
+
+
+def test_a_block_lies_around_a_region_as_far_as_grain_and_border_admit():
+    found = Spread.over((100, 90), (40, 30), (10, 6), (4, 4), (False, True))
+    assert found.around(Box((50, 50), (12, 6)), (100, 90), (False, True)) == (36, 40)  # 36 and 38, of 36 and 40
+    assert found.around(Box((2, 2), (4, 4)), (100, 90), (False, True)) == (0, -12)
+    assert found.around(Box((95, 80), (5, 5)), (100, 90), (False, False)) == (60, 60)
 
 
 @pytest.mark.parametrize("along", [0, 1])
