@@ -106,7 +106,7 @@ class BlockStart:
         self.gaps = gaps(unguided(exemplar, self.wish), mosaic, self.contrast / 2) if still and along is None else None
         free = still and self.wish is None and not places and bool((exemplar.owner <= 0).all())
         block = tuple(min(b, self.sheet.longest(axis)) for axis, b in enumerate(block))
-        fitted = Corners.on_holes if free and self.gaps is None else Corners.fitting
+        fitted = partial(Corners.on_holes, whole=self.gaps is not None) if free else Corners.fitting
         self.corners = fitted(exemplar, block, self.grain)
         self.overlap = tuple(max(round(b * OVERLAP), 1) for b in self.corners.block)
         if self.gaps is not None:

@@ -25,6 +25,9 @@ ROOM = 0.05
 smaller. Made stones, coins, tiles and letters with a hole of 30 pixels in 128 show .12 of their elements cut; where any
 place would do, .19."""
 
+SMALL, SOME = 8, 16
+"""Of blocks with at most so many pixels a side so many places do: smaller ones are thousands. Not tuned."""
+
 SEEN = 0.1
 """Each pixel of a block is the exemplar's in at least this part of all blocks that may lie on holes; else they are made
 smaller, for parts of an output could hardly be filled. Not tuned."""
@@ -34,6 +37,10 @@ LEAST = 16
 
 SHOWN = 0.5
 """Blocks that hang over, or lie on holes, show at least this part of themselves. Not tuned."""
+
+WHOLE = 0.5
+"""Whole blocks are laid, where those are asked for, unless they would be smaller than so much of what they should be.
+One hole of a quarter of an exemplar's side leaves room for larger ones, and so do six small ones."""
 
 ENOUGH = 0.1
 """Of blocks on holes at least this part may be laid in a box: those that leave the least of it empty. Twelve
@@ -64,16 +71,26 @@ class Corners:
         while True:
             valid = exemplar.corners(block)[on_grain].cpu().numpy()
             smallest = all(b <= 2 for b in block)
-            room = sum(_places(size, block, grain) for size in sizes)
-            if valid.any() and (smallest or np.count_nonzero(valid) >= ROOM * room):
+            wanted = ROOM * sum(_places(size, block, grain) for size in sizes)
+            wanted = min(wanted, SOME) if all(b <= SMALL for b in block) else wanted
+            if valid.any() and (smallest or np.count_nonzero(valid) >= wanted):
                 return cls(exemplar.shape, block, grain, (0,) * len(block), valid)
             if smallest:
                 raise InputError("the exemplar has no free 2x2 block; its mask leaves too little to copy from")
             block = _smaller(block, grain)
 
     @classmethod
-    def on_holes(cls, exemplar: Exemplar, block: tuple[int, ...], grain: tuple[int, ...]) -> "Corners":
-        """Those of blocks that lie within the bounds of an exemplar of one image, but maybe on its holes."""
+    def on_holes(
+        cls, exemplar: Exemplar, block: tuple[int, ...], grain: tuple[int, ...], whole: bool = False
+    ) -> "Corners":
+        """Those of blocks that lie within the bounds of an exemplar of one image, but maybe on its holes.
+
+        whole: rather between them, for holes cut elements, if they are not much smaller then.
+        """
+        if whole:
+            fitted = cls.fitting(exemplar, block, grain)
+            if min(fitted.block) >= WHOLE * min(block):
+                return fitted
         holes, size = np.ascontiguousarray((exemplar.owner < 0).cpu().numpy()), block
         on_grain = each(slice(None, None, g) for g in grain)
         while holes.any() and any(b > LEAST for b in size):

@@ -94,6 +94,13 @@ def test_blocks_fit_in_more_places_than_a_few_unless_they_are_the_smallest(hole,
     assert (fitted.block, fitted.valid.sum()) == ((2, 2), 1)
 
 
+def test_of_small_blocks_some_places_do():
+    mask = torch.zeros(64, 64, dtype=torch.bool)
+    mask[::9, ::9] = True  # so that all of it is within bounds
+    mask[10:17, 10:20] = mask[40:47, 40:50] = True  # 8 places for 7 x 7, 20 for 6 x 6
+    assert Corners.fitting(Exemplar.of(torch.rand(1, 64, 64), masks=[mask]), (20, 20), (1, 1)).block == (6, 6)
+
+
 def test_a_block_may_be_as_large_as_an_exemplar_without_holes():
     for rotate in ((), (45.0,)):
         found = Corners.fitting(Exemplar.of(torch.rand(1, 12, 16), rotate=rotate), (12, 16), (1, 1))

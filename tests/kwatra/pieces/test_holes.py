@@ -69,6 +69,15 @@ def test_blocks_are_smaller_where_parts_of_them_could_hardly_show_anything():
     assert corners(with_holes("most")).holes is None
 
 
+def test_whole_blocks_are_laid_where_they_are_asked_for_and_not_much_smaller():
+    for kind, between in (("one", True), ("specks", False)):
+        exemplar = Exemplar.of([IMAGE], masks=[torch.from_numpy(~with_holes(kind))])
+        fitted, found = Corners.fitting(exemplar, BLOCK, (1, 1)), Corners.on_holes(exemplar, BLOCK, (1, 1), whole=True)
+        assert (min(fitted.block) >= min(BLOCK) / 2) == between
+        assert found.block == (fitted.block if between else BLOCK)
+        assert (found.holes is None) == between
+
+
 def test_an_exemplar_without_holes_has_the_blocks_that_fit():
     found = corners(np.zeros(SHAPE, bool))
     assert found.holes is None
