@@ -16,7 +16,7 @@ import numpy as np
 from kwatra.base import InputError
 from kwatra.base.spans import in_volume, of_volume, span_sums, volume
 from kwatra.exemplar import Exemplar
-from kwatra.pieces.fitting import Fit, totals
+from kwatra.pieces.fitting import totals
 from kwatra.pieces.mosaic import by_place
 from kwatra.pieces.stock import Array, each
 
@@ -36,7 +36,7 @@ LEAST = 16
 """Blocks that may lie on holes have more pixels a side than this along one axis or more. Not tuned."""
 
 SHOWN = 0.5
-"""Blocks that hang over, or lie on holes, show at least this part of themselves. Not tuned."""
+"""Blocks that may lie on holes show at least this part of themselves. Not tuned."""
 
 WHOLE = 0.5
 """Whole blocks are laid, where those are asked for, unless they would be smaller than so much of what they should be.
@@ -91,7 +91,7 @@ class Corners:
             fitted = cls.fitting(exemplar, block, grain)
             if min(fitted.block) >= WHOLE * min(block):
                 return fitted
-        holes, size = np.ascontiguousarray((exemplar.owner < 0).cpu().numpy()), block
+        holes, size = (exemplar.owner < 0).cpu().numpy(), block
         on_grain = each(slice(None, None, g) for g in grain)
         while holes.any() and any(b > LEAST for b in size):
             starts = np.zeros([max(n - b + 1, 0) for n, b in zip(exemplar.shape, size, strict=True)], np.float32)
@@ -157,14 +157,9 @@ class Corners:
 
     def hidden(self, values: Array) -> Array:
         """The sums (m, *n) of values (m, *E) of boxes over what lies on holes of each block, or beyond the border."""
-        ones = np.zeros((len(values), 2, *values.shape[1:]), np.float32)
-        ones[:, 1] = values
-        return self.on_grain(self._lost.less_energy(ones)[:, 0])
-
-    @cached_property
-    def _lost(self) -> Fit:
         assert self.holes is not None
-        return Fit(np.pad(self.holes, [(h, h) for h in self.hang], constant_values=True)[None].astype(np.float32))
+        lost = np.pad(self.holes, [(h, h) for h in self.hang], constant_values=True)
+        return self.on_grain(totals(values.astype(np.float32), lost.astype(np.float32)))
 
     def around(self, image: Array) -> Array:
         """An image (..., *shape) with as much of nothing around it as blocks may hang over, and nothing in holes."""

@@ -92,11 +92,10 @@ class Fit:
 
 
 def totals(values: np.ndarray, mask: np.ndarray) -> np.ndarray:
-    """The sum of values (*S) over the pixels that a mask (*R) has under them wherever they lie in it, (R - S + 1)."""
+    """The sums (..., R - S + 1) of values (..., *S) over what a mask (*R) has under them wherever they lie in it."""
     size = _fast(mask.shape)
-    room = tuple(n - s + 1 for n, s in zip(mask.shape, values.shape, strict=True))
-    one, other = (_forward(each[None], size)[0] for each in (values, mask))
-    return _inverse(np.conj(one) * other, size, room)
+    room = tuple(n - s + 1 for n, s in zip(mask.shape, values.shape[-mask.ndim :], strict=True))
+    return _inverse(np.conj(_forward(values, size)) * _forward(mask, size), size, room)
 
 
 def _fast(extent: tuple[int, ...]) -> tuple[int, ...]:

@@ -143,9 +143,9 @@ def _try_every(
             continue
         _lay_out(kept, laid, fixed, starts[k], stops[k], must, choice)
         _find_places(sizes, shifts[k], starts[k], stops[k], new)
-        for i in range(len(shown_new) if len(owned) > 0 else 0):
-            if not owned[shown_new[i]]:
-                may[i] = without[i]
+        if len(owned) > 0:
+            for i in range(count):
+                may[i] = may[i] if owned[shown_new[i]] else without[i]
         for i in range(count):
             weight[i] = taking[k, i] if len(taking) > 0 else 0
         if not cut_places(planes, strides, shown_old, shown_new, prices, may, weight, a, b, c, most, taken, tried):

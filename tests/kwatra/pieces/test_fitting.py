@@ -51,3 +51,4 @@ def test_the_image_is_compared_with_every_part_of_a_stretch(shape: tuple[int, ..
     np.testing.assert_allclose(cost, expected, atol=1e-9)
     np.testing.assert_array_equal(count, there.sum(axes))
     np.testing.assert_allclose(totals(image[0], mask), (there * image[0]).sum(axes), atol=1e-9)
+    np.testing.assert_allclose(totals(image, mask), [(there * plane).sum(axes) for plane in image], atol=1e-9)
