@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 import torch
 from torch import Tensor
 
-from flow.animation.entering import enters
+from flow.animation.carrying import enters
 from flow.animation.film import Film
 from flow.animation.state import State
 from flow.fields import Field, Shape

@@ -23,11 +23,11 @@ from scipy import ndimage
 from torch import Tensor
 
 from flow.animation.asked import Mask
-from flow.animation.blur import blurred
-from flow.animation.fading import Fading
-from flow.animation.reading import nearest_pixels
+from flow.animation.carrying import blurred
+from flow.animation.film import nearest_pixels
 from flow.animation.sequence import Frame, Motion
 from flow.animation.settings import Renewing
+from flow.animation.showing import Fading
 from flow.animation.state import State
 from flow.fields import Field, Shape
 from flow.warps import lookup, pixel_coordinates, warp

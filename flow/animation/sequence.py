@@ -23,19 +23,12 @@ import torch
 from torch import Tensor
 
 from flow.animation.asked import Mask, allowed, check, film_of, frame_of
-from flow.animation.carrying import carried
-from flow.animation.copies import tidied
-from flow.animation.entering import SIDES, entered, known_of
-from flow.animation.film import Film
-from flow.animation.growing import grown
-from flow.animation.overlapping import overlapped
-from flow.animation.renewal import Renewal
-from flow.animation.scenes import places, places_onward
+from flow.animation.carrying import SIDES, Upright, carried, entered, known_of, overlapped, tidied
+from flow.animation.film import Film, grown
+from flow.animation.renewing import NOWHERE, Renewal, places, places_onward
 from flow.animation.settings import PRESETS, VIDEO_PRESETS, Renewing
 from flow.animation.showing import Showing
 from flow.animation.state import State
-from flow.animation.stock import NOWHERE
-from flow.animation.upright import Upright
 from flow.fields import Field
 from flow.warps import Lookup, lookup, warp
 from kwatra import Exemplar, InputError, Level, Result, Settings, Stay, optimize
@@ -56,10 +49,10 @@ class Frame(Result):
     """A frame of an animation: a result, and the state that the next one follows from.
 
     Its image is 0 where there is no texture, and so is also (M, H, W), the maps that go along, None where there are
-    none; source and where tell of its copies, not of what fades. Its one row of
-    energies has frame, texture (mean wear and price of tones before renewal, beyond what is tolerated), flow (the mean
-    of the flow term, lambda K |x - x+|^2, after it; both in variances of the exemplar, as in `flow.animation.renewal`)
-    and renewed (the share of its pixels).
+    none; source and where tell of its copies, not of what fades. Its one row of energies has frame, texture (mean wear
+    and price of tones before renewal, beyond what is tolerated), flow (the mean of the flow term, lambda K |x - x+|^2,
+    after it; both in variances of the exemplar, as in `flow.animation.renewing.renewal`) and renewed (the share of its
+    pixels).
     """
 
     state: State

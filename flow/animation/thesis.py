@@ -13,7 +13,7 @@ from collections.abc import Iterator
 import torch
 from torch import Tensor
 
-from flow.animation.drift import drift
+from flow.animation.film import drift
 from flow.animation.term import flow_term
 from flow.fields import Field
 from flow.volume import VolumeFlow

@@ -47,7 +47,7 @@ PLAIN, MIXED = 0.2, 0.3
 
 That of made stones varies by up to .2, and they are cut twice as often where it counts less. Along ground that is a
 texture of its own (between pavers, tomatoes, bricks) hidden seams are seen: together with blocks that grow
-(`kwatra.pieces.gaps`) sixteen textures score .0628 for .0642."""
+(`kwatra.pieces.seams.gaps`) sixteen textures score .0628 for .0642."""
 
 RIM = 0.25
 """An element is as deep as can be so far from the ground, in sizes of an element; half and twice as much is as good."""

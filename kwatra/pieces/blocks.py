@@ -27,23 +27,23 @@ from torch import Tensor
 from kwatra.base import continued, mean, shared
 from kwatra.elements import Lattice
 from kwatra.exemplar import Exemplar
-from kwatra.pieces.again import Budget, lay_again
 from kwatra.pieces.boxes import Box
-from kwatra.pieces.candidates import LUCK, Asked, Candidates
-from kwatra.pieces.charges import SceneUse
-from kwatra.pieces.cheapest import Offer, cheapest_cuts, patch_of, sides_of
-from kwatra.pieces.corners import Corners
+from kwatra.pieces.choosing.candidates import LUCK, Asked, Candidates
+from kwatra.pieces.choosing.charges import SceneUse
+from kwatra.pieces.choosing.corners import Corners
+from kwatra.pieces.choosing.twins import NO_TWINS, twin_places
+from kwatra.pieces.choosing.wished import Wished, unguided, variance
 from kwatra.pieces.fronts import fronts
-from kwatra.pieces.gaps import LARGEST, Gaps, gaps
-from kwatra.pieces.mosaic import Mosaic
-from kwatra.pieces.regions import Regions
-from kwatra.pieces.seams import eased
-from kwatra.pieces.sheet import Patch, Sheet
+from kwatra.pieces.seams.cost import eased
+from kwatra.pieces.seams.gaps import LARGEST, Gaps, gaps
+from kwatra.pieces.seams.mosaic import Mosaic
+from kwatra.pieces.seams.stock import Array, each
+from kwatra.pieces.sheet.again import Budget, lay_again
+from kwatra.pieces.sheet.cheapest import Offer, cheapest_cuts, patch_of, sides_of
+from kwatra.pieces.sheet.regions import Regions
+from kwatra.pieces.sheet.sheet import Patch, Sheet
+from kwatra.pieces.sheet.window import Window
 from kwatra.pieces.spread import Spread
-from kwatra.pieces.stock import Array, each
-from kwatra.pieces.twins import NO_TWINS, twin_places
-from kwatra.pieces.window import Window
-from kwatra.pieces.wished import Wished, unguided, variance
 from kwatra.terms import PlaceCharge, Wish
 
 OVERLAP = 0.25

@@ -18,8 +18,7 @@ from torch import Tensor
 from kwatra.base import InputError
 from kwatra.cut import FREE, KEEP, best_cut
 from kwatra.pieces import Mosaic, SeamCost
-from kwatra.pieces.seams import summed
-from kwatra.pieces.stock import beside
+from kwatra.pieces.seams import beside, summed
 from kwatra.source import SourceWindows, heaviest_covering
 from kwatra.steps.votes import Ballot, Pull, mean
 

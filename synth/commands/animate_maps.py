@@ -7,7 +7,7 @@ from pathlib import Path
 import torch
 from torch import Tensor
 
-from flow.animation.copies import turns
+from flow.animation.carrying import turns
 from kwatra.base import InputError
 from synth.commands.framewise import Track, digest
 from synth.io.images import to_pixels

@@ -17,7 +17,7 @@ import numpy as np
 from scipy import ndimage
 
 from kwatra.pieces.boxes import Box
-from kwatra.pieces.mosaic import LEVELS, Mosaic
+from kwatra.pieces.seams import LEVELS, Mosaic
 from kwatra.pieces.sheet import Sheet
 
 SPLINE_SIGMAS = (1.0, 2.0, 4.0, 8.0)

@@ -12,7 +12,7 @@ import numpy as np
 from torch import Tensor
 
 from kwatra.pieces.boxes import Box
-from kwatra.pieces.mosaic import Mosaic
+from kwatra.pieces.seams import Mosaic
 from kwatra.pieces.sheet import Patch, Sheet
 from synth.quilting.growth import Report
 from synth.quilting.starts import cheapest_start, lay_all

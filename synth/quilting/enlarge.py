@@ -22,7 +22,7 @@ import torch.nn.functional as F
 from torch import Tensor
 
 from kwatra.pieces.boxes import Box
-from kwatra.pieces.mosaic import Mosaic
+from kwatra.pieces.seams import Mosaic
 from kwatra.pieces.sheet import Sheet
 from synth.quilting.blendseams import ending_reach
 from synth.quilting.growth import Report, fill

@@ -12,7 +12,7 @@ import numpy as np
 
 from kwatra.base import box_sums
 from kwatra.pieces.boxes import Box
-from kwatra.pieces.mosaic import Mosaic
+from kwatra.pieces.seams import Mosaic
 from kwatra.pieces.sheet import Sheet
 
 RADIUS = 8

@@ -6,10 +6,9 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from kwatra.pieces.again import Budget, lay_again
 from kwatra.pieces.boxes import Box
-from kwatra.pieces.mosaic import Mosaic
-from kwatra.pieces.sheet import Sheet
+from kwatra.pieces.seams import Mosaic
+from kwatra.pieces.sheet import Budget, Sheet, lay_again
 from synth.quilting.placement import Placer
 
 Report = Callable[[str, float], None]

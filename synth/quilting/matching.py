@@ -14,8 +14,8 @@ import numpy as np
 
 from kwatra.base import box_sums
 from kwatra.pieces.boxes import Box, everywhere
-from kwatra.pieces.fitting import Fit, totals
-from kwatra.pieces.mosaic import Mosaic
+from kwatra.pieces.choosing import Fit, totals
+from kwatra.pieces.seams import Mosaic
 from kwatra.pieces.sheet import Sheet
 
 

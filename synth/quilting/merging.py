@@ -16,7 +16,7 @@ from torch import Tensor
 
 from kwatra.base import InputError, floats_of, tensor_of
 from kwatra.pieces.boxes import Box
-from kwatra.pieces.mosaic import Mosaic
+from kwatra.pieces.seams import Mosaic
 from kwatra.pieces.sheet import Patch, Sheet
 from synth.quilting.synthesis import Quilt, QuiltSettings, result_of
 

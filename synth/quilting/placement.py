@@ -14,9 +14,8 @@ import numpy as np
 import torch
 
 from kwatra.pieces.boxes import Box, everywhere
-from kwatra.pieces.mosaic import Mosaic
-from kwatra.pieces.regions import Regions
-from kwatra.pieces.sheet import Patch, Sheet
+from kwatra.pieces.seams import Mosaic
+from kwatra.pieces.sheet import Patch, Regions, Sheet
 from synth.quilting.borders import admitted, homely, margins, trimmed
 from synth.quilting.folds import folded
 from synth.quilting.matching import Matcher

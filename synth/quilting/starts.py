@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from kwatra.pieces.mosaic import Mosaic
+from kwatra.pieces.seams import Mosaic
 from kwatra.pieces.sheet import Patch, Sheet
 from synth.quilting.growth import Report
 from synth.quilting.synthesis import QuiltSettings

@@ -12,10 +12,8 @@ import torch
 from torch import Tensor
 
 from kwatra.base import InputError, floats_of, generator_of, whole_sizes
-from kwatra.pieces.again import Budget
-from kwatra.pieces.mosaic import LEVELS, Mosaic
-from kwatra.pieces.seams import NORMALIZED_SCALE, SeamCost, normalized
-from kwatra.pieces.sheet import Sheet
+from kwatra.pieces.seams import LEVELS, NORMALIZED_SCALE, Mosaic, SeamCost, normalized
+from kwatra.pieces.sheet import Budget, Sheet
 from synth.quilting.blendseams import FRAMES_PER_PIXEL, blending_reach, ending_reach, feather, spline
 from synth.quilting.growth import Report, fill, refine
 from synth.quilting.loops import unrolled

@@ -19,8 +19,7 @@ from torch import Tensor
 
 from kwatra.base import InputError
 from kwatra.pieces.boxes import Box
-from kwatra.pieces.mosaic import Mosaic
-from kwatra.pieces.seams import SeamCost
+from kwatra.pieces.seams import Mosaic, SeamCost
 from kwatra.pieces.sheet import Patch, Sheet
 from synth.quilting.growth import Report
 from synth.quilting.synthesis import Quilt, QuiltSettings, result_of

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from kwatra.pieces.mosaic import Mosaic
+from kwatra.pieces.seams import Mosaic
 from kwatra.pieces.sheet import Sheet
 
 

@@ -19,7 +19,7 @@ from torch import Tensor
 
 from kwatra.base import InputError, floats_of, is_whole, whole_sizes
 from kwatra.pieces.boxes import Box
-from kwatra.pieces.mosaic import Mosaic
+from kwatra.pieces.seams import Mosaic
 from kwatra.pieces.sheet import Patch, Sheet
 from synth.quilting.displaced import displaced, lasting_region
 from synth.quilting.enlarge import composed, enlarged

@@ -2,11 +2,11 @@
 
 Pieces of flames agree nowhere, wherever they are cut: of a seam nothing is hidden by what is around, and by what comes
 next as little. So a pixel shows the mean of what the pieces around it would show there if they went on, by a Gaussian
-within its frame; colors are mixed about the curve on which they lie (`flow.animation.colorcurve`). Within a piece
-nothing changes, as that would show the same. The less the exemplar's light lasts from frame to frame the wider is the
-Gaussian; where it lasts, or is fine, places are found where seams are hidden. Here a pixel's place is a whole one and
-tells where its piece goes on; pieces that flow are turned and bent, and are told apart first
-(`flow.animation.feathering`).
+within its frame; colors are mixed about the curve on which they lie (`flow.animation.showing.colorcurve`). Within a
+piece nothing changes, as that would show the same. The less the exemplar's light lasts from frame to frame the wider is
+the Gaussian; where it lasts, or is fine, places are found where seams are hidden. Here a pixel's place is a whole one
+and tells where its piece goes on; pieces that flow are turned and bent, and are told apart first
+(`flow.animation.showing.feathering`).
 """
 
 from collections.abc import Sequence
@@ -50,7 +50,7 @@ def feathered(
     """
     if width == 0:
         return video
-    from flow.animation.colorcurve import ColorCurve  # few videos need it
+    from flow.animation.showing.colorcurve import ColorCurve  # few videos need it
 
     reach, curve = round(2 * width), ColorCurve(exemplar)
     near = near_seams(where.cpu(), reach, wrap[1:]) & free.cpu().view(-1, 1, 1)

@@ -23,9 +23,9 @@ from kwatra.base import conjugate_gradients
 from kwatra.elements import anisotropy, easier, runs_along
 from kwatra.loop import FIBROUS
 from kwatra.pieces import Box, Cut, Mosaic, Patch, Sheet
-from kwatra.pieces.cheapest import Offer, cheapest_cuts
-from kwatra.pieces.fitting import Fit
+from kwatra.pieces.choosing import Fit
 from kwatra.pieces.seams import eased
+from kwatra.pieces.sheet import Offer, cheapest_cuts
 
 CANDIDATES = 12
 """Of so many places that fit best the one whose cut costs least is taken. With 4 stones were cut that 12 left whole;

@@ -15,7 +15,7 @@ ENLARGED, LASTS = (2, 1), 0.85
 What lasts is seen at its place in every frame, so blocks from their own places show it side by side: of smoke, whose
 light lasts by .93, columns stood beside each other half as large again. Four seeds of it score .081 with 2 and .077
 with 1; of fish (.76) .068 and .065, but more than half as much is replayed again; two of a fountain (.75) .072 and
-.077, of a waterfall (.42) .076 and .088. See also `kwatra.pieces.charges.LIKE`."""
+.077, of a waterfall (.42) .076 and .088. See also `kwatra.pieces.choosing.charges.LIKE`."""
 
 
 def staying(stay: float | None, source: Exemplar, shape: Sequence[int], tile: bool) -> list[Stay]:

@@ -12,7 +12,7 @@ from torch import Tensor
 from wall import LONG, QUICK, SHAPE, animated, brick
 
 import flow
-from flow.animation.film import Film
+from flow.animation.film.film import Film
 from flow.animation.sequence import Motion
 from flow.animation.settings import Renewing
 from flow.animation.term import lasting

@@ -5,8 +5,8 @@ import math
 import pytest
 import torch
 
-from flow.animation.film import Film
-from flow.animation.renewal import Renewal
+from flow.animation.film.film import Film
+from flow.animation.renewing.renewal import Renewal
 from flow.animation.settings import Renewing
 from flow.warps import pixel_coordinates
 from kwatra import Exemplar
@@ -22,7 +22,7 @@ def test_a_block_that_promises_little_is_not_measured(
     stones = torch.nn.functional.interpolate(noise[None], (80, 80), mode="bicubic")[0].clamp(0, 1)
     renewal = Renewal(Film.of(Exemplar.of(stones), turn=False), SHAPE, Renewing(blocks=6, block=20, window=12, step=6))
     measured: list[int] = []
-    monkeypatch.setattr("flow.animation.renewal._PROMISE", share)
+    monkeypatch.setattr("flow.animation.renewing.renewal._PROMISE", share)
     monkeypatch.setattr(renewal.wear, "after", lambda worn, *_: measured.append(1) or worn)
     (x, y), cos, sin = pixel_coordinates(SHAPE), math.cos(0.5), math.sin(0.5)
     turned = torch.stack([cos * x - sin * y + 30, sin * x + cos * y + 5])

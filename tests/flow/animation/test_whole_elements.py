@@ -5,12 +5,12 @@ import pytest
 import torch
 from made import MADE
 
-from flow.animation.blocks import Blocks
-from flow.animation.film import Film
-from flow.animation.reading import Reading
-from flow.animation.renewal import Renewal
+from flow.animation.film.film import Film
+from flow.animation.film.reading import Reading
+from flow.animation.renewing.blocks import Blocks
+from flow.animation.renewing.renewal import Renewal
+from flow.animation.renewing.stock import COUNTS, MIXING, Coordinates
 from flow.animation.settings import Renewing
-from flow.animation.stock import COUNTS, MIXING, Coordinates
 from flow.warps import pixel_coordinates
 from kwatra import Exemplar
 from kwatra.pieces import SeamCost, hidden_seams
@@ -70,7 +70,7 @@ def test_a_seam_through_elements_costs_more_and_along_gaps_as_much_as_anywhere()
 def test_a_block_goes_on_to_a_gap_around_it_where_there_are_gaps(gaps: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     film, shape = Film.of(stones()), (120, 120)
     if not gaps:
-        monkeypatch.setattr("flow.animation.film.joints", lambda exemplar: None)
+        monkeypatch.setattr("flow.animation.film.film.joints", lambda exemplar: None)
     source = (
         torch.rand(2, *shape, generator=torch.Generator().manual_seed(0)) * 120 + 2
     )  # nothing that is worth keeping

@@ -5,7 +5,7 @@ import torch
 from torch import Tensor
 
 import flow
-from flow.animation.drift import drift
+from flow.animation.film.drift import drift
 from flow.volume.variants import scales, turns
 from kwatra import Exemplar
 

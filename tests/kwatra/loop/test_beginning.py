@@ -85,7 +85,7 @@ def test_blocks_are_not_kept_while_the_levels_improve_what_they_are_of(monkeypat
 def test_what_is_looked_for_beforehand_is_asked_for_later(side, monkeypatch):
     """All of it by the same exemplar: what is laid at half the resolution asks for the ground there."""
     asked, exemplar = list[str](), Exemplar.of(torch.rand(1, side, side))
-    for module in (laying, import_module("kwatra.pieces.gaps")):
+    for module in (laying, import_module("kwatra.pieces.seams.gaps")):
         for name in ("find_ground", "find_lattice", "find_slant"):
             find = getattr(module, name, None)
             if find is not None:

@@ -5,14 +5,14 @@ import pytest
 import torch
 
 from kwatra import Exemplar
-from kwatra.pieces.agreement import DIGITS, FAIR, Agreement
 from kwatra.pieces.blocks import BlockStart
 from kwatra.pieces.boxes import Box
-from kwatra.pieces.cheapest import Offer, cheapest_cuts
-from kwatra.pieces.corners import ENOUGH, SEEN, SHOWN, Corners
-from kwatra.pieces.mosaic import Mosaic, by_place
-from kwatra.pieces.seams import SeamCost
-from kwatra.pieces.sheet import Patch, Sheet
+from kwatra.pieces.choosing.agreement import DIGITS, FAIR, Agreement
+from kwatra.pieces.choosing.corners import ENOUGH, SEEN, SHOWN, Corners
+from kwatra.pieces.seams.cost import SeamCost
+from kwatra.pieces.seams.mosaic import Mosaic, by_place
+from kwatra.pieces.sheet.cheapest import Offer, cheapest_cuts
+from kwatra.pieces.sheet.sheet import Patch, Sheet
 
 SHAPE, BLOCK = (48, 56), (20, 24)
 RNG = np.random.default_rng(0)
@@ -130,7 +130,7 @@ def test_what_a_block_does_not_show_agrees_as_a_fair_one_does(hang):
 @pytest.mark.parametrize("large", [False, True])
 def test_where_a_patch_lies_on_holes_nothing_changes(large, monkeypatch):
     if large:
-        monkeypatch.setattr("kwatra.pieces.cheapest.solved_at_once", lambda laid: False)
+        monkeypatch.setattr("kwatra.pieces.sheet.cheapest.solved_at_once", lambda laid: False)
     owned = np.random.default_rng(4).random((12, 12)) < 0.7
     mosaic = Mosaic([RNG.random((1, 12, 12), np.float32)])
     sheet = Sheet(mosaic, (12, 16), (False, False), SeamCost(mosaic))

@@ -13,7 +13,8 @@ from kwatra import Exemplar, InputError, Settings, SoftPixels, Stay, optimize
 from kwatra.base import generator_of
 from kwatra.loop.laying import USAGE, USAGE_IN_TIME, block_size, block_start
 from kwatra.loop.task import task_of
-from kwatra.pieces import BlockStart, candidates, charges
+from kwatra.pieces import BlockStart
+from kwatra.pieces.choosing import candidates, charges
 from kwatra.terms.controls import Wish
 
 

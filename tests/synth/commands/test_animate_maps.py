@@ -134,7 +134,7 @@ def test_maps_of_videos_go_along(folder: Path, monkeypatch: pytest.MonkeyPatch) 
     write_video("depth", 1 - clip, 10.0, GRAY)
     command = ["animate", "living", "--flow", "rotation", "--preset", "fast", "--frames", "3", "--speed", "1"]
     assert main([*command, "-o", "strong", "--also", "depth=depth"]) == 0
-    monkeypatch.setattr("flow.animation.feathering.strengthened", lambda mean, *_: mean)
+    monkeypatch.setattr("flow.animation.showing.feathering.strengthened", lambda mean, *_: mean)
     assert main([*command, "-o", "out", "--also", "depth=depth"]) == 0
     plain, strong = frames("out")[0], frames("strong")[0]
     torch.testing.assert_close(frames("out_depth")[0], 1 - plain, rtol=0, atol=2.01 / 255)

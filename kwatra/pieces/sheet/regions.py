@@ -1,0 +1,115 @@
+"""The region that needs a patch (thesis section 3.2), the error-region.
+
+While filling, it holds filled and empty pixels, so the texture grows and fits what is there; while refining, it is the
+box with the costliest seams, or with random placement any box.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import torch
+
+from kwatra.base import shared
+from kwatra.base.spans import box_sums, in_volume, volume
+from kwatra.pieces.boxes import Box, wrapped
+from kwatra.pieces.sheet.sheet import Sheet
+from kwatra.pieces.sheet.stations import Stations
+
+BAND = 4
+"""At first regions are scored in bands as high as so many of them, which threads share: in one band the sums of 2048 a
+side would take 100 MB. With 8, or in one, scoring takes as long."""
+
+
+class Regions:
+    """Picks regions of `extent`, or of as much of it as the sheet admits; remembers where it has been."""
+
+    def __init__(self, sheet: Sheet[Any], extent: Sequence[int], generator: torch.Generator):
+        self.sheet, self.generator = sheet, generator
+        self.extent = tuple(min(e, sheet.longest(d)) for d, e in enumerate(extent))
+        self.tried = np.ones(sheet.shape, np.float32)
+        self._stations: Stations | None = None
+        self._scores: np.ndarray | None = None
+        self._highest = np.zeros(())  # of the scores along each line of the last axis
+        self._known = 0
+
+    def first(self) -> Box:
+        """Where an empty sheet begins: its middle."""
+        return Box(tuple((n - e) // 2 for n, e in zip(self.sheet.shape, self.extent, strict=True)), self.extent)
+
+    def frontier(self) -> Box:
+        """A region on the border of the filled part, about half of it filled."""
+        if self._stations is None:
+            self._stations = Stations(self.sheet, self.extent)
+        lines, score = self._stations.lines, self._half_filled(self._stations.counts())
+        if score.max() < 0:  # everywhere if no station is on the border
+            filled = wrapped(self.sheet.filled, self.extent, self.sheet.periodic)
+            lines = [np.arange(n - e + 1) for n, e in zip(filled.shape, self.extent, strict=True)]
+            score = self._half_filled(box_sums(filled, self.extent))
+        best = np.flatnonzero((score >= score.max() - 0.1) & (score > 0))
+        spot = np.unravel_index(best[self._below(len(best))], score.shape)
+        return Box(tuple(int(line[i]) for line, i in zip(lines, spot, strict=True)), self.extent)
+
+    def _half_filled(self, count: np.ndarray) -> np.ndarray:
+        """1 where half of a region's pixels are filled, less where more or fewer, -1 where all or none."""
+        whole = int(np.prod(self.extent))
+        return np.where((count > 0) & (count < whole), 1 - np.abs(count / whole - 0.5), -1)
+
+    def costliest(self) -> Box | None:
+        """The region whose seams cost most, regions lately visited counting less; None without seams."""
+        if self._scores is None:
+            self._scores = np.zeros([n if w else n - e + 1 for n, e, w in self._axes])
+            self._highest = np.zeros(self._scores.shape[:-1])
+            count, *others = self._scores.shape
+            ends = [*range(0, count, BAND * self.extent[0]), count]
+            shared(self._score, [(rows, *((0, n) for n in others)) for rows in pairwise(ends)])
+        else:  # only what patches laid since then may have changed
+            for patch in self.sheet.patches[self._known :]:
+                self._score_around(Box(tuple(s - 1 for s in patch.box.start), tuple(e + 2 for e in patch.box.extent)))
+        self._known = len(self.sheet.patches)
+        line = np.unravel_index(int(np.argmax(self._highest)), self._highest.shape)  # scores are as many as pixels
+        start = (*(int(i) for i in line), int(np.argmax(self._scores[line])))
+        return Box(start, self.extent) if self._highest[line] > 0 else None
+
+    @property
+    def _axes(self) -> list[tuple[int, int, bool]]:
+        """Per axis the sheet's length, the region's, and whether it wraps."""
+        return list(zip(self.sheet.shape, self.extent, self.sheet.periodic, strict=True))
+
+    def _score_around(self, box: Box) -> None:
+        """Score anew all regions that touch a box."""
+        spans = []
+        for start, stop, (n, e, wraps) in zip(box.start, box.stop, self._axes, strict=True):
+            low, high = start - e + 1, stop
+            spans.append((low, min(high, low + n)) if wraps else (max(low, 0), min(high, n - e + 1)))
+        if self._scores is not None and all(low < high for low, high in spans):
+            self._score(spans)
+
+    def _score(self, spans: Sequence[tuple[int, int]]) -> None:
+        """Score regions that begin within spans, axis by axis: the cost of their seams, less where it was tried."""
+        from kwatra.pieces.sheet.pixels import score
+
+        assert self._scores is not None
+        axes, (low, high) = len(self.extent), zip(*spans, strict=True)
+        sheet = volume(self.sheet.seams, axes), volume(self.tried, axes)
+        scored = volume(self._scores, axes), volume(self._highest, axes - 1)[0]
+        score(*sheet, in_volume(low, 0), in_volume(high, 1), in_volume(self.extent, 1), *scored)
+
+    def anywhere(self) -> Box:
+        """A region drawn at random."""
+        spans = zip(self.sheet.shape, self.extent, self.sheet.periodic, strict=True)
+        return Box(tuple(self._below(n if wraps else n - e + 1) for n, e, wraps in spans), self.extent)
+
+    def rest(self, region: Box) -> None:
+        """Look elsewhere for a while: the seams in and around `region` count half as much from now on."""
+        around = Box(
+            tuple(s - e // 2 for s, e in zip(region.start, region.extent, strict=True)), region.extent
+        ).clipped(self.sheet.shape, self.sheet.periodic)
+        self.tried[self.sheet.indices(around)] *= 0.5
+        self._score_around(around)
+
+    def _below(self, count: int) -> int:
+        return int(torch.randint(count, (1,), generator=self.generator))

@@ -1,0 +1,201 @@
+"""Several patches tried on one window, and the one that is laid at the least cost, in one compiled call.
+
+It holds no lock of the interpreter's, so threads can share the patches, or lay on several windows side by side. Pixels
+are seen as (before, rows, columns), whatever their axes.
+
+This module is compiled by numba when first used, so it is imported where patches are tried.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import torch
+
+from kwatra.base import shared
+from kwatra.base.compiled import jitted
+from kwatra.base.spans import in_volume, volume
+from kwatra.cut.choices import FREE, MOST, TAKE
+from kwatra.cut.network import sides
+from kwatra.pieces.loops import copy_into
+from kwatra.pieces.seams import Array, Prices
+from kwatra.pieces.seams.matches import cut_places
+
+PARTS = 4
+"""Offers are divided so that there are so many parts for each thread: few, and of unlike length, leave threads idle."""
+
+
+class Tries(NamedTuple):
+    """Patches (n,) of a mosaic's first source, tried on a window.
+
+    shifts, starts, stops (n, axes): by how much they are shifted, and their boxes, counted from the window's first
+    pixel. costs (n,): what each costs beside its price; rates (n,): what its price counts. must: whether all of a patch
+    is taken. taking (n, pixels): what pixels cost more when they take a patch, as in `Sheet.cut`; (0, 0) for nothing.
+    """
+
+    shifts: Array
+    starts: Array
+    stops: Array
+    costs: Array
+    rates: Array
+    must: bool
+    taking: Array
+
+
+class Ground(NamedTuple):
+    """What patches are laid on, and of: arrays of a window (`Window`), colors by place (C, N) and what places mean.
+
+    owned (N,): which places are shown at all, of none where all are. sizes, strides (axes,): of the source, and from a
+    place to the next. prices: what seams cost there.
+    """
+
+    kept: Array
+    laid: Array
+    fixed: Array
+    places: Array
+    remembered: Sequence[Array]
+    total: int
+    planes: Array
+    owned: Array
+    sizes: Sequence[int]
+    strides: Sequence[int]
+    prices: Prices
+
+
+class Found(NamedTuple):
+    """The number of the patch that costs least, and what it costs; the rest is as in `Cut`."""
+
+    number: int
+    cost: float
+    take: Array
+    places: Array
+    seams: list[Array]
+    change: int
+    price: int
+
+
+def cheapest_of(offers: Sequence[tuple[Tries, Ground, float]]) -> list[Found | None]:
+    """Of each offer the patch whose cost, and price times rate, come to least; None if none comes to less than a bound.
+
+    Of equals it is the first. An offer is what is tried, on what, and the bound. Threads share the offers; who finds
+    all begun helps with the last ones, patch by patch, knowing what has been found: a cut that costs more need not be
+    solved.
+    """
+    threads = torch.get_num_threads()
+    lowest, following = [np.array([least]) for _, _, least in offers], [np.zeros(1, np.int64) for _ in offers]
+    best: list[list[Found]] = [[] for _ in offers]
+
+    def work_on(number: int) -> None:
+        tries, ground, least = offers[number]
+        if following[number][0] < len(tries.costs):
+            found = _cheapest_of(tries, ground, least, lowest[number], following[number])
+            if found is not None:
+                best[number].append(found)
+
+    order = range(len(offers))
+    shared(work_on, [*order, *[number for _ in range(threads - 1) for number in reversed(order)]])
+    return [min(found, key=lambda one: (one.cost, one.number), default=None) for found in best]
+
+
+def _cheapest_of(tries: Tries, ground: Ground, least: float, lowest: Array, following: Array) -> Found | None:
+    """The same of the patches that no other thread has begun with.
+
+    lowest, following (1,): the least that any thread has found so far, and the patch to be tried next.
+    """
+    shape, axes, strides = ground.kept.shape, ground.kept.ndim, in_volume(ground.strides, 0)
+    take, places = np.empty(shape, np.bool_), np.empty_like(ground.places)
+    seams = [np.empty(cost.shape, np.int32) for cost in ground.remembered]
+    a, left = (sides(costs, take.size) for costs in (ground.remembered, seams))
+    number, cost, change, price = _try_every(
+        volume(ground.kept, axes), volume(ground.laid, axes), volume(ground.fixed, axes), volume(ground.places, axes),
+        a, ground.total, ground.planes, ground.owned, in_volume(ground.sizes, 1), strides, ground.prices,
+        # a plane that is none begins before any place of the source
+        in_volume(tries.shifts, 1), in_volume(tries.starts, 0), in_volume(tries.stops, 1), tries.costs, tries.rates,
+        tries.must, tries.taking, least, lowest, following, take.ravel(), places.ravel(), left,
+    )  # fmt: skip
+    return None if number < 0 else Found(number, cost, take, places, seams, change, price)
+
+
+@jitted
+def _try_every(
+    kept: Any, laid: Any, fixed: Any, old: Any, a: Any, total: Any, planes: Any, owned: Any, sizes: Any, strides: Any,
+    prices: Any, shifts: Any, starts: Any, stops: Any, costs: Any, rates: Any, must: Any, taking: Any, least: Any,
+    lowest: Any, following: Any, take: Any, places: Any, left: Any,
+) -> Any:  # fmt: skip
+    """The number of the cheapest try, -1 for none, what it costs, its change and price.
+
+    Sets what it takes and shows, and along each axis the seams that are left with it. Threads that ask for the next at
+    once may try the same, but leave none out: a number is written only where the one before it was taken. Which tries
+    are given up depends on what other threads have found by then, but none that is as cheap is: `most` is rounded up.
+    """
+    count, best, best_change, best_price = kept.size, -1, 0, 0
+    choice, new, taken = np.empty(kept.shape, np.int8), np.empty(old.shape, old.dtype), np.empty(count, np.bool_)
+    weight = np.zeros(count, np.int64)
+    shown_old, shown_new, may, without = old.ravel(), new.ravel(), choice.ravel(), kept.ravel()
+    b, c, tried = _like(a), _like(a), _like(a)
+    while following[0] < len(costs):
+        k = following[0]
+        following[0] = k + 1
+        most = MOST if lowest[0] == np.inf else math.ceil((lowest[0] - costs[k]) / rates[k])
+        if len(taking) == 0 and -total > most:  # were no seam left
+            continue
+        _lay_out(kept, laid, fixed, starts[k], stops[k], must, choice)
+        _find_places(sizes, shifts[k], starts[k], stops[k], new)
+        if len(owned) > 0:
+            for i in range(count):
+                may[i] = may[i] if owned[shown_new[i]] else without[i]
+        for i in range(count):
+            weight[i] = taking[k, i] if len(taking) > 0 else 0
+        if not cut_places(planes, strides, shown_old, shown_new, prices, may, weight, a, b, c, most, taken, tried):
+            continue
+        change = -total
+        for axis in range(len(a)):
+            change += tried[axis].sum()
+        price = change
+        if len(taking) > 0:
+            for i in range(count):
+                price += taking[k, i] if taken[i] and may[i] == FREE else 0
+        cost = costs[k] + rates[k] * price
+        if cost < least:
+            least, best, best_change, best_price = cost, k, change, price
+            lowest[0] = min(lowest[0], cost)
+            copy_into(taken, take)
+            copy_into(shown_new, places)
+            for axis in range(len(a)):
+                copy_into(tried[axis].ravel(), left[axis].ravel())
+    return best, least, best_change, best_price
+
+
+@jitted
+def _like(costs: Any) -> Any:
+    """Room for as many costs along each of three axes."""
+    first, second, third = costs
+    return np.empty(first.shape, np.int32), np.empty(second.shape, np.int32), np.empty(third.shape, np.int32)
+
+
+@jitted
+def _lay_out(kept: Any, laid: Any, fixed: Any, start: Any, stop: Any, must: Any, choice: Any) -> None:
+    """What may happen to pixels where a patch is laid from start to before stop."""
+    copy_into(kept.ravel(), choice.ravel())
+    for i in range(start[0], stop[0]):
+        for j in range(start[1], stop[1]):
+            for k in range(start[2], stop[2]):
+                choice[i, j, k] = TAKE if must and not fixed[i, j, k] else laid[i, j, k]
+
+
+@jitted
+def _find_places(sizes: Any, shift: Any, start: Any, stop: Any, places: Any) -> None:
+    """The places a window shows of a shifted source, which goes on beyond the patch by one pixel, and by its rim."""
+    for i in range(places.shape[0]):
+        plane = _line(i, start[0], stop[0], shift[0], sizes[0]) * (sizes[1] + 2)
+        for j in range(places.shape[1]):
+            row = (plane + _line(j, start[1], stop[1], shift[1], sizes[1])) * (sizes[2] + 2)
+            for k in range(places.shape[2]):
+                places[i, j, k] = row + _line(k, start[2], stop[2], shift[2], sizes[2])
+
+
+@jitted
+def _line(at: Any, start: Any, stop: Any, shift: Any, size: Any) -> Any:
+    """How far along an axis of the mosaic a pixel's place lies."""
+    return min(max(min(max(at, start - 1), stop) - shift, -1), size) + 1

@@ -1,0 +1,166 @@
+import numpy as np
+import pytest
+import torch
+from bench_elements import cut_elements
+from made import MADE
+
+from kwatra import Exemplar, Settings, optimize
+from kwatra.elements import Ground, Lattice
+from kwatra.pieces import BlockStart, Gaps, Hidden, Mosaic, gaps, hidden_along
+from kwatra.pieces.seams.gaps import ALIGNED, CUTTING
+from kwatra.terms import Wish
+
+
+def cut(made, monkeypatch=None):
+    """The share of elements that blocks of a texture cut; with the patch, where gaps are not heeded."""
+    if monkeypatch is not None:
+        monkeypatch.setattr("kwatra.pieces.blocks.gaps", lambda *_: None)
+    generator = torch.Generator().manual_seed(0)
+    start = BlockStart(Exemplar.of(made.image), (192, 192), (80, 80), (1, 1), generator, usage=0.5, seams=6)
+    where = start.run()
+    return cut_elements(made.numbers.numpy(), (where[0] * 128 + where[1]).numpy())["cut"]
+
+
+@pytest.mark.parametrize(("name", "most"), [("coins", 0.1), ("stones", 0.25)])
+def test_elements_stay_whole_where_there_are_gaps(name, most, monkeypatch):
+    made = MADE[name](128, 24, 0)
+    whole, torn = cut(made), cut(made, monkeypatch)
+    assert whole <= most
+    assert whole < torn
+
+
+def around(made, weight, **other):
+    """A start of a texture around what is wished for in its middle."""
+    value = torch.zeros(3, 192, 192)
+    value[:, 48:144, 48:144] = made.image[:, 16:112, 16:112]
+    wish, generator = Wish(weight, value), torch.Generator().manual_seed(1)
+    exemplar = Exemplar.of(made.image)
+    return BlockStart(exemplar, (192, 192), (40, 40), (1, 1), generator, usage=0.5, seams=6, wish=wish, **other)
+
+
+@pytest.mark.parametrize("name", ["coins", "stones"])
+def test_elements_stay_whole_around_pixels_that_are_given(name, monkeypatch):
+    made, weight = MADE[name](128, 24, 0), torch.zeros(3, 192, 192)
+    weight[:, 48:144, 48:144] = 1000
+    shares = []
+    for heeded in (True, False):
+        if not heeded:
+            monkeypatch.setattr("kwatra.pieces.blocks.gaps", lambda *_: None)
+        where = around(made, weight).run()
+        shares.append(cut_elements(made.numbers.numpy(), (where[0] * 128 + where[1]).numpy())["cut"])
+    assert shares[0] < 0.8 * shares[1]
+
+
+def test_blocks_grow_around_given_pixels_and_not_where_all_are_wished_for():
+    made, some, every = MADE["coins"](128, 24, 0), torch.zeros(3, 192, 192), torch.full((3, 192, 192), 0.02)
+    some[:, 48:144, 48:144] = 1
+    grown, kept = around(made, some), around(made, every)
+    assert grown.corners.block > (40, 40) == kept.corners.block
+    assert grown.overlap == kept.overlap
+
+
+def test_a_guide_is_no_ground():
+    """A map of cells that goes with the colors, and what lies between them: no seam is hidden there."""
+    noise = torch.rand(3, 128, 128, generator=torch.Generator().manual_seed(0))
+    bars = (torch.arange(128) % 16 < 12).float()
+    guide = 100 * (bars[:, None] * bars)[None]
+    weight = torch.zeros(4, 192, 192)
+    weight[3] = 1
+    wish, generator = Wish(weight, torch.zeros(4, 192, 192)), torch.Generator().manual_seed(0)
+    guided = Exemplar.of(torch.cat([noise, guide]))
+    assert gaps(guided, Mosaic([guided.canvas.numpy()]), 1.0) is not None
+    start = BlockStart(guided, (192, 192), (40, 40), (1, 1), generator, usage=0.5, seams=6, wish=wish)
+    assert start.gaps is None
+
+
+def test_depths_are_told_apart_in_their_deviations_and_not_at_all_where_they_are_one():
+    depth = np.array([[0.0, 0.2], [0.2, 1.0]], np.float32)
+    unlike = Hidden(depth, 1.0, 24.0, ALIGNED, 1.0).unlike
+    assert np.allclose([unlike.mean(), unlike.std()], [0, 1], atol=1e-6)
+    assert np.allclose(np.diff(unlike), np.diff(depth) / depth.std())
+    assert (Hidden(np.ones((2, 2), np.float32), 1.0, 24.0, ALIGNED, 1.0).unlike == 0).all()
+
+
+def test_each_source_of_a_mosaic_is_as_deep_as_it_is_said_to_be():
+    rng = np.random.default_rng(0)
+    mosaic = Mosaic([rng.random((3, 6, 8), np.float32) for _ in range(2)])
+    depths = [rng.random((6, 8), np.float32) for _ in range(2)]
+    cost = Hidden(depths[0], 0.5, 8.0, ALIGNED, 1.0).cost(mosaic, depths, 20.0)
+    assert cost.depth.least == pytest.approx(CUTTING * 0.5 * 20.0)
+    for number, depth in enumerate(depths):
+        np.testing.assert_array_equal(cost.depth.at(mosaic.places(number, [np.arange(6), np.arange(8)])), depth)
+
+
+def test_noise_has_no_gaps():
+    noise = torch.rand(3, 64, 64, generator=torch.Generator().manual_seed(0))
+    start = BlockStart(
+        Exemplar.of(noise), (64, 64), (16, 16), (1, 1), torch.Generator().manual_seed(0), usage=0.5, seams=6
+    )
+    assert gaps(start.exemplar, start.sheet.sources, 1.0) is None
+
+
+def test_blocks_grow_with_their_overlaps_where_the_exemplar_is_large_enough():
+    made = MADE["coins"](128, 24, 0)
+    start = BlockStart(Exemplar.of(made.image), (96, 96), (32, 32), (4, 4), torch.Generator(), usage=0.5, seams=6)
+    found = start.gaps._replace(overlap=20)
+    assert found.widened((32, 64), (8, 16), (96, 60), (4, 4)) == ((40, 64), (16, 20))
+    assert found._replace(overlap=5).widened((32, 32), (8, 8), (96, 96), (4, 4)) == ((32, 32), (8, 8))
+    assert start.overlap == (16, 16)
+    assert start.corners.block == (40, 40)
+
+
+def test_blocks_that_fit_between_holes_are_kept_where_larger_ones_do_not():
+    made = MADE["coins"](128, 24, 0)
+    mask = torch.ones(128, 128, dtype=torch.bool)
+    mask[:, ::34] = False
+    start = BlockStart(
+        Exemplar.of([made.image], masks=[mask]), (96, 96), (32, 32), (1, 1), torch.Generator(), usage=0.5, seams=6
+    )
+    assert start.corners.block == (32, 32)
+    assert max(start.overlap) <= 16
+
+
+@pytest.mark.parametrize("wrap", [False, True])
+def test_em_undoes_no_seam_that_goes_around_elements(wrap, monkeypatch):
+    made = MADE["stones"](128, 20, 0)
+
+    def mixed():
+        where = optimize(Exemplar.of(made.image), (160, 160), settings=Settings(wrap=wrap)).where
+        return cut_elements(made.numbers.numpy(), (where[0] * 128 + where[1]).numpy())["mixed"]
+
+    kept = mixed()
+    monkeypatch.setattr(Gaps, "cheaper", lambda self, before, *_: torch.ones_like(before[0], dtype=torch.bool))
+    assert kept < mixed()
+
+
+def test_where_em_is_not_taken_pixels_are_the_exemplars_own():
+    made = MADE["stones"](128, 20, 0)
+    result = optimize(Exemplar.of(made.image), (96, 96))
+    copied = made.image[(slice(None), *result.where)]
+    assert float((result.image == copied).all(0).float().mean()) > 0.9
+    assert torch.equal(result.stages[-1].image, result.image)
+
+
+def test_blocks_grow_to_at_most_half_of_an_axis_that_wraps():
+    made = MADE["coins"](128, 24, 0)
+    wraps, generator = (True, False), torch.Generator()
+    start = BlockStart(Exemplar.of(made.image), (64, 64), (30, 30), (1, 1), generator, wraps=wraps, usage=0.5, seams=6)
+    assert start.corners.block == (32, 37)
+    start = BlockStart(Exemplar.of(made.image), (60, 64), (24, 24), (4, 4), generator, wraps=wraps, usage=0.5, seams=6)
+    assert start.corners.block == (28, 32)  # on the grain
+
+
+def test_blocks_do_not_grow_where_elements_stand_on_a_lattice():
+    made = MADE["coins"](128, 24, 0)
+    lattice, generator = Lattice(24 * torch.eye(2), 1.0), torch.Generator()
+    start = BlockStart(
+        Exemplar.of(made.image), (96, 96), (32, 32), (4, 4), generator, usage=0.5, seams=6, lattice=lattice
+    )
+    assert start.corners.block == (32, 32)
+    assert start.overlap == (16, 16)
+
+
+def test_seams_are_hidden_on_the_ground_as_well_as_it_hides_them():
+    ground = Ground(np.array([[0.0, 0.25, 1.0]]), 1.0, 1.0, 20.0)
+    for hides, depth in ((1.0, [0.0, 0.25, 1.0]), (0.5, [0.5, 0.625, 1.0]), (0.0, [1.0, 1.0, 1.0])):
+        assert hidden_along(ground, hides).depth.tolist() == [depth]
