@@ -17,6 +17,7 @@ those that are there, and are larger and overlap by so much that a seam can go a
 import math
 from collections.abc import Sequence
 from copy import copy
+from dataclasses import replace
 from functools import partial
 from itertools import chain
 
@@ -28,21 +29,23 @@ from kwatra.base import continued, mean, shared
 from kwatra.elements import Lattice
 from kwatra.exemplar import Exemplar
 from kwatra.pieces.boxes import Box
-from kwatra.pieces.choosing.candidates import LUCK, Asked, Candidates
-from kwatra.pieces.choosing.charges import SceneUse
-from kwatra.pieces.choosing.corners import Corners
-from kwatra.pieces.choosing.twins import NO_TWINS, twin_places
-from kwatra.pieces.choosing.wished import Wished, unguided, variance
+from kwatra.pieces.choosing import (
+    NO_TWINS,
+    Asked,
+    Candidates,
+    Corners,
+    SceneUse,
+    Wished,
+    twin_places,
+    unguided,
+    variance,
+)  # fmt: skip
+from kwatra.pieces.choosing.candidates import LUCK
 from kwatra.pieces.fronts import fronts
-from kwatra.pieces.seams.cost import eased
-from kwatra.pieces.seams.gaps import LARGEST, Gaps, gaps
-from kwatra.pieces.seams.mosaic import Mosaic
-from kwatra.pieces.seams.stock import Array, each
-from kwatra.pieces.sheet.again import Budget, lay_again
-from kwatra.pieces.sheet.cheapest import Offer, cheapest_cuts, patch_of, sides_of
-from kwatra.pieces.sheet.regions import Regions
-from kwatra.pieces.sheet.sheet import Patch, Sheet
-from kwatra.pieces.sheet.window import Window
+from kwatra.pieces.offers import Offers
+from kwatra.pieces.seams import Array, Gaps, Mosaic, eased, find_gaps
+from kwatra.pieces.seams.gaps import LARGEST
+from kwatra.pieces.sheet import Budget, Offer, Regions, Sheet, cheapest_cuts, lay_again
 from kwatra.pieces.spread import Spread
 from kwatra.terms import PlaceCharge, Wish
 
@@ -100,28 +103,36 @@ class BlockStart:
         self.wraps = (False,) * len(self.shape) if wraps is None else tuple(wraps)
         self.sheet = Sheet(mosaic, self.shape, self.wraps, eased(mosaic, easier))
         self.image, self.shown = ((colors - middle) * weights).numpy(), np.zeros(mosaic.cell)
-        self.variance = variance(exemplar, self.wish)
-        self.contrast = 2 * self.variance**0.5 / mosaic.step
+        var = variance(exemplar, self.wish)
         self.scene = SceneUse.of(self.image, self.shape) if len(self.shape) > 2 and places else None
-        self.gaps = gaps(unguided(exemplar, self.wish), mosaic, self.contrast / 2) if still and along is None else None
+        unasked, deviation = unguided(exemplar, self.wish), var**0.5 / mosaic.step
+        self.gaps = find_gaps(unasked, mosaic, deviation) if still and along is None else None
         free = still and self.wish is None and not places and bool((exemplar.owner <= 0).all())
+        self._spread_out(block, along, free)
+        luck, twins = 0.0 if self.scene is None else LUCK, twin_places(exemplar, mosaic) if still else NO_TWINS
+        asked = Asked(usage, lattice, places, exemplar.canvas.device, self.wish, self.gaps, aligned, luck, twins)
+        self.candidates = Candidates(self.sheet, self.corners, self.image, var, asked)
+        self.offers = Offers(self.sheet, self.image, self.wish, var, min(self.overlap), not aligned)
+
+    @property
+    def used(self) -> Array:
+        """How often each pixel of the exemplar (*S) is shown."""
+        return self.shown[(slice(1, -1),) * len(self.shape)]
+
+    def _spread_out(self, block: Sequence[int], along: int | None, free: bool) -> None:
+        """Settle how large blocks are, by how much they overlap, and where they lie in the exemplar and in the output.
+
+        block: how large they should be. free: whether they may lie on the exemplar's holes and over its border.
+        """
         block = tuple(min(b, self.sheet.longest(axis)) for axis, b in enumerate(block))
         fitted = partial(Corners.on_holes, whole=self.gaps is not None) if free else Corners.fitting
-        self.corners = fitted(exemplar, block, self.grain)
+        self.corners = fitted(self.exemplar, block, self.grain)
         self.overlap = tuple(max(round(b * OVERLAP), 1) for b in self.corners.block)
         if self.gaps is not None:
             self._heed(self.gaps)
         self.spread = Spread.over(self.shape, self.corners.block, self.overlap, self.grain, self.wraps, along)
         if free:
             self._hang()
-        luck, twins = 0.0 if self.scene is None else LUCK, twin_places(exemplar, mosaic) if still else NO_TWINS
-        asked = Asked(usage, lattice, places, exemplar.canvas.device, self.wish, self.gaps, aligned, luck, twins)
-        self.candidates = Candidates(self.sheet, self.corners, self.image, self.variance, asked)
-
-    @property
-    def used(self) -> Array:
-        """How often each pixel of the exemplar (*S) is shown."""
-        return self.shown[(slice(1, -1),) * len(self.shape)]
 
     def _heed(self, found: Gaps) -> None:
         """Have seams hidden in gaps, and blocks overlap by enough for that; larger ones where they fit.
@@ -165,7 +176,7 @@ class BlockStart:
         other.sheet.clear(part)
         kept = self.sheet.places[other.sheet.filled]
         other.shown = np.bincount(kept, minlength=self.shown.size).astype(float).reshape(self.shown.shape)
-        other.candidates = self.candidates.on(other.sheet)
+        other.candidates, other.offers = self.candidates.on(other.sheet), replace(self.offers, sheet=other.sheet)
         other._fill([box for box in self._boxes() if not other.sheet.filled_at(other.sheet.indices(box)).all()])
         return other
 
@@ -213,7 +224,7 @@ class BlockStart:
             needed = None if again else self._needed(some, rest)
             chosen = self.candidates.choose(some, needed, worn, self.seams, [luck[number] for number in numbers])
             seen = zip(self.sheet.windows(some), some, chosen, strict=True)
-            return [self._offered(window, box, *tried, often, again) for window, box, tried in seen]
+            return [self.offers.of(window, box, *tried, often, again) for window, box, tried in seen]
 
         groups = self._groups(boxes)
         made = dict(zip(chain(*groups), chain(*shared(choose, groups)), strict=True))
@@ -260,38 +271,3 @@ class BlockStart:
             regions.rest(region)
             boxes.append(box)
         return boxes
-
-    def _offered(
-        self, window: Window, box: Box, places: Array, costs: Array, often: Array | None, again: bool
-    ) -> Offer:
-        """Blocks that are tried in a box, with what they and their seams cost; window: that of the box.
-
-        That is 1 for a seam in plain sight: between unrelated pixels all along the block. Where blocks are laid again
-        what counts is that seams cost less, with what a wish adds. places (n, axes): of the blocks' first pixels; costs
-        (n,). often (T, H, W): what is charged for how often places of a scene are shown.
-        """
-        least, shifts = math.inf, np.array(box.start) - places
-        if again:
-            costs, rates, least = np.zeros(len(shifts)), np.ones(len(shifts)), 0.0
-        else:
-            rates = 1 / (self.contrast * self._lengths(window, *sides_of(box, shifts, self.sheet)))
-        priced = self.wish is not None or often is not None
-        patches = (patch_of(box, shift, self.sheet) for shift in shifts.tolist()) if priced else ()
-        taking = [self._taking(patch, often) for patch in patches]
-        return Offer(window, box, shifts, costs, rates, least, must=not self.aligned, taking=taking)
-
-    def _lengths(self, window: Window, starts: Array, stops: Array) -> Array:
-        """How long the seams of patches are, about, (n,), which lie from starts (n, axes) to before stops."""
-        return np.maximum(window.known(starts, stops) / min(self.overlap), 1.0)
-
-    def _taking(self, patch: Patch, often: Array | None) -> Array:
-        """What each pixel of a patch costs more than what it replaces, as seams cost: by wish, and place in a scene."""
-        at = self.sheet.indices(patch.box)
-        lines = zip(patch.box.start, patch.box.stop, patch.shift, strict=True)
-        new = each(np.ix_(*(np.arange(a, b) - s for a, b, s in lines)))
-        old = each(self.sheet.sources.coordinates(self.sheet.places[at])[1].clip(0))
-        more = 0.0 if often is None else often[new] - often[old]
-        if self.wish is not None:
-            missed = (self.wish.missed(at, self.image[place], self.variance) for place in (new, old))
-            more = more + next(missed) - next(missed)
-        return np.rint(more * self.contrast / 2).astype(np.int64)

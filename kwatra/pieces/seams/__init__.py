@@ -1,9 +1,10 @@
 """Seams: what copies of a stock cost where they meet, where gaps hide that, and how much of it is seen."""
 
-from kwatra.pieces.seams.cost import NORMALIZED_SCALE, Depth, Prices, SeamCost, eased, normalized, summed
-from kwatra.pieces.seams.gaps import Gaps, Hidden, gaps, hidden_along, hidden_seams
+from kwatra.pieces.seams.cost import NORMALIZED_SCALE, Depth, SeamCost, eased, normalized, summed
+from kwatra.pieces.seams.gaps import Gaps, Hidden, find_gaps, hidden_along, hidden_seams
 from kwatra.pieces.seams.keeping import cheaper
 from kwatra.pieces.seams.mosaic import LEVELS, Mosaic, by_place
+from kwatra.pieces.seams.prices import Prices
 from kwatra.pieces.seams.stock import Array, Matches, Stock, beside, each
 from kwatra.pieces.seams.visible import visible_seams
 
@@ -24,7 +25,7 @@ __all__ = [
     "cheaper",
     "each",
     "eased",
-    "gaps",
+    "find_gaps",
     "hidden_along",
     "hidden_seams",
     "normalized",

@@ -18,8 +18,6 @@ B(t) costs
 It then runs along the gaps of one side, and through elements of both nowhere, however alike their colors are.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from functools import cached_property
 from typing import NamedTuple
@@ -29,6 +27,7 @@ import numpy as np
 from kwatra.base.axes import AXES
 from kwatra.cut import Costs, best_cut, seams_after, solved_at_once
 from kwatra.pieces.seams.mosaic import LEVELS, Mosaic
+from kwatra.pieces.seams.prices import Prices
 from kwatra.pieces.seams.stock import Array, Stock, beside
 
 NORMALIZED_SCALE = 4096
@@ -67,22 +66,6 @@ class Depth(NamedTuple):
     at: Callable[[Array], Array]
     least: float
     hidden: float = HIDDEN
-
-
-class Prices(NamedTuple):
-    """What `SeamCost` makes of M between places of a mosaic, as arrays for compiled loops; of AXES axes.
-
-    deep (N,): how deep in its element each place lies, of none where seams are not hidden; hidden, least: as in
-    `Depth`. scales (AXES,): what M is multiplied by before it is divided by what `Steepness` says, of none for M alone;
-    divisors (AXES,), slopes (AXES, N).
-    """
-
-    deep: Array
-    hidden: float
-    least: float
-    scales: Array
-    divisors: Array
-    slopes: Array
 
 
 class SeamCost:

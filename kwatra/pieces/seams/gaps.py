@@ -124,7 +124,7 @@ def hidden_along(ground: Ground, hides: float, aligned: float = ALIGNED, dearer:
     return Hidden((1 - hides * (1 - ground.depth)).astype(np.float32), hides, ground.size, aligned, dearer)
 
 
-def gaps(exemplar: Exemplar, mosaic: Mosaic, deviation: float) -> Gaps | None:
+def find_gaps(exemplar: Exemplar, mosaic: Mosaic, deviation: float) -> Gaps | None:
     """The gaps of an exemplar of still images, None without any that hide seams.
 
     mosaic: its canvas; deviation: the standard deviation of its colors, in the mosaic's units.

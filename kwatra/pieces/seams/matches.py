@@ -7,7 +7,7 @@ This module is compiled by numba when first used, so it is imported where seams 
 """
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -16,10 +16,8 @@ from kwatra.base.compiled import jitted
 from kwatra.base.spans import in_volume
 from kwatra.cut.choices import FREE, TAKE, VOID
 from kwatra.cut.network import cut_at_once, lines, seams_left, sides
+from kwatra.pieces.seams.prices import Prices
 from kwatra.pieces.seams.stock import Array, Matches
-
-if TYPE_CHECKING:
-    from kwatra.pieces.seams.cost import Prices
 
 
 def matched(
@@ -28,7 +26,7 @@ def matched(
     old: Array,
     new: Array,
     choice: Array | None = None,
-    prices: "Prices | None" = None,
+    prices: Prices | None = None,
 ) -> Matches:
     """M along each axis as `Stock.matches` gives it, of places that are numbers; or what it is priced, given prices.
 
@@ -57,7 +55,7 @@ def cut_in(
     remembered: Sequence[Array],
     choice: Array,
     taking: Array | None,
-    prices: "Prices",
+    prices: Prices,
     most: int,
 ) -> tuple[Array, list[Array]] | None:
     """Which pixels of a window take a patch, and the seams then: what `matched`, `best_cut` and `seams_after` make.

@@ -6,7 +6,7 @@ from made import MADE
 
 from kwatra import Exemplar, Settings, optimize
 from kwatra.elements import Ground, Lattice
-from kwatra.pieces import BlockStart, Gaps, Hidden, Mosaic, gaps, hidden_along
+from kwatra.pieces import BlockStart, Gaps, Hidden, Mosaic, find_gaps, hidden_along
 from kwatra.pieces.seams.gaps import ALIGNED, CUTTING
 from kwatra.terms import Wish
 
@@ -14,7 +14,7 @@ from kwatra.terms import Wish
 def cut(made, monkeypatch=None):
     """The share of elements that blocks of a texture cut; with the patch, where gaps are not heeded."""
     if monkeypatch is not None:
-        monkeypatch.setattr("kwatra.pieces.blocks.gaps", lambda *_: None)
+        monkeypatch.setattr("kwatra.pieces.blocks.find_gaps", lambda *_: None)
     generator = torch.Generator().manual_seed(0)
     start = BlockStart(Exemplar.of(made.image), (192, 192), (80, 80), (1, 1), generator, usage=0.5, seams=6)
     where = start.run()
@@ -45,7 +45,7 @@ def test_elements_stay_whole_around_pixels_that_are_given(name, monkeypatch):
     shares = []
     for heeded in (True, False):
         if not heeded:
-            monkeypatch.setattr("kwatra.pieces.blocks.gaps", lambda *_: None)
+            monkeypatch.setattr("kwatra.pieces.blocks.find_gaps", lambda *_: None)
         where = around(made, weight).run()
         shares.append(cut_elements(made.numbers.numpy(), (where[0] * 128 + where[1]).numpy())["cut"])
     assert shares[0] < 0.8 * shares[1]
@@ -68,7 +68,7 @@ def test_a_guide_is_no_ground():
     weight[3] = 1
     wish, generator = Wish(weight, torch.zeros(4, 192, 192)), torch.Generator().manual_seed(0)
     guided = Exemplar.of(torch.cat([noise, guide]))
-    assert gaps(guided, Mosaic([guided.canvas.numpy()]), 1.0) is not None
+    assert find_gaps(guided, Mosaic([guided.canvas.numpy()]), 1.0) is not None
     start = BlockStart(guided, (192, 192), (40, 40), (1, 1), generator, usage=0.5, seams=6, wish=wish)
     assert start.gaps is None
 
@@ -96,7 +96,7 @@ def test_noise_has_no_gaps():
     start = BlockStart(
         Exemplar.of(noise), (64, 64), (16, 16), (1, 1), torch.Generator().manual_seed(0), usage=0.5, seams=6
     )
-    assert gaps(start.exemplar, start.sheet.sources, 1.0) is None
+    assert find_gaps(start.exemplar, start.sheet.sources, 1.0) is None
 
 
 def test_blocks_grow_with_their_overlaps_where_the_exemplar_is_large_enough():

@@ -1,0 +1,68 @@
+"""What blocks that are tried in a box cost, beside their seams: what laying compares."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from kwatra.pieces.boxes import Box
+from kwatra.pieces.choosing import Wished
+from kwatra.pieces.seams import Array, Mosaic, each
+from kwatra.pieces.sheet import Offer, Patch, Sheet, Window, patch_of, sides_of
+
+
+@dataclass(frozen=True, eq=False)
+class Offers:
+    """Makes offers of blocks for boxes of a sheet.
+
+    image (C, *S): the exemplar's colors, about their mean. wish: what terms wish for, or None. variance: of the colors;
+    what is missed of a wish counts in it. overlap: px, how wide the strip is in which a seam runs. must: whether a
+    block is laid whatever it costs.
+    """
+
+    sheet: Sheet
+    image: Array
+    wish: Wished | None
+    variance: float
+    overlap: int
+    must: bool
+
+    def of(self, window: Window, box: Box, places: Array, costs: Array, often: Array | None, again: bool) -> Offer:
+        """Blocks that are tried in a box, with what they and their seams cost; window: that of the box.
+
+        That is 1 for a seam in plain sight: between unrelated pixels all along the block. Where blocks are laid again
+        what counts is that seams cost less, with what a wish adds. places (n, axes): of the blocks' first pixels; costs
+        (n,). often (T, H, W): what is charged for how often places of a scene are shown.
+        """
+        least, shifts = math.inf, np.array(box.start) - places
+        if again:
+            costs, rates, least = np.zeros(len(shifts)), np.ones(len(shifts)), 0.0
+        else:
+            rates = 1 / (self.contrast * self._lengths(window, *sides_of(box, shifts, self.sheet)))
+        priced = self.wish is not None or often is not None
+        patches = (patch_of(box, shift, self.sheet) for shift in shifts.tolist()) if priced else ()
+        taking = [self._taking(patch, often) for patch in patches]
+        return Offer(window, box, shifts, costs, rates, least, must=self.must, taking=taking)
+
+    @property
+    def contrast(self) -> float:
+        """What a seam costs between two unrelated pixels."""
+        mosaic = self.sheet.sources
+        assert isinstance(mosaic, Mosaic)
+        return 2 * self.variance**0.5 / mosaic.step
+
+    def _lengths(self, window: Window, starts: Array, stops: Array) -> Array:
+        """How long the seams of patches are, about, (n,), which lie from starts (n, axes) to before stops."""
+        return np.maximum(window.known(starts, stops) / self.overlap, 1.0)
+
+    def _taking(self, patch: Patch, often: Array | None) -> Array:
+        """What each pixel of a patch costs more than what it replaces, as seams cost: by wish, and place in a scene."""
+        at = self.sheet.indices(patch.box)
+        lines = zip(patch.box.start, patch.box.stop, patch.shift, strict=True)
+        new = each(np.ix_(*(np.arange(a, b) - s for a, b, s in lines)))
+        old = each(self.sheet.sources.coordinates(self.sheet.places[at])[1].clip(0))
+        more = 0.0 if often is None else often[new] - often[old]
+        if self.wish is not None:
+            missed = (self.wish.missed(at, self.image[place], self.variance) for place in (new, old))
+            more = more + next(missed) - next(missed)
+        return np.rint(more * self.contrast / 2).astype(np.int64)
