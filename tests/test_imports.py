@@ -3,6 +3,7 @@
 import ast
 from collections.abc import Iterator
 from functools import cache
+from graphlib import TopologicalSorter
 from itertools import permutations
 from pathlib import Path
 
@@ -78,6 +79,20 @@ def test_nothing_imports_relatively() -> None:
     for package in ALLOWED:
         for path in modules(package):
             assert not [line for line, name in imports_of(path) if name.startswith(".")], path
+
+
+def test_no_modules_import_each_other() -> None:
+    paths = [path for package in ALLOWED for path in modules(package)]
+    named = {".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): path for path in paths}
+    needs = {name: set[str]() for name in named}
+    for name, path in named.items():
+        known = [(line, other) for line, other in imports_of(path) if other in named]
+        within = {(line, other.rpartition(".")[0]) for line, other in known}  # of a package only the modules in it
+        needs[name] = {other for line, other in known if (line, other) not in within}
+    order = list(TopologicalSorter(needs).static_order())  # raises CycleError, which names those in a circle
+    assert (
+        order.index("kwatra.base.errors") < order.index("kwatra.loop.optimize") < order.index("flow.animation.sequence")
+    )
 
 
 def test_imports_are_found_wherever_they_stand() -> None:
