@@ -33,6 +33,12 @@ def tiles() -> Tensor:
     return cell + 0.05 * torch.rand(cell.shape, generator=torch.Generator().manual_seed(1))
 
 
+def cloth() -> Tensor:
+    """Lines that run through, across lines that do."""
+    tones = torch.rand(3, 88, generator=torch.Generator().manual_seed(1)) / 2
+    return tones[:, :40, None] + tones[:, None, 40:]
+
+
 def clip() -> Tensor:
     """A video (1, T, H, W) that drifts."""
     return torch.stack([stones(24, 32)[:1].roll(t, 2) for t in range(4)], 1)
@@ -107,6 +113,7 @@ CASES = {
     "tiled": still(tile=True),
     "lattice": still(exemplar=tiles()),
     "oblique lines": still(exemplar=oblique()),
+    "cloth": still(exemplar=cloth()),
     "variants of two": still(exemplar=[stones(), tiles()], mirror=True, rotate=(30.0,)),
     "the best of three": ranked,
     "steered": steered,

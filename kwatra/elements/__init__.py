@@ -9,6 +9,7 @@ from kwatra.elements.repeating import continued, out_of_step
 from kwatra.elements.size import element_size
 from kwatra.elements.slant import Slant, find_slant
 from kwatra.elements.translation import translation
+from kwatra.elements.woven import continued_weave, find_weave, in_step
 
 __all__ = [
     "STRAIGHT",
@@ -17,6 +18,7 @@ __all__ = [
     "Slant",
     "anisotropy",
     "continued",
+    "continued_weave",
     "direction_dependence",
     "drawn_sides",
     "easier",
@@ -24,6 +26,8 @@ __all__ = [
     "find_ground",
     "find_lattice",
     "find_slant",
+    "find_weave",
+    "in_step",
     "out_of_step",
     "place_dependence",
     "runs_along",

@@ -20,7 +20,8 @@ class Beginning:
     """What the first level of a task begins with: an image (C, *S), a source map (n, *S), neither or both.
 
     factors: the resolution that both have. gaps: those in which the source map's seams are hidden, where elements are
-    known. blocks: those that it is of, None if it is of none, or nothing of it is to be laid anew.
+    known. blocks: those that it is of, None if it is of none, or nothing of it is to be laid anew. goes_on: whether its
+    exemplar goes on by itself, so that nothing is left to improve.
     """
 
     task: Task
@@ -29,6 +30,7 @@ class Beginning:
     factors: tuple[int, ...]
     gaps: Gaps | None = None
     blocks: BlockStart | SlantedStart | None = None
+    goes_on: bool = False
 
     def copied(self) -> tuple[Tensor, Tensor]:
         """The image (C, *shape) that is copied together, and its source map (n, *shape), at full resolution.
@@ -71,7 +73,7 @@ def begin(
 ) -> Beginning:
     """What `optimize` begins with; arguments and errors are its.
 
-    A picture that is exactly periodic is continued before any level, of which only the finest are left to do.
+    A picture that goes on by itself is continued before any level, of which only the finest are left to do.
     """
     task = task_of(texture, shape, settings or Settings(), terms, mask, start, seed)
     factors, exemplar = (1,) * len(task.shape), task.texture.exemplar
@@ -80,6 +82,7 @@ def begin(
     where = repeated(task, exemplar)
     if where is not None:
         finest = tuple(level for level in task.levels if level.factor == 1)
-        return Beginning(replace(task, levels=finest), sourcemap.look_up(exemplar.canvas, where), where, factors)
+        image = sourcemap.look_up(exemplar.canvas, where)
+        return Beginning(replace(task, levels=finest), image, where, factors, goes_on=True)
     laid = block_start(task, exemplar)
     return Beginning(task, None, laid.where, laid.factors, laid.blocks.gaps, laid.blocks)

@@ -13,10 +13,13 @@ from kwatra.elements import (
     Slant,
     anisotropy,
     continued,
+    continued_weave,
     easier,
     find_ground,
     find_lattice,
     find_slant,
+    find_weave,
+    in_step,
     runs_along,
     translation,
 )
@@ -124,14 +127,14 @@ def block_start(task: Task, exemplar: Exemplar) -> Laid:
     return Laid(blocks.run(), factors, blocks)
 
 
-def _plain(task: Task) -> bool:
-    """Whether a still is begun that neither wraps nor is steered."""
-    return task.start == "aligned" and len(task.shape) == 2 and not task.terms and not any(task.wraps)
+def _unsteered(task: Task) -> bool:
+    """Whether a still is begun that nothing steers."""
+    return task.start == "aligned" and len(task.shape) == 2 and not task.terms
 
 
 def _slant(task: Task, exemplar: Exemplar) -> Slant | None:
     """How the lines of a single image run, None if not obliquely, or if an output wraps or is steered."""
-    if not _plain(task) or int(exemplar.owner.max()) > 0:
+    if not _unsteered(task) or any(task.wraps) or int(exemplar.owner.max()) > 0:
         return None
     slant = find_slant(exemplar)
     return slant if slant.aside and slant.anisotropy >= OBLIQUE else None
@@ -205,13 +208,17 @@ def _lattice(task: Task, exemplar: Exemplar, factor: int) -> Lattice | None:
 
 
 def repeated(task: Task, exemplar: Exemplar) -> Tensor | None:
-    """The source map (2, *shape), at full resolution, of an exactly periodic picture continued exactly.
+    """The source map (2, *shape), at full resolution, of a picture that goes on by itself: periodic exactly, or woven.
 
-    None where it is not periodic, or is to be something else.
+    None where it does not, or is to be something else; what has a lattice is laid in step with it though it be woven.
     """
     fine = any(level.factor == 1 for level in task.levels)
-    lattice = find_lattice(exemplar) if _plain(task) and fine and exemplar.owner.numel() <= LOOKED_AT else None
-    return None if lattice is None else continued(exemplar, lattice, task.shape)
+    if not fine or not _unsteered(task) or exemplar.owner.numel() > LOOKED_AT:
+        return None
+    lattice, weave = find_lattice(exemplar), find_weave(exemplar)
+    if weave is not None and (lattice is None or not in_step(weave, lattice)):
+        return continued_weave(exemplar, weave, task.shape, task.wraps, task.generator)
+    return None if lattice is None or any(task.wraps) else continued(exemplar, lattice, task.shape)
 
 
 def block_size(

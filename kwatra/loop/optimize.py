@@ -81,14 +81,18 @@ def improve(
 def _uncut(beginning: Beginning, image: Tensor, where: Tensor, factors: tuple[int, ...]) -> tuple[Tensor, Tensor]:
     """An image and its source map, with the copies of the beginning back wherever their seams cut elements less.
 
+    They are back everywhere if the exemplar goes on by itself: what meets where it ends is in none of its windows.
     Left as they are: other resolutions than the beginning's, and outputs that are steered by terms.
     """
     task, before, exemplar = beginning.task, beginning.where, beginning.task.texture.exemplar
-    if beginning.gaps is None or before is None or exemplar is None or not max(beginning.factors) == max(factors) == 1:
+    if before is None or exemplar is None or task.terms or not max(beginning.factors) == max(factors) == 1:
         return image, where
-    if task.terms:
+    if beginning.goes_on:
+        take = torch.zeros(task.shape, dtype=torch.bool, device=image.device)
+    elif beginning.gaps is not None:
+        take = beginning.gaps.cheaper(before, where, task.wraps)
+    else:
         return image, where
-    take = beginning.gaps.cheaper(before, where, task.wraps)
     if task.mask is not None:
         take = take | ~task.mask
     copied = sourcemap.look_up(exemplar.canvas, before)

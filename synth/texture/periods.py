@@ -1,16 +1,19 @@
 """Sizes that hold whole periods of a texture that repeats: only at these can it tile without a break.
 
 A texture with a lattice tiles in a size where moving it by the height, and by the width, moves it onto itself: both
-are lattice vectors, up to what a few elements can give way.
+are lattice vectors, up to what a few elements can give way. Cloth tiles in whole cells, to the pixel: its lines run
+through.
 """
 
 from collections.abc import Sequence
+from functools import partial
 
 import torch
 import torch.nn.functional as F
 from torch import Tensor
 
 from kwatra import Exemplar, Lattice, find_lattice
+from kwatra.elements import find_weave, in_step
 
 GIVE = 0.1
 """What a size may be off whole periods, as a part of the lattice's shortest vector: elements of near-regular textures
@@ -26,20 +29,31 @@ def whole_size(
     """The size (height, width) nearest to `size` that holds whole periods of a texture along "x", "y" or "xy".
 
     pictures: of the texture, (C, H, W). crop: it is no larger than `size`. quickly: give up on large pictures. None for
-    a texture without a lattice, and where no size from half to one and a half of the given one will do.
+    a texture without a lattice that is no cloth, and where no size from half to one and a half of the given will do.
     """
     if quickly and sum(picture[0].numel() for picture in pictures) > QUICKLY:
         return None
-    lattice = find_lattice(Exemplar.of(list(pictures)))
-    if lattice is None:
+    exemplar = Exemplar.of(list(pictures))
+    lattice, weave = find_lattice(exemplar), find_weave(exemplar)
+    if weave is not None and (lattice is None or not in_step(weave, lattice)):
+        nearest = [partial(_whole, cell.length) for cell in weave]
+    elif lattice is not None:
+        nearest = [partial(_nearest, lattice, axis) for axis in (0, 1)]
+    else:
         return None
     height, width = size
-    down = _nearest(lattice, height, 0, crop) if "y" in axes else height
-    across = _nearest(lattice, width, 1, crop) if "x" in axes else width
+    down = nearest[0](height, crop) if "y" in axes else height
+    across = nearest[1](width, crop) if "x" in axes else width
     return None if down is None or across is None else (down, across)
 
 
-def _nearest(lattice: Lattice, size: int, axis: int, crop: bool) -> int | None:
+def _whole(length: int, size: int, crop: bool) -> int | None:
+    """The multiple of a length that is nearest to a size."""
+    times = size // length if crop else max(round(size / length), 1)
+    return times * length if size / 2 <= times * length <= 1.5 * size else None
+
+
+def _nearest(lattice: Lattice, axis: int, size: int, crop: bool) -> int | None:
     """The nearest good size along an axis (0 down, 1 across); of several with as many periods the best is meant."""
     give = max(1.0, GIVE * float(lattice.vectors.norm(dim=1).min()))
     if float(_off(lattice, torch.tensor([size]), axis)) <= give:

@@ -4,8 +4,9 @@ from weakref import ref
 import pytest
 import torch
 
-from kwatra import Exemplar, InputError, Level, Settings, begin, improve, optimize
+from kwatra import Exemplar, InputError, Level, Settings, SoftPixels, begin, improve, optimize
 from kwatra.base import generator_of
+from kwatra.elements import find_weave
 from kwatra.loop import laying, looks
 from kwatra.pieces import BlockStart, Box
 
@@ -108,3 +109,31 @@ def noted(asked, name, find, exemplar):
         return find(other)
 
     return found
+
+
+def stripes_across_stripes(height, width):
+    """Bands of five tones down and across, which repeat each 48 px."""
+    lines = torch.tensor([0.1] * 5 + [0.9] * 8 + [0.4] * 11 + [0.65] * 7 + [0.2] * 17)
+    down, across = (lines[torch.arange(size) % 48] for size in (height, width))
+    return (down[:, None] + 0.7 * across)[None] / 2
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_cloth_goes_on_line_by_line_from_one_cell(seed):
+    exemplar, truth = Exemplar.of(stripes_across_stripes(48, 48)), stripes_across_stripes(110, 100)
+    assert torch.allclose(optimize(exemplar, (110, 100), settings=SMALL, seed=seed).image, truth, atol=1e-5)
+    wrapped = Settings(levels=SMALL.levels, wrap=True)
+    assert torch.allclose(optimize(exemplar, (48, 96), settings=wrapped).image, truth[:, :48, :96], atol=1e-5)
+
+
+def test_what_is_woven_but_has_a_lattice_is_laid_in_step_with_it():
+    line, tones = torch.arange(80), 0.5 + 0.3 * torch.rand(6, 6, generator=generator_of(1))
+    tiles = torch.where((line % 14 < 2)[:, None] | (line % 14 < 2), 0.1, tones[line[:, None] // 14, line // 14])[None]
+    assert find_weave(Exemplar.of(tiles)) is not None
+    assert begin(Exemplar.of(tiles), (90, 90), SMALL).blocks.lattice is not None
+
+
+def test_cloth_that_terms_ask_something_of_is_laid_of_blocks():
+    exemplar, wanted = Exemplar.of(stripes_across_stripes(48, 48)), torch.zeros(1, 60, 60)
+    assert begin(exemplar, (60, 60), SMALL).blocks is None
+    assert begin(exemplar, (60, 60), SMALL, SoftPixels(wanted, 0.1 * torch.ones(1, 60, 60))).blocks is not None

@@ -105,6 +105,15 @@ def test_cropped_to_whole_periods() -> None:
     assert np.array_equal(made.image[20:-20, 20:-20], dots[top : top + 96, left : left + 100][20:-20, 20:-20])
 
 
+def test_cloth_has_whole_cells_to_the_pixel():
+    lines = torch.tensor([0.1] * 5 + [0.9] * 8 + [0.4] * 11 + [0.65] * 7 + [0.2] * 17)
+    cloth = (lines[:, None] + lines)[None] / 2
+    assert whole_size([cloth], (100, 130)) == (96, 144)
+    assert whole_size([cloth], (100, 130), crop=True) == (96, 96)
+    assert whole_size([cloth], (97, 96), "x") == (97, 96)
+    assert whole_size([cloth], (30, 96)) is None
+
+
 def test_the_same_seed_gives_the_same_bits_and_another_another() -> None:
     gravel = data.gravel()[:48, :48]
     a, b, c = (tile(gravel, seed=seed).image for seed in (0, 0, 1))
