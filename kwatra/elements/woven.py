@@ -55,8 +55,15 @@ class Cell(NamedTuple):
     length: int
 
 
+class Weave(NamedTuple):
+    """What is known of woven rows and columns: a cell of each, and which of all lines look the same, (n, n) each."""
+
+    cells: tuple[Cell, Cell]
+    alike: tuple[Tensor, Tensor]
+
+
 @kept
-def find_weave(exemplar: Exemplar) -> tuple[Cell, Cell] | None:
+def find_weave(exemplar: Exemplar) -> Weave | None:
     """The rows and columns of an exemplar that go on for ever, None if it is not woven, or none of them join.
 
     An exemplar is of one image without holes.
@@ -67,7 +74,7 @@ def find_weave(exemplar: Exemplar) -> tuple[Cell, Cell] | None:
         return _weave((exemplar.canvas * exemplar.share.sqrt()).double())
 
 
-def _weave(image: Tensor) -> tuple[Cell, Cell] | None:
+def _weave(image: Tensor) -> Weave | None:
     """The same of an image (C, H, W)."""
     image = image - image.mean((1, 2), keepdim=True)
     rows, columns = image.mean(2, keepdim=True), image.mean(1, keepdim=True)
@@ -75,45 +82,50 @@ def _weave(image: Tensor) -> tuple[Cell, Cell] | None:
     each = [float(part.square().mean((1, 2)).sum()) for part in (rows, columns)]
     if left > (1 - WOVEN) * total or min(each) < CROSSED * total or total == 0:
         return None
-    cells = [_cell(lines) for lines in (rows[:, :, 0].T, columns[:, 0].T)]
-    return None if cells[0] is None or cells[1] is None else (cells[0], cells[1])
+    down, across = _cell(rows[:, :, 0].T), _cell(columns[:, 0].T)
+    if down is None or across is None:
+        return None
+    return Weave((down, across), (_alike(image.movedim(1, 0)), _alike(image.movedim(2, 0))))
 
 
 def continued_weave(
     exemplar: Exemplar,
-    weave: tuple[Cell, Cell],
+    weave: Weave,
     shape: Sequence[int],
     wraps: Sequence[bool],
     generator: torch.Generator,
 ) -> Tensor | None:
-    """The source map (2, *shape) of an exemplar continued line by line from its weave's first cell.
+    """The source map (2, *shape) of an exemplar continued line by line from the cells of its weave.
 
     Where lines look the same any of them is shown, so that no flaw is seen again in each cell. Where an output wraps
     (per axis) it has whole cells, of which lines are left out or shown again, evenly, to fill it; None where that are
     over GIVE of them.
     """
-    lines, image = list[Tensor](), (exemplar.canvas * exemplar.share.sqrt()).cpu()
-    for axis, ((first, length), size, wrap) in enumerate(zip(weave, shape, wraps, strict=True), 1):
+    lines = list[Tensor]()
+    for (first, length), alike, size, wrap in zip(*weave, shape, wraps, strict=True):
         line = torch.arange(size)
         if wrap:
             filled = max(round(size / length), 1) * length
             if abs(filled - size) > GIVE * size:
                 return None
             line = line * filled // size
-        lines.append(_varied(first + line % length, _alike(image.movedim(axis, 0).flatten(1)), generator))
+        lines.append(_varied(first + line % length, alike, generator))
     return torch.stack(torch.meshgrid(*lines, indexing="ij")).to(exemplar.canvas.device)
 
 
-def in_step(weave: tuple[Cell, Cell], lattice: Lattice) -> bool:
+def in_step(weave: Weave, lattice: Lattice) -> bool:
     """Whether a lattice is to be believed: it is regular, or a move by a cell, down or right, is in step with it."""
-    moves = torch.diag(torch.tensor([cell.length for cell in weave], dtype=torch.float64))
+    moves = torch.diag(torch.tensor([cell.length for cell in weave.cells], dtype=torch.float64))
     return lattice.regularity >= CERTAIN or bool((lattice.rest(moves).norm(dim=0) <= 1).all())
 
 
 def _alike(lines: Tensor) -> Tensor:
-    """Which lines (n, pixels) look the same, (n, n)."""
-    with by_one_thread():
-        return _apart(lines) <= SAME
+    """Which lines (n, C, pixels) look the same, (n, n); found from inner products, as there may be many pixels."""
+    lines = lines.flatten(1).float()
+    lines = lines - lines.mean(0)
+    length = lines.square().sum(1)
+    apart = length + length[:, None] - 2 * lines @ lines.T
+    return (apart <= SAME * 2 * length.mean()) | torch.eye(len(lines), dtype=torch.bool)
 
 
 def _varied(lines: Tensor, alike: Tensor, generator: torch.Generator) -> Tensor:
@@ -138,7 +150,8 @@ def _cell(lines: Tensor) -> Cell | None:
     (|p - (q - 1)|^2 + |(p + 1) - q|^2) / 2; of lines beyond the border p and q are compared themselves.
     """
     count = len(lines)
-    apart = _apart(lines)
+    variance = (lines - lines.mean(0)).square().sum(1).mean()
+    apart = torch.cdist(lines, lines, compute_mode="donot_use_mm_for_euclid_dist").square() / (2 * variance)
     period = _period(apart)
     if period is not None:
         near = apart.diagonal(period)
@@ -154,12 +167,6 @@ def _cell(lines: Tensor) -> Cell | None:
     cost[(join > JOINED) | (length < count * SHORTEST)] = torch.inf
     first, last = divmod(int(cost.argmin()), count)
     return Cell(first, last - first + 1) if bool(cost.isfinite().any()) else None
-
-
-def _apart(lines: Tensor) -> Tensor:
-    """How much any two lines (n, values) differ, (n, n): squared, in twice their variance, as unrelated ones have 1."""
-    variance = (lines - lines.mean(0)).square().sum(1).mean()
-    return torch.cdist(lines, lines, compute_mode="donot_use_mm_for_euclid_dist").square() / (2 * variance)
 
 
 def _period(apart: Tensor) -> int | None:

@@ -213,9 +213,10 @@ def repeated(task: Task, exemplar: Exemplar) -> Tensor | None:
     None where it does not, or is to be something else; what has a lattice is laid in step with it though it be woven.
     """
     fine = any(level.factor == 1 for level in task.levels)
-    if not fine or not _unsteered(task) or exemplar.owner.numel() > LOOKED_AT:
+    if not fine or not _unsteered(task):
         return None
-    lattice, weave = find_lattice(exemplar), find_weave(exemplar)
+    lattice = find_lattice(exemplar) if exemplar.owner.numel() <= LOOKED_AT else None
+    weave = find_weave(exemplar)
     if weave is not None and (lattice is None or not in_step(weave, lattice)):
         return continued_weave(exemplar, weave, task.shape, task.wraps, task.generator)
     return None if lattice is None or any(task.wraps) else continued(exemplar, lattice, task.shape)

@@ -36,7 +36,7 @@ def whole_size(
     exemplar = Exemplar.of(list(pictures))
     lattice, weave = find_lattice(exemplar), find_weave(exemplar)
     if weave is not None and (lattice is None or not in_step(weave, lattice)):
-        nearest = [partial(_whole, cell.length) for cell in weave]
+        nearest = [partial(_whole, cell.length) for cell in weave.cells]
     elif lattice is not None:
         nearest = [partial(_nearest, lattice, axis) for axis in (0, 1)]
     else:

@@ -4,7 +4,7 @@ import torch
 from kwatra import Exemplar
 from kwatra.base import generator_of
 from kwatra.elements import Lattice, continued_weave, find_weave, in_step
-from kwatra.elements.woven import Cell
+from kwatra.elements.woven import Cell, Weave
 from kwatra.source import look_up
 
 SETT = torch.tensor([0] * 10 + [1] * 4 + [2] * 12 + [1] * 3 + [0] * 6 + [3] * 13)
@@ -37,21 +37,21 @@ def test_a_tartan_goes_on_by_its_period(shape, first):
     image = tartan(*shape, first)
     weave = find_weave(Exemplar.of(image))
     assert weave is not None
-    rows, columns = weave
+    rows, columns = weave.cells
     assert (rows.length, columns.length) == (48, 48)
     begun = first[0] + rows.first, first[1] + columns.first
     assert torch.equal(continued(image, (200, 300)), tartan(200, 300, begun))
 
 
 def test_grain_does_not_hide_a_period():
-    rows, columns = find_weave(Exemplar.of(tartan(100, 110, grain=0.06)))
+    (rows, columns), _ = find_weave(Exemplar.of(tartan(100, 110, grain=0.06)))
     assert (rows.length, columns.length) == (48, 48)
 
 
 def test_a_period_of_half_pixels_is_doubled():
     y, x = torch.meshgrid(torch.arange(64), torch.arange(64), indexing="ij")
     wave = ((torch.sin(2 * torch.pi * y / 12.5) + torch.sin(2 * torch.pi * x / 9)) / 4 + 0.5)[None]
-    rows, columns = find_weave(Exemplar.of(wave))
+    (rows, columns), _ = find_weave(Exemplar.of(wave))
     assert (rows.length, columns.length) == (25, 9)
 
 
@@ -61,7 +61,7 @@ def test_a_whole_sett_goes_on_with_its_first_line():
 
 def test_what_shows_no_period_goes_on_where_its_lines_join_and_mostly_on_end():
     image = tartan(40, 44, (3, 20))
-    rows, columns = find_weave(Exemplar.of(image))
+    (rows, columns), _ = find_weave(Exemplar.of(image))
     assert min(rows.length, columns.length) >= 20
     made = continued(image, (120, 120))
     for lines, given in ((made[:, :, 0], image[:, :, columns.first]), (made[:, 0], image[:, rows.first])):
@@ -123,7 +123,7 @@ def test_what_is_no_cloth(name):
 
 
 def test_a_lattice_is_believed_if_it_is_regular_or_lines_are_in_step():
-    weave = Cell(0, 48), Cell(3, 30)
+    weave = Weave((Cell(0, 48), Cell(3, 30)), (torch.ones(1, 1), torch.ones(1, 1)))
     assert in_step(weave, Lattice(torch.tensor([[16.2, 0.0], [0.0, 15.0]], dtype=torch.float64), 0.6))
     assert not in_step(weave, Lattice(torch.tensor([[13.0, 0.0], [0.0, 15.0]], dtype=torch.float64), 0.6))
     assert not in_step(weave, Lattice(torch.tensor([[16.0, 0.0], [0.0, 22.0]], dtype=torch.float64), 0.77))
