@@ -227,7 +227,8 @@ def _means(found: Correlation, vectors: Tensor, noise: float) -> tuple[Tensor, T
 def _fitted(found: Correlation, vectors: Tensor) -> Tensor:
     """The vectors (2, 2) fitted to the peaks at their lattice's points, first to the nearest, then farther and farther.
 
-    A peak belongs to a point when it lies within a sixth of the shorter vector; it weighs by what overlaps.
+    A peak belongs to a point when it lies within a sixth of the shorter vector; it weighs by what overlaps. Where peaks
+    of several points are one, as in pictures of few pixels, vectors that are fitted to them span no lattice: they stay.
     """
     across = math.ceil(math.hypot(*found.reach) / float(vectors.norm(dim=1).min()))
     reach = 1
@@ -239,7 +240,8 @@ def _fitted(found: Correlation, vectors: Tensor) -> Tensor:
             scaled = steps * weight.sqrt()[:, None]
             gram = scaled.T @ scaled
             if float(torch.linalg.det(gram)) > 1e-6:
-                vectors = torch.linalg.solve(gram, scaled.T @ (place * weight.sqrt()[:, None]))
+                fitted = torch.linalg.solve(gram, scaled.T @ (place * weight.sqrt()[:, None]))
+                vectors = fitted if bool(_area(fitted) > 0.5 * _area(vectors)) else vectors
         if reach >= across:
             return vectors
         reach *= 2

@@ -163,3 +163,11 @@ def test_reduced_vectors_are_the_shortest_of_each_lattice_and_point_down_or_righ
         assert float(found[1].norm()) == pytest.approx(float(points[across].norm(dim=1).min()))
         assert all(vector >= [0, 0] for vector in found.tolist())
         torch.testing.assert_close(reduced(pair), found, rtol=0, atol=0)
+
+
+def test_vectors_whose_points_share_peaks_stay_apart():
+    """Of a picture of few pixels they were fitted onto one line, which no reduction ends for."""
+    rows = ["11111221111111", *["22222332222222"] * 3, *["11111111111111"] * 4] * 9
+    image = torch.tensor([[int(tone) for tone in row] for row in rows[:68]])[None] / 3
+    found = find_lattice(Exemplar.of(image))
+    assert found is None or float(torch.linalg.det(found.vectors).abs()) > 10
