@@ -60,12 +60,13 @@ class Stay(Term):
         places = _places(exemplar)
         middle = torch.tensor(width, device=places.device) // 2
         size = torch.tensor(shape[-2:], device=places.device) - 1
+        last = torch.tensor(exemplar.shape, device=places.device) - 1
         variance = float(total(exemplar.variances * exemplar.share.flatten()))
         scale = self.weight * variance / REACH**2
 
         def charge(corners: Tensor, there: Tensor) -> Tensor:
             own = (corners + middle)[..., -2:].float() / size.clamp(min=1)
-            at: list[Tensor] = list((there + middle).unbind(-1))
+            at = torch.minimum(there + middle, last).unbind(-1)  # in outputs that wrap blocks may be smaller
             theirs = torch.stack([place[tuple(at)] for place in places], -1)
             return scale * (theirs - own[:, None]).square().sum(-1)
 

@@ -57,3 +57,11 @@ def test_a_still_stays_if_it_is_asked_to(preset):
     assert torch.equal(made.where, place)
     assert "stay" in made.energies[-1]
     assert not torch.equal(synthesize(still, (40, 40), preset=preset).result.where, place)
+
+
+@pytest.mark.parametrize("frames", [2, 3])
+def test_a_loop_of_few_frames_stays_too(frames):
+    """Its blocks are a frame long, so that some begin with a clip's last one."""
+    made = synthesize(scene(), (frames, 16, 24), preset="fast", stay=1.0, loop=True).image
+    assert made[..., 8:, :].mean() > 0.8
+    assert made[..., :8, :].mean() < 0.2
