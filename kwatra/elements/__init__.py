@@ -1,4 +1,4 @@
-"""The elements of a texture: how large and how long they are, the ground between them, the lattice they stand on."""
+"""The elements of a texture: how large they are, the ground between them, the lattice they stand on, lines through."""
 
 from kwatra.elements.anisotropy import STRAIGHT, anisotropy, drawn_sides, easier, runs_along
 from kwatra.elements.direction import direction_dependence
