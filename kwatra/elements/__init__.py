@@ -9,7 +9,7 @@ from kwatra.elements.repeating import continued, out_of_step
 from kwatra.elements.size import element_size
 from kwatra.elements.slant import Slant, find_slant
 from kwatra.elements.translation import translation
-from kwatra.elements.woven import continued_weave, find_weave, in_step
+from kwatra.elements.woven import continued_weave, find_weave, in_step, lines_through
 
 __all__ = [
     "STRAIGHT",
@@ -28,6 +28,7 @@ __all__ = [
     "find_slant",
     "find_weave",
     "in_step",
+    "lines_through",
     "out_of_step",
     "place_dependence",
     "runs_along",

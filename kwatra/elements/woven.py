@@ -44,6 +44,9 @@ SAME, STRETCH = 0.005, 8
 lines, on average. One tartan, four seeds: the same by eye; of what is copied at a time .11 of the exemplar are left in
 place of .78, .37 with .002 and .06 with half as many lines."""
 
+TURNS = 100
+"""So many turns at most find rows and columns beside each other: where all is known one does."""
+
 SHORT = 0.05
 """What it counts if no more than nothing of the exemplar is shown on end, in the measure of JOINED."""
 
@@ -76,16 +79,37 @@ def find_weave(exemplar: Exemplar) -> Weave | None:
 
 def _weave(image: Tensor) -> Weave | None:
     """The same of an image (C, H, W)."""
-    image = image - image.mean((1, 2), keepdim=True)
-    rows, columns = image.mean(2, keepdim=True), image.mean(1, keepdim=True)
-    total, left = (float(part.square().mean((1, 2)).sum()) for part in (image, image - rows - columns))
-    each = [float(part.square().mean((1, 2)).sum()) for part in (rows, columns)]
-    if left > (1 - WOVEN) * total or min(each) < CROSSED * total or total == 0:
+    lines = lines_through(image, torch.ones(image.shape[1:], dtype=torch.bool))
+    if lines is None:
         return None
-    down, across = _cell(rows[:, :, 0].T), _cell(columns[:, 0].T)
+    down, across = (_cell(each.T) for each in lines)
     if down is None or across is None:
         return None
     return Weave((down, across), (_alike(image.movedim(1, 0)), _alike(image.movedim(2, 0))))
+
+
+def lines_through(image: Tensor, known: Tensor) -> tuple[Tensor, Tensor] | None:
+    """Rows (C, H) and columns (C, W), float64, whose sums are nearest to an image (C, H, W) where it is known (H, W).
+
+    None if they do not explain enough of it, or if nothing is known of one. Their least squares are found in turns.
+    """
+    image, there = torch.where(known, image, 0.0).double(), known.double()
+    if not bool(known.any(0).all() & known.any(1).all()):
+        return None
+    rows, columns = image.new_zeros(*image.shape[:2], 1), image.new_zeros(len(image), 1, image.shape[2])
+    for _ in range(TURNS):
+        rows = ((image - columns) * there).sum(2, keepdim=True) / there.sum(1, keepdim=True)
+        before, columns = columns, ((image - rows) * there).sum(1, keepdim=True) / there.sum(0)
+        if float((columns - before).abs().max()) < 1e-6:
+            break
+    middle = image.sum((1, 2), keepdim=True) / there.sum()
+    total, left, down, across = (
+        float(((part - (part * there).sum((1, 2), keepdim=True) / there.sum()) * there).square().sum())
+        for part in (image - middle, image - rows - columns, rows.expand_as(image), columns.expand_as(image))
+    )
+    if left > (1 - WOVEN) * total or min(down, across) < CROSSED * total or total == 0:
+        return None
+    return rows[..., 0], columns[:, 0]
 
 
 def continued_weave(

@@ -4,7 +4,8 @@ The known pixels are hard ones and the rest of the image is an exemplar with a h
 control term. Two things make it good: robust weights close to d^-2, by which nearly the best window takes all (where
 much is known no window matches well, and a mean of many would be a blur), and a last iteration that also compares
 gradients (thesis section 5.3), whose blend spreads what is left of a step at the hole's border over its inside. But
-what runs along an axis, as wood does, is sewn of strips (`synth.texture.strips`).
+what runs along an axis, as wood does, is sewn of strips (`synth.texture.strips`), and the lines of cloth go on by
+themselves (`synth.texture.cloth`).
 """
 
 from collections.abc import Callable, Sequence
@@ -19,6 +20,7 @@ import kwatra
 from kwatra import Exemplar, Feature, HardPixels, InputError, Level, Prepared, Progress, Result, Settings
 from kwatra.base import tensor_of
 from kwatra.scoring import WINDOW, Ranking
+from synth.texture.cloth import filled_by_lines
 from synth.texture.form import Form, Image, size_of
 from synth.texture.illumination import find_light, under_even_light
 from synth.texture.runs import seed_of
@@ -59,7 +61,7 @@ def fill(
     (T, H, W, C). What it holds in the hole does not matter. hole: boolean (H, W), True where the image is to be
     filled; of a video (T, H, W), or (H, W) for a hole that is the same in all frames. exemplar: one or several images
     of its kind to fill from, instead of from its own rest. preset, seed, device, callback: as for `synthesize`; what
-    runs along an axis is filled by strips, whatever the preset.
+    runs along an axis is filled by strips, and cloth by its lines, whatever the preset.
 
     Where light falls unevenly on an image, what fills it comes under the light that is there.
 
@@ -86,11 +88,8 @@ def fill(
     else:
         pictures = _whole_parts(even, missing)
         source = Exemplar.of([even], masks=[~missing], device=device)
-    along = None if missing.ndim > 2 or missing.all() else strips_along(source)  # strips continue what is there
-    if along is None:
-        result, box = _filled(even, missing, source, pictures, preset, seed, callback)
-    else:
-        result, box = filled_by_strips(even, missing, source, along, seed, callback)
+    lines = None if missing.ndim > 2 or missing.all() else _by_lines(even, missing, source, not others, seed, callback)
+    result, box = lines or _filled(even, missing, source, pictures, preset, seed, callback)
     inside = missing[box].numpy()
     made = result.image.cpu()[:, inside]
     made = made if light is None else light.at(missing.nonzero().unbind(1)).upon(made)
@@ -101,6 +100,17 @@ def fill(
     where[:, missing.numpy()] = result.source.cpu().numpy()[:, inside]
     copied = replace(form, sizes=form.sizes[1:]) if others else form
     return Synthesis(filled, where, result, copied)
+
+
+def _by_lines(
+    known: Tensor, missing: Tensor, source: Exemplar, own: bool, seed: int, callback: Callable[[Progress], None] | None
+) -> tuple[Result, tuple[slice, ...]] | None:
+    """The same as `_filled` has, where lines run that can be continued; own: whether the image itself is the source."""
+    along = strips_along(source)
+    if along is not None:
+        return filled_by_strips(known, missing, source, along, seed, callback)
+    cloth = filled_by_lines(known, missing, source, callback) if own else None
+    return None if cloth is None else (cloth, (slice(None), slice(None)))
 
 
 def _filled(

@@ -3,7 +3,7 @@ import torch
 
 from kwatra import Exemplar
 from kwatra.base import generator_of
-from kwatra.elements import Lattice, continued_weave, find_weave, in_step
+from kwatra.elements import Lattice, continued_weave, find_weave, in_step, lines_through
 from kwatra.elements.woven import Cell, Weave
 from kwatra.source import look_up
 
@@ -128,3 +128,22 @@ def test_a_lattice_is_believed_if_it_is_regular_or_lines_are_in_step():
     assert not in_step(weave, Lattice(torch.tensor([[13.0, 0.0], [0.0, 15.0]], dtype=torch.float64), 0.6))
     assert not in_step(weave, Lattice(torch.tensor([[16.0, 0.0], [0.0, 22.0]], dtype=torch.float64), 0.77))
     assert in_step(weave, Lattice(torch.tensor([[13.0, 0.0], [0.0, 22.0]], dtype=torch.float64), 0.8))
+
+
+def test_lines_are_found_beside_holes_by_least_squares():
+    image, known = tartan(12, 15, grain=0.05), torch.ones(12, 15, dtype=torch.bool)
+    known[3:8, 4:9], known[0, 10:] = False, False
+    rows, columns = lines_through(torch.where(known, image, 9.0), known)
+    y, x = known.nonzero().T
+    design = torch.cat([torch.eye(12)[y], torch.eye(15)[x]], 1).double()
+    for channel in range(3):
+        best = torch.linalg.lstsq(design, image[channel, known].double()[:, None], driver="gelsd").solution[:, 0]
+        told, meant = rows[channel, :, None] + columns[channel], best[:12, None] + best[12:]
+        assert torch.allclose(told, meant, atol=1e-4)
+
+
+def test_nothing_is_told_of_a_line_of_which_nothing_is_known():
+    known = torch.ones(60, 60, dtype=torch.bool)
+    known[10] = False
+    assert lines_through(tartan(60, 60), known) is None
+    assert lines_through(tartan(60, 60), known.T) is None

@@ -1,0 +1,68 @@
+"""Holes in cloth whose lines run through: each line goes on as it does beside the hole.
+
+What a row and a column are like is known from the rest of them. A hole is filled from where all of it lies after one
+move: what lines do not tell, as the threads of the cloth, comes from there, and what the lines there differ by from
+those that cross the hole is added. Of all moves that is taken after which they differ least.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+import torch
+from scipy import ndimage, signal
+from torch import Tensor
+
+from kwatra import Exemplar, Progress, Result
+from kwatra.base import by_one_thread
+from kwatra.elements import lines_through
+from kwatra.source import sourcemap
+
+
+def filled_by_lines(
+    picture: Tensor, missing: Tensor, source: Exemplar, callback: Callable[[Progress], None] | None
+) -> Result | None:
+    """A picture (C, H, W) whose missing pixels (H, W) are filled from the rest of it, its `source` as an exemplar.
+
+    None where it is no cloth, nothing is known of a line, or a hole is found nowhere to be filled from.
+    """
+    with by_one_thread():  # which sums in one order
+        lines = lines_through(picture, ~missing)
+    if lines is None:
+        return None
+    rows, columns = lines
+    where, holes = torch.from_numpy(np.indices(missing.shape)), ndimage.label(missing.numpy(), np.ones((3, 3)))
+    for number in range(1, holes[1] + 1):
+        hole = torch.from_numpy(holes[0] == number)
+        move = _move(hole, missing, rows, columns)
+        if move is None:
+            return None
+        where[:, hole] += torch.tensor(move)[:, None]
+    below, beside = where
+    told = rows[:, :, None] - rows[:, below] + columns[:, None] - columns[:, beside]
+    image = (picture[:, below, beside] + told.to(picture)).clamp(picture.min(), picture.max())
+    if callback is not None:
+        callback(Progress(1.0, 0, 0, 0.0, image))
+    there = where.to(source.canvas.device)
+    return Result(image, sourcemap.look_up(source.origin, there), there, [], [], "all lines go on")
+
+
+def _move(hole: Tensor, missing: Tensor, rows: Tensor, columns: Tensor) -> tuple[int, int] | None:
+    """The move (down, right) of a hole (H, W) to where nothing is missing after which its lines differ least."""
+    place = hole.nonzero()
+    (top, left), (bottom, right) = place.amin(0).tolist(), (place.amax(0) + 1).tolist()
+    inner = hole[top:bottom, left:right]
+    lost = signal.fftconvolve(missing.double().numpy(), inner.double().numpy()[::-1, ::-1], "valid") > 0.5
+    down, across = (
+        _differ(line, share, first) for line, share, first in ((rows, inner.sum(1), top), (columns, inner.sum(0), left))
+    )
+    cost = torch.where(torch.from_numpy(lost), torch.inf, down[:, None] + across)
+    low = int(cost.argmin())
+    if not bool(cost.flatten()[low].isfinite()):
+        return None
+    return low // cost.shape[1] - top, low % cost.shape[1] - left
+
+
+def _differ(lines: Tensor, share: Tensor, first: int) -> Tensor:
+    """How much lines (C, n) from each on differ from those from the first on, of which so much counts (m,)."""
+    apart = lines.unfold(1, len(share), 1) - lines[:, None, first : first + len(share)]
+    return (apart.square() * share).sum((0, 2))
