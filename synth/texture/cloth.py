@@ -17,6 +17,9 @@ from kwatra.base import by_one_thread
 from kwatra.elements import lines_through
 from kwatra.source import sourcemap
 
+FEW, NEAR = 16, 96
+"""Where there are more holes than so many each is filled from so many pixels about it: a bound on time, not tuned."""
+
 
 def filled_by_lines(
     picture: Tensor, missing: Tensor, source: Exemplar, callback: Callable[[Progress], None] | None
@@ -30,13 +33,16 @@ def filled_by_lines(
     if lines is None:
         return None
     rows, columns = lines
-    where, holes = torch.from_numpy(np.indices(missing.shape)), ndimage.label(missing.numpy(), np.ones((3, 3)))
-    for number in range(1, holes[1] + 1):
-        hole = torch.from_numpy(holes[0] == number)
-        move = _move(hole, missing, rows, columns)
+    where, (holes, count) = torch.from_numpy(np.indices(missing.shape)), ndimage.label(missing.numpy(), np.ones((3, 3)))
+    for number, box in enumerate(ndimage.find_objects(holes), 1):
+        about = tuple(
+            slice(max(side.start - NEAR, 0), side.stop + NEAR) if count > FEW else slice(None) for side in box
+        )
+        hole = torch.from_numpy(holes[about] == number)
+        move = _move(hole, missing[about], rows[:, about[0]], columns[:, about[1]])
         if move is None:
             return None
-        where[:, hole] += torch.tensor(move)[:, None]
+        where[(slice(None), *about)][:, hole] += torch.tensor(move)[:, None]
     below, beside = where
     told = rows[:, :, None] - rows[:, below] + columns[:, None] - columns[:, beside]
     image = (picture[:, below, beside] + told.to(picture)).clamp(picture.min(), picture.max())

@@ -6,7 +6,7 @@ import torch
 
 from kwatra import Exemplar
 from synth import fill
-from synth.texture.cloth import _move, filled_by_lines
+from synth.texture.cloth import NEAR, _move, filled_by_lines
 
 SETT = np.repeat(np.arange(6), (10, 4, 12, 3, 6, 13))
 TONES = np.random.default_rng(0).random((6, 3))
@@ -43,6 +43,15 @@ def test_lines_are_restored(boxes: list[tuple[slice, slice]]) -> None:
     rows, columns = made.source[1:]
     assert not hole[rows, columns].any()
     assert np.array_equal(rows[~hole], np.indices(hole.shape)[0][~hole])
+
+
+def test_many_specks_are_filled_from_about_them() -> None:
+    cloth, hole = tartan(300, 320), hole_in((300, 320))
+    hole[np.random.default_rng(3).integers(1, 299, 60), np.random.default_rng(4).integers(1, 319, 60)] = True
+    made = fill(np.where(hole[..., None], 0.0, cloth), hole)
+    assert np.abs(made.image - cloth).max() < 1e-3
+    moved = np.abs(made.source[1:] - np.indices(hole.shape))[:, hole]
+    assert 0 < moved.max() <= NEAR
 
 
 def test_threads_come_from_elsewhere_and_lines_from_beside_the_hole() -> None:
