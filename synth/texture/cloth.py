@@ -9,12 +9,13 @@ from collections.abc import Callable
 
 import numpy as np
 import torch
-from scipy import ndimage, signal
+from scipy import ndimage
 from torch import Tensor
 
 from kwatra import Exemplar, Progress, Result
 from kwatra.base import by_one_thread
 from kwatra.elements import lines_through
+from kwatra.pieces import totals
 from kwatra.source import sourcemap
 
 FEW, NEAR = 16, 96
@@ -57,7 +58,7 @@ def _move(hole: Tensor, missing: Tensor, rows: Tensor, columns: Tensor) -> tuple
     place = hole.nonzero()
     (top, left), (bottom, right) = place.amin(0).tolist(), (place.amax(0) + 1).tolist()
     inner = hole[top:bottom, left:right]
-    lost = signal.fftconvolve(missing.double().numpy(), inner.double().numpy()[::-1, ::-1], "valid") > 0.5
+    lost = totals(inner.double().numpy(), missing.double().numpy()) > 0.5
     down, across = (
         _differ(line, share, first) for line, share, first in ((rows, inner.sum(1), top), (columns, inner.sum(0), left))
     )
