@@ -14,7 +14,7 @@ from torch import Tensor
 
 from kwatra import Exemplar, Progress, Result
 from kwatra.base import by_one_thread
-from kwatra.elements import lines_through
+from kwatra.elements import find_weave, lines_through
 from kwatra.pieces import totals
 from kwatra.source import sourcemap
 
@@ -27,13 +27,41 @@ def filled_by_lines(
 ) -> Result | None:
     """A picture (C, H, W) whose missing pixels (H, W) are filled from the rest of it, its `source` as an exemplar.
 
-    None where it is no cloth, nothing is known of a line, or a hole is found nowhere to be filled from.
+    All around a picture its lines go on as they do in larger ones. None where it is no cloth, nothing is known of a line
+    across a picture with other holes, or a hole is found nowhere to be filled from.
     """
+    where = _around(picture, missing)
+    if where is not None:
+        return _result(picture[:, where[0], where[1]], where, source, callback)
     with by_one_thread():  # which sums in one order
         lines = lines_through(picture, ~missing)
-    if lines is None:
+    return None if lines is None else _beside(picture, missing, *lines, source, callback)
+
+
+def _around(picture: Tensor, missing: Tensor) -> Tensor | None:
+    """The source map (2, H, W) of a picture that is missing all around a rectangle of cloth; None for any other."""
+    sides = [(~missing).any(1 - axis).nonzero()[:, 0] for axis in (0, 1)]
+    box = tuple(slice(int(side[0]), int(side[-1]) + 1) for side in sides)
+    weave = None if bool(missing[box].any()) else find_weave(Exemplar.of(picture[(slice(None), *box)].contiguous()))
+    if weave is None:
         return None
-    rows, columns = lines
+    lines = list[Tensor]()
+    for cell, side, size in zip(weave.cells, box, missing.shape, strict=True):
+        line = torch.arange(size) - side.start
+        beyond = (line < 0) | (line >= side.stop - side.start)
+        lines.append(side.start + torch.where(beyond, cell.first + (line - cell.first) % cell.length, line))
+    return torch.stack(torch.meshgrid(*lines, indexing="ij"))
+
+
+def _beside(
+    picture: Tensor,
+    missing: Tensor,
+    rows: Tensor,
+    columns: Tensor,
+    source: Exemplar,
+    callback: Callable[[Progress], None] | None,
+) -> Result | None:
+    """The same where something is known of each row (C, H) and column (C, W)."""
     where, (holes, count) = torch.from_numpy(np.indices(missing.shape)), ndimage.label(missing.numpy(), np.ones((3, 3)))
     for number, box in enumerate(ndimage.find_objects(holes), 1):
         about = tuple(
@@ -47,6 +75,10 @@ def filled_by_lines(
     below, beside = where
     told = rows[:, :, None] - rows[:, below] + columns[:, None] - columns[:, beside]
     image = (picture[:, below, beside] + told.to(picture)).clamp(picture.min(), picture.max())
+    return _result(image, where, source, callback)
+
+
+def _result(image: Tensor, where: Tensor, source: Exemplar, callback: Callable[[Progress], None] | None) -> Result:
     if callback is not None:
         callback(Progress(1.0, 0, 0, 0.0, image))
     there = where.to(source.canvas.device)

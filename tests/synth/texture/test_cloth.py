@@ -45,6 +45,18 @@ def test_lines_are_restored(boxes: list[tuple[slice, slice]]) -> None:
     assert np.array_equal(rows[~hole], np.indices(hole.shape)[0][~hole])
 
 
+def test_around_a_picture_lines_go_on_as_in_a_larger_one() -> None:
+    truth, hole = tartan(220, 240), np.ones((220, 240), bool)
+    hole[48:148, 96:206] = False
+    made = fill(np.where(hole[..., None], 0.0, truth), hole)
+    assert np.abs(made.image - truth).max() < 1e-6
+    assert not hole[tuple(made.source[1:])].any()
+    hole[100:110, 120:130] = True  # and of a picture that has a hole itself they do not
+    picture = torch.from_numpy(truth).movedim(2, 0).float()
+    known = torch.from_numpy(~hole)
+    assert filled_by_lines(picture, ~known, Exemplar.of(picture, masks=[known]), None) is None
+
+
 def test_many_specks_are_filled_from_about_them() -> None:
     cloth, hole = tartan(300, 320), hole_in((300, 320))
     hole[np.random.default_rng(3).integers(1, 299, 60), np.random.default_rng(4).integers(1, 319, 60)] = True
