@@ -27,8 +27,8 @@ def filled_by_lines(
 ) -> Result | None:
     """A picture (C, H, W) whose missing pixels (H, W) are filled from the rest of it, its `source` as an exemplar.
 
-    All around a picture its lines go on as they do in larger ones. None where it is no cloth, nothing is known of a line
-    across a picture with other holes, or a hole is found nowhere to be filled from.
+    All around a picture its lines go on as in a larger one. None where it is no cloth, nothing is known of a line and
+    there are other holes, or a hole is found nowhere to be filled from.
     """
     where = _around(picture, missing)
     if where is not None:
