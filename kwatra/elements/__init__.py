@@ -1,4 +1,4 @@
-"""The elements of a texture: how large they are, the ground between them, the lattice they stand on, lines through."""
+"""The elements of a texture: how large they are, the ground between them, the lattice they stand on, and lines."""
 
 from kwatra.elements.anisotropy import STRAIGHT, anisotropy, drawn_sides, easier, runs_along
 from kwatra.elements.direction import direction_dependence
@@ -9,7 +9,7 @@ from kwatra.elements.repeating import continued, out_of_step
 from kwatra.elements.size import element_size
 from kwatra.elements.slant import Slant, find_slant
 from kwatra.elements.translation import translation
-from kwatra.elements.woven import continued_weave, find_weave, in_step, lines_through
+from kwatra.elements.woven import continued_weave, find_weave, lines_through, weave_beside
 
 __all__ = [
     "STRAIGHT",
@@ -27,10 +27,10 @@ __all__ = [
     "find_lattice",
     "find_slant",
     "find_weave",
-    "in_step",
     "lines_through",
     "out_of_step",
     "place_dependence",
     "runs_along",
     "translation",
+    "weave_beside",
 ]

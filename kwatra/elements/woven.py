@@ -66,6 +66,7 @@ class Weave(NamedTuple):
 
 
 @kept
+@by_one_thread()  # which sums in one order
 def find_weave(exemplar: Exemplar) -> Weave | None:
     """The rows and columns of an exemplar that go on for ever, None if it is not woven, or none of them join.
 
@@ -73,12 +74,7 @@ def find_weave(exemplar: Exemplar) -> Weave | None:
     """
     if exemplar.owner.ndim != 2 or bool((exemplar.owner != 0).any()):
         return None
-    with by_one_thread():  # which sums in one order
-        return _weave((exemplar.canvas * exemplar.share.sqrt()).double())
-
-
-def _weave(image: Tensor) -> Weave | None:
-    """The same of an image (C, H, W)."""
+    image = (exemplar.canvas * exemplar.share.sqrt()).double()
     lines = lines_through(image, torch.ones(image.shape[1:], dtype=torch.bool))
     if lines is None:
         return None
@@ -88,6 +84,7 @@ def _weave(image: Tensor) -> Weave | None:
     return Weave((down, across), (_alike(image.movedim(1, 0)), _alike(image.movedim(2, 0))))
 
 
+@by_one_thread()  # which sums in one order
 def lines_through(image: Tensor, known: Tensor) -> tuple[Tensor, Tensor] | None:
     """Rows (C, H) and columns (C, W), float64, whose sums are nearest to an image (C, H, W) where it is known (H, W).
 
@@ -102,10 +99,9 @@ def lines_through(image: Tensor, known: Tensor) -> tuple[Tensor, Tensor] | None:
         before, columns = columns, ((image - rows) * there).sum(1, keepdim=True) / there.sum(0)
         if float((columns - before).abs().max()) < 1e-6:
             break
-    middle = image.sum((1, 2), keepdim=True) / there.sum()
     total, left, down, across = (
         float(((part - (part * there).sum((1, 2), keepdim=True) / there.sum()) * there).square().sum())
-        for part in (image - middle, image - rows - columns, rows.expand_as(image), columns.expand_as(image))
+        for part in (image, image - rows - columns, rows, columns)
     )
     if left > (1 - WOVEN) * total or min(down, across) < CROSSED * total or total == 0:
         return None
@@ -135,6 +131,12 @@ def continued_weave(
             line = line * filled // size
         lines.append(_varied(first + line % length, alike, generator))
     return torch.stack(torch.meshgrid(*lines, indexing="ij")).to(exemplar.canvas.device)
+
+
+def weave_beside(lattice: Lattice | None, exemplar: Exemplar) -> Weave | None:
+    """The weave of an exemplar, unless its lattice, if any, is to be believed instead: what has one repeats by it."""
+    weave = find_weave(exemplar)
+    return None if weave is not None and lattice is not None and in_step(weave, lattice) else weave
 
 
 def in_step(weave: Weave, lattice: Lattice) -> bool:

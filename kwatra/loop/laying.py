@@ -18,10 +18,9 @@ from kwatra.elements import (
     find_ground,
     find_lattice,
     find_slant,
-    find_weave,
-    in_step,
     runs_along,
     translation,
+    weave_beside,
 )
 from kwatra.exemplar import Exemplar
 from kwatra.levels import LAID_FINE
@@ -201,9 +200,8 @@ def _lattice(task: Task, exemplar: Exemplar, factor: int) -> Lattice | None:
 
     Offsets from one image into another say nothing of it.
     """
-    single = len(task.shape) == 2 and int(exemplar.owner.max()) == 0 and exemplar.owner.numel() <= LOOKED_AT
-    plain = task.start == "aligned" and not task.terms
-    lattice = find_lattice(exemplar) if plain and single else None
+    single = int(exemplar.owner.max()) == 0 and exemplar.owner.numel() <= LOOKED_AT
+    lattice = find_lattice(exemplar) if _unsteered(task) and single else None
     return None if lattice is None else Lattice(lattice.vectors / factor, lattice.regularity)
 
 
@@ -216,8 +214,8 @@ def repeated(task: Task, exemplar: Exemplar) -> Tensor | None:
     if not fine or not _unsteered(task):
         return None
     lattice = find_lattice(exemplar) if exemplar.owner.numel() <= LOOKED_AT else None
-    weave = find_weave(exemplar)
-    if weave is not None and (lattice is None or not in_step(weave, lattice)):
+    weave = weave_beside(lattice, exemplar)
+    if weave is not None:
         return continued_weave(exemplar, weave, task.shape, task.wraps, task.generator)
     return None if lattice is None or any(task.wraps) else continued(exemplar, lattice, task.shape)
 

@@ -13,7 +13,6 @@ from scipy import ndimage
 from torch import Tensor
 
 from kwatra import Exemplar, Progress, Result
-from kwatra.base import by_one_thread
 from kwatra.elements import find_weave, lines_through
 from kwatra.pieces import totals
 from kwatra.source import sourcemap
@@ -33,8 +32,7 @@ def filled_by_lines(
     where = _around(picture, missing)
     if where is not None:
         return _result(picture[:, where[0], where[1]], where, source, callback)
-    with by_one_thread():  # which sums in one order
-        lines = lines_through(picture, ~missing)
+    lines = lines_through(picture, ~missing)
     return None if lines is None else _beside(picture, missing, *lines, source, callback)
 
 

@@ -13,7 +13,7 @@ import torch.nn.functional as F
 from torch import Tensor
 
 from kwatra import Exemplar, Lattice, find_lattice
-from kwatra.elements import find_weave, in_step
+from kwatra.elements import weave_beside
 
 GIVE = 0.1
 """What a size may be off whole periods, as a part of the lattice's shortest vector: elements of near-regular textures
@@ -34,8 +34,9 @@ def whole_size(
     if quickly and sum(picture[0].numel() for picture in pictures) > QUICKLY:
         return None
     exemplar = Exemplar.of(list(pictures))
-    lattice, weave = find_lattice(exemplar), find_weave(exemplar)
-    if weave is not None and (lattice is None or not in_step(weave, lattice)):
+    lattice = find_lattice(exemplar)
+    weave = weave_beside(lattice, exemplar)
+    if weave is not None:
         nearest = [partial(_whole, cell.length) for cell in weave.cells]
     elif lattice is not None:
         nearest = [partial(_nearest, lattice, axis) for axis in (0, 1)]

@@ -3,8 +3,8 @@ import torch
 
 from kwatra import Exemplar
 from kwatra.base import generator_of
-from kwatra.elements import Lattice, continued_weave, find_weave, in_step, lines_through
-from kwatra.elements.woven import Cell, Weave
+from kwatra.elements import Lattice, continued_weave, find_weave, lines_through
+from kwatra.elements.woven import Cell, Weave, in_step
 from kwatra.source import look_up
 
 SETT = torch.tensor([0] * 10 + [1] * 4 + [2] * 12 + [1] * 3 + [0] * 6 + [3] * 13)
