@@ -23,6 +23,7 @@ class Progress:
 
     attempt, tries: which run this is, from 1, of how many of which the best is kept. Where only what is begun with is
     tried, it is given after each try, too, as iteration 0, with the figure that it is ranked by for its energy.
+    Iteration 0 with fraction 1 tells that nothing was left to iterate.
     """
 
     fraction: float
@@ -43,7 +44,8 @@ class Result:
     the exemplar's canvas.
     energies: one row per iteration with level, factor, width, iteration, route, changed (share of matches), texture,
     each term by name, total, and residual (what the blend's solver left over, as a share of the right side; missing
-    where the blend is exact). stages: the image after each level. stopped: why the last level ended.
+    where the blend is exact). stages: the image after each level. Both are empty where the exemplar goes on by itself,
+    and nothing is left to iterate. stopped: why the last level ended.
     """
 
     image: Tensor

@@ -73,7 +73,7 @@ def begin(
 ) -> Beginning:
     """What `optimize` begins with; arguments and errors are its.
 
-    A picture that goes on by itself is continued before any level, of which only the finest are left to do.
+    A picture that goes on by itself is continued before any level; the finest are kept for what `between` asks for.
     """
     task = task_of(texture, shape, settings or Settings(), terms, mask, start, seed)
     factors, exemplar = (1,) * len(task.shape), task.texture.exemplar

@@ -67,6 +67,8 @@ def improve(
     image, where, factors = beginning.image, beginning.where, beginning.factors
     task = replace(beginning.task, generator=beginning.task.generator.clone_state())
     report, stopped = _Report(task.levels, callback), ""
+    if beginning.goes_on and between is None and image is not None:
+        return _as_begun(task, image, where, factors, report)
     for number, level in enumerate(task.levels):
         scene = Scene(task, number)
         estimate, stopped = _iterate(scene, scene.enter(image, where, factors), report, between)
@@ -78,21 +80,27 @@ def improve(
     return _result(task, image, where, factors, report, stopped)
 
 
+def _as_begun(task: Task, image: Tensor, where: Tensor | None, factors: tuple[int, ...], report: "_Report") -> Result:
+    """The result where the exemplar goes on by itself: no level is done.
+
+    What meets where the exemplar ends is in none of its windows, so EM would only undo it.
+    """
+    report.done(image)
+    image = task.controls(factors).held(image)
+    return _result(task, image, where, factors, report, "the exemplar goes on by itself")
+
+
 def _uncut(beginning: Beginning, image: Tensor, where: Tensor, factors: tuple[int, ...]) -> tuple[Tensor, Tensor]:
     """An image and its source map, with the copies of the beginning back wherever their seams cut elements less.
 
-    They are back everywhere if the exemplar goes on by itself: what meets where it ends is in none of its windows.
     Left as they are: other resolutions than the beginning's, and outputs that are steered by terms.
     """
     task, before, exemplar = beginning.task, beginning.where, beginning.task.texture.exemplar
-    if before is None or exemplar is None or task.terms or not max(beginning.factors) == max(factors) == 1:
+    if beginning.gaps is None or before is None or exemplar is None or task.terms:
         return image, where
-    if beginning.goes_on:
-        take = torch.zeros(task.shape, dtype=torch.bool, device=image.device)
-    elif beginning.gaps is not None:
-        take = beginning.gaps.cheaper(before, where, task.wraps)
-    else:
+    if not max(beginning.factors) == max(factors) == 1:
         return image, where
+    take = beginning.gaps.cheaper(before, where, task.wraps)
     if task.mask is not None:
         take = take | ~task.mask
     copied = sourcemap.look_up(exemplar.canvas, before)
@@ -153,6 +161,11 @@ class _Report:
         self.stages: list[Stage] = []
         work = [level.iterations / level.factor**2 for level in levels]
         self._done = [sum(work[:i]) / sum(work) for i in range(len(work) + 1)]
+
+    def done(self, image: Tensor) -> None:
+        """Tell of an image on which there is nothing to do."""
+        if self.callback is not None:
+            self.callback(Progress(1.0, 0, 0, 0.0, image))
 
     def add(self, number: int, estimate: Estimate, row: Row) -> None:
         level = self.levels[number]

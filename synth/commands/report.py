@@ -4,6 +4,7 @@ import csv
 import io
 import math
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,16 +20,20 @@ Row = Mapping[str, object]
 _WIDTH, _HEIGHT, _MARGIN = 960, 480, 60
 _CURVES = ("#1f6fb4", "#d2691e", "#2f8f4e", "#8a4fa3", "#a33d3d", "#5f6b73")
 _AXES, _LEVELS = "#444444", "#cccccc"
+_COLUMNS = ["level", "factor", "width", "iteration", "route", "changed", "texture", "total"]
 
 
 def energy_writer(path: Path, energies: Sequence[Row]) -> "Writer":
-    """What writes the energies, one row per iteration, as a table or a picture by the ending of `path`."""
+    """What writes the energies, one row per iteration, as a table or a picture by the ending of `path`.
+
+    There are none where the exemplar goes on by itself: the table then has its heads alone.
+    """
     data = _table(energies) if path.suffix.lower() == ".csv" else _plot(energies)
     return files.bytes_writer(data)
 
 
 def _table(energies: Sequence[Row]) -> bytes:
-    columns = list(dict.fromkeys(key for row in energies for key in row))
+    columns = list(dict.fromkeys(key for row in energies for key in row)) or _COLUMNS
     text = io.StringIO(newline="")
     writer = csv.DictWriter(text, columns, restval="", lineterminator="\n")
     writer.writeheader()
@@ -88,7 +93,7 @@ def _curves(energies: Sequence[Row]) -> dict[str, list[float]]:
 def _levels(energies: Sequence[Row]) -> list[range]:
     """The rows of each level: energies of different levels are no one curve."""
     starts = [i for i, row in enumerate(energies) if i == 0 or row["level"] != energies[i - 1]["level"]]
-    return [range(start, end) for start, end in zip(starts, [*starts[1:], len(energies)], strict=True)]
+    return [range(start, end) for start, end in pairwise([*starts, len(energies)])]
 
 
 def _number(value: object) -> float:

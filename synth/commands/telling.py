@@ -51,10 +51,11 @@ def details(rows: Mapping[str, object]) -> str:
 
 
 def of_result(result: "Result") -> dict[str, object]:
-    """How an optimization went."""
+    """How an optimization went: where there was nothing to iterate, why it ended."""
+    if not result.energies:
+        return {"ended because": result.stopped}
     levels = dict.fromkeys(f"1/{stage.factor} with windows of {stage.width}" for stage in result.stages)
-    energy = result.energies[-1] if result.energies else {}
-    named = [f"{name} {value:.4g}" for name, value in energy.items()
+    named = [f"{name} {value:.4g}" for name, value in result.energies[-1].items()
              if name not in ("level", "factor", "width", "iteration", "route", "changed", "residual")]  # fmt: skip
     return {"levels": ", ".join(levels), "iterations": len(result.energies), "energy": ", ".join(named),
             "ended because": result.stopped}  # fmt: skip

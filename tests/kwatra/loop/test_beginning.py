@@ -126,6 +126,21 @@ def test_cloth_goes_on_line_by_line_from_one_cell(seed):
     assert torch.allclose(optimize(exemplar, (48, 96), settings=wrapped).image, truth[:, :48, :96], atol=1e-5)
 
 
+def test_of_what_goes_on_by_itself_no_level_is_done_unless_something_is_to_be_done_between():
+    exemplar, told = Exemplar.of(stripes_across_stripes(48, 48)), []
+    mask = torch.ones(60, 70, dtype=torch.bool)
+    mask[10:20, 5:50] = False
+    made = optimize(exemplar, (60, 70), settings=SMALL, mask=mask, callback=told.append)
+    assert torch.allclose(made.image, torch.where(mask, stripes_across_stripes(60, 70), 0.0), atol=1e-5)
+    assert made.energies == made.stages == []
+    assert bool(((made.source[0] == -1) == ~mask).all())
+    assert "goes on by itself" in made.stopped
+    assert [p.fraction for p in told] == [1.0]
+    darker = optimize(exemplar, (60, 70), settings=SMALL, between=lambda image, step: image / 2)
+    assert float(darker.image.max()) < 0.6
+    assert [row["factor"] for row in darker.energies] == [1] * len(darker.energies)
+
+
 def test_what_is_woven_but_has_a_lattice_is_laid_in_step_with_it():
     line, tones = torch.arange(80), 0.5 + 0.3 * torch.rand(6, 6, generator=generator_of(1))
     tiles = torch.where((line % 14 < 2)[:, None] | (line % 14 < 2), 0.1, tones[line[:, None] // 14, line // 14])[None]

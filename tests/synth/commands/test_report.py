@@ -29,7 +29,12 @@ def test_table_has_a_column_for_every_term(tmp_path: Path) -> None:
     assert lines[3] == "1,1,8,0,exact,0.2,0.3,0.1"
 
 
-@pytest.mark.parametrize("rows", [ROWS, ROWS[:1], [{**row, "texture": 0.0, "total": 0.0} for row in ROWS[:2]]])
+def test_table_of_a_run_without_iterations_has_its_heads(tmp_path: Path) -> None:
+    energy_writer(Path("e.csv"), [])(tmp_path / "made")
+    assert (tmp_path / "made").read_text() == "level,factor,width,iteration,route,changed,texture,total\n"
+
+
+@pytest.mark.parametrize("rows", [[], ROWS, ROWS[:1], [{**row, "texture": 0.0, "total": 0.0} for row in ROWS[:2]]])
 def test_picture_is_drawn_whatever_the_energies(tmp_path: Path, rows: list[dict[str, object]]) -> None:
     energy_writer(Path("e.png"), rows)(tmp_path / "made.png")
     with Image.open(tmp_path / "made.png") as image:
