@@ -21,7 +21,7 @@ from kwatra.base import generator_of, shared
 from kwatra.loop import looks
 from kwatra.pieces import Box, visible_seams
 from kwatra.scoring import Ranking, pasted
-from synth.texture.runs import MANY, beside, seed_of, share_of
+from synth.texture.runs import beside, seed_of, share_of
 
 TORN, LEAST_TORN = 0.01, 1e-4
 """How many times the logarithm of what seams show counts beside the figure that tries are ranked by, and what is added
@@ -88,7 +88,7 @@ class Search:
         self.effort, self.ways, self.size, self.seed = effort, ways, tuple(size), seed
         self.callback, self.source = callback, source
         pictures = source.pictures()
-        self._ranking = Ranking(pictures, thorough=effort.tries >= MANY)
+        self._ranking = Ranking(pictures, thorough=effort.more > 0)
         self._channels, self._area = len(pictures[0]), sum(picture[0].numel() for picture in pictures)
         self._done, self._telling = 0, Lock()
 

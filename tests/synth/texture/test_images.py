@@ -137,7 +137,7 @@ def test_the_best_of_several_runs_is_the_one_of_least_rank(monkeypatch):
 
 @pytest.mark.parametrize(
     ("size", "options", "count"),
-    [((32, 32), {}, 3), ((64, 64), {}, 2), ((64, 256), {}, 1), ((32, 32), {"preset": "fast"}, 1),
+    [((32, 32), {}, 6), ((64, 64), {}, 3), ((64, 256), {}, 1), ((32, 32), {"preset": "fast"}, 1),
      ((32, 32), {"mask": np.ones((32, 32), bool)}, 1)],
 )  # fmt: skip
 def test_small_outputs_are_tried_more_often_than_large_and_steered_ones(size, options, count, monkeypatch):
