@@ -13,8 +13,9 @@ import torch
 from skimage import data
 from torch import Tensor
 
-from kwatra import InputError
+from kwatra import Exemplar, InputError
 from synth import Kind, read_image
+from synth.texture.illumination import under_even_light
 
 
 @dataclass(frozen=True)
@@ -65,17 +66,26 @@ def several(text: str) -> int:
 
 
 def carried_exemplars() -> dict[str, Tensor]:
-    """Textures (C, 128, 128) from the images that come with scikit-image, none of them downloaded."""
+    """Textures (C, 128, 128) from the images that come with scikit-image, none of them downloaded.
+
+    Of the page, part of which lies in shadow, it is the text without that: else figures tell who keeps the shadow.
+    """
     crops = {
         "brick": halved(data.brick())[:128, :128],
         "grass": halved(data.grass())[:128, :128],
         "gravel": halved(data.gravel())[:128, :128],
-        "text": data.page()[60:188, 110:238],
+        "text": under_light(data.page())[60:188, 110:238],
         "tissue": data.immunohistochemistry()[32:160, :128],
         "wood": data.coffee()[:128, 472:600],
     }
     pixels = {name: np.atleast_3d(crop).transpose(2, 0, 1) for name, crop in crops.items()}
     return {name: torch.from_numpy(crop.astype(np.float32)) / 255 for name, crop in pixels.items()}
+
+
+def under_light(image: np.ndarray) -> np.ndarray:
+    """A gray image (H, W) in 0..255 under even light."""
+    lit = Exemplar.of(torch.from_numpy(image.astype(np.float32))[None] / 255)
+    return under_even_light(lit, 0.0).pictures()[0][0].numpy() * 255
 
 
 def halved(image: np.ndarray) -> np.ndarray:
