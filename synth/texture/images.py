@@ -38,7 +38,7 @@ def synthesize(
 
     exemplar: one or several images of a texture: tensors (C, H, W), or arrays (H, W) or (H, W, C), of any number of
     channels, floating point in any range or integer; or videos (C, T, H, W), or arrays (T, H, W, C). The result is of
-    the same kind and range. preset: "fast", "default" or "best"; small stills begin with the best of 1, 6 or 11
+    the same kind and range. preset: "fast", "default" or "best"; small stills begin with the best of 1, 6 or 12
     layouts, and "best" goes on from there. tile: the output repeats seamlessly in both directions. loop: of a video,
     the last frame leads into the first. stay: how strongly what belongs somewhere in the frame stays there (see
     `kwatra.Stay`); None: a video does where its statistics depend on the place. start: an image of the output's size to
