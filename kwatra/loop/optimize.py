@@ -172,6 +172,6 @@ class _Report:
         place: Row = {"level": number, "factor": level.factor, "width": level.width, "iteration": estimate.iteration}
         self.rows.append(place | row)
         if self.callback is not None:
-            share = estimate.iteration / level.iterations
+            share = 1.0 if estimate.changed < SETTLED else estimate.iteration / level.iterations
             fraction = self._done[number] + share * (self._done[number + 1] - self._done[number])
             self.callback(Progress(fraction, number, estimate.iteration, estimate.energy, estimate.image))

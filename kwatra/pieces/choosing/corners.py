@@ -69,14 +69,16 @@ class Corners:
         sizes = [inside.shape for _, inside in exemplar.places()]
         while True:
             valid = exemplar.corners(block)[on_grain].cpu().numpy()
-            smallest = all(b <= 2 for b in block)
+            smaller = _smaller(block, grain)
+            smallest = smaller == block
             wanted = ROOM * sum(_places(size, block, grain) for size in sizes)
             wanted = min(wanted, SOME) if all(b <= SMALL for b in block) else wanted
             if valid.any() and (smallest or np.count_nonzero(valid) >= wanted):
                 return cls(exemplar.shape, block, grain, (0,) * len(block), valid)
             if smallest:
-                raise InputError("the exemplar has no free 2x2 block; its mask leaves too little to copy from")
-            block = _smaller(block, grain)
+                size = "x".join(map(str, block))
+                raise InputError(f"the exemplar has no free {size} block; its mask leaves too little to copy from")
+            block = smaller
 
     @classmethod
     def on_holes(
@@ -99,7 +101,9 @@ class Corners:
             starts[on_grain] = corners.valid
             if every.size and totals(starts, (~holes).astype(np.float32)).min() >= SEEN * every.size:
                 return corners
-            size = _smaller(size, grain)
+            size, before = _smaller(size, grain), size
+            if size == before:
+                break
         return cls.fitting(exemplar, block, grain)
 
     def hanging(self, hang: tuple[int, ...]) -> "Corners":
@@ -221,8 +225,11 @@ def _places(size: Sequence[int], block: tuple[int, ...], grain: tuple[int, ...])
 
 
 def _smaller(block: tuple[int, ...], grain: tuple[int, ...]) -> tuple[int, ...]:
-    """The next smaller size of blocks that is tried, a multiple of the grain as far as that goes."""
-    return tuple(max(b * 7 // 8 // g * g or b // 2, 2) for b, g in zip(block, grain, strict=True))
+    """The next smaller size of blocks that is tried, a multiple of the grain; the same where there is none.
+
+    Blocks start on the grain: smaller ones than that would leave pixels between them empty.
+    """
+    return tuple(max(b * 7 // 8 // g * g, min(b, max(g, 2))) for b, g in zip(block, grain, strict=True))
 
 
 def _within(line: Array, size: int) -> Array:

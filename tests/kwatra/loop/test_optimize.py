@@ -115,7 +115,15 @@ def test_stages_and_energies_tell_what_was_done():
     assert all(row["total"] == row["texture"] and row["route"] == "exact" for row in result.energies)
     fractions = [c.fraction for c in calls]
     assert fractions == sorted(fractions)
-    assert 0 < fractions[0] <= fractions[-1] <= 1
+    assert 0 < fractions[0] <= fractions[-1] == 1
+
+
+def test_a_level_that_settles_early_is_done():
+    calls, settings, noise = [], Settings(levels=(Level(1, 8, 20),)), texture()
+    still = optimize(Exemplar.of(noise), (40, 40), settings=settings, start=noise[:, :40, :40], callback=calls.append)
+    assert len(calls) < 20
+    assert "settled" in still.stopped
+    assert calls[-1].fraction == 1
 
 
 def test_routes_can_be_forced():

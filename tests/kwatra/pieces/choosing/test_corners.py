@@ -1,3 +1,5 @@
+import contextlib
+
 import numpy as np
 import pytest
 import torch
@@ -72,15 +74,27 @@ def test_sums_are_those_of_what_lies_inside():
 
 
 @pytest.mark.parametrize(
-    ("block", "grain", "fits"), [((12, 12), (1, 1), (6, 6)), ((14, 14), (4, 4), (4, 4)), ((7, 3), (1, 1), (6, 2))]
+    ("block", "grain", "fits", "least"),
+    [((12, 12), (1, 1), (6, 6), "2x2"), ((14, 14), (4, 4), (4, 4), "4x4"), ((7, 3), (1, 1), (6, 2), "2x2")],
 )
-def test_blocks_are_made_smaller_until_they_fit_between_holes(block, grain, fits):
+def test_blocks_are_made_smaller_until_they_fit_between_holes(block, grain, fits, least):
     mask = torch.ones(16, 16, dtype=torch.bool)
     mask[::7] = False
     assert Corners.fitting(Exemplar.of(torch.rand(1, 16, 16), masks=[mask]), block, grain).block == fits
     mask[:, ::2] = False
-    with pytest.raises(InputError, match="no free 2x2 block"):
+    with pytest.raises(InputError, match=f"no free {least} block"):
         Corners.fitting(Exemplar.of(torch.rand(1, 16, 16), masks=[mask]), block, grain)
+
+
+@pytest.mark.parametrize("grain", [4, 32])
+def test_blocks_are_never_smaller_than_what_they_start_on(grain):
+    """The pixels between them would stay empty."""
+    mask = torch.ones(64, 64, dtype=torch.bool)
+    mask[::7, ::3] = False
+    exemplar = Exemplar.of(torch.rand(1, 64, 64), masks=[mask])
+    for find in (Corners.fitting, Corners.on_holes):
+        with contextlib.suppress(InputError):
+            assert min(find(exemplar, (32, 32), (grain, grain)).block) >= grain
 
 
 @pytest.mark.parametrize(("hole", "fits"), [(21, 20), (20, 17)])
