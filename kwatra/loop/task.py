@@ -113,6 +113,7 @@ def _levels(texture: Texture, shape: tuple[int, ...], settings: Settings, steere
     steered: whether terms or the start ask for what blocks laid for their seams alone would not bring.
     """
     if settings.levels is not None:
+        _check_levels(settings.levels, texture)
         return settings.levels
     if isinstance(texture, Bags):
         return tuple(Level(factor, width, settings.iterations) for factor, width in texture.windows)
@@ -122,3 +123,15 @@ def _levels(texture: Texture, shape: tuple[int, ...], settings: Settings, steere
     if steered or len(shape) > 2 or min(texture.exemplar.extent) > LAID_FINE:
         return planned
     return finishing(planned)
+
+
+def _check_levels(levels: Sequence[Level], texture: Texture) -> None:
+    """Refuse with InputError levels so coarse that nothing is left of the exemplar."""
+    extent = () if texture.exemplar is None else texture.exemplar.extent
+    coarsest = max(levels, key=lambda level: level.factor)
+    if any(side < factor for side, factor in zip(extent, coarsest.factors(len(extent)), strict=True)):
+        size = "x".join(map(str, extent))
+        raise InputError(
+            f"a level is {coarsest.factor} times coarser but the exemplar has only {size} pixels; "
+            "choose finer levels or a larger exemplar"
+        )

@@ -101,9 +101,7 @@ class Corners:
             starts[on_grain] = corners.valid
             if every.size and totals(starts, (~holes).astype(np.float32)).min() >= SEEN * every.size:
                 return corners
-            size, before = _smaller(size, grain), size
-            if size == before:
-                break
+            size = _smaller(size, grain)
         return cls.fitting(exemplar, block, grain)
 
     def hanging(self, hang: tuple[int, ...]) -> "Corners":

@@ -272,6 +272,8 @@ def test_bad_requests_are_said_in_a_sentence():
         optimize(exemplar, (40, 40.5))
     with pytest.raises(InputError, match="the output is 1x1 pixels; at least 4x4 are needed"):
         optimize(exemplar, (1, 1))
+    with pytest.raises(InputError, match="a level is 8 times coarser but the exemplar has only 48x7 pixels"):
+        optimize(Exemplar.of(texture()[..., :7]), (40, 40), settings=Settings(levels=(Level(8, 4, 1), Level(1, 4, 1))))
     with pytest.raises(InputError, match="the start is 'noise'; give an image, or one of aligned, blocks"):
         optimize(exemplar, (40, 40), start="noise")
     with pytest.raises(InputError, match="the start image has shape"):

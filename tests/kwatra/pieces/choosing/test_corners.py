@@ -86,7 +86,7 @@ def test_blocks_are_made_smaller_until_they_fit_between_holes(block, grain, fits
         Corners.fitting(Exemplar.of(torch.rand(1, 16, 16), masks=[mask]), block, grain)
 
 
-@pytest.mark.parametrize("grain", [4, 32])
+@pytest.mark.parametrize("grain", [4, 8])
 def test_blocks_are_never_smaller_than_what_they_start_on(grain):
     """The pixels between them would stay empty."""
     mask = torch.ones(64, 64, dtype=torch.bool)
