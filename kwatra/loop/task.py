@@ -113,7 +113,8 @@ def _levels(texture: Texture, shape: tuple[int, ...], settings: Settings, steere
     steered: whether terms or the start ask for what blocks laid for their seams alone would not bring.
     """
     if settings.levels is not None:
-        _check_levels(settings.levels, texture)
+        if texture.exemplar is not None:
+            _check_levels(settings.levels, texture.exemplar.extent)
         return settings.levels
     if isinstance(texture, Bags):
         return tuple(Level(factor, width, settings.iterations) for factor, width in texture.windows)
@@ -125,9 +126,8 @@ def _levels(texture: Texture, shape: tuple[int, ...], settings: Settings, steere
     return finishing(planned)
 
 
-def _check_levels(levels: Sequence[Level], texture: Texture) -> None:
-    """Refuse with InputError levels so coarse that nothing is left of the exemplar."""
-    extent = () if texture.exemplar is None else texture.exemplar.extent
+def _check_levels(levels: Sequence[Level], extent: tuple[int, ...]) -> None:
+    """Refuse with InputError levels so coarse that nothing is left of an exemplar of some extent."""
     coarsest = max(levels, key=lambda level: level.factor)
     if any(side < factor for side, factor in zip(extent, coarsest.factors(len(extent)), strict=True)):
         size = "x".join(map(str, extent))
