@@ -47,8 +47,8 @@ before, one scored .0595, the best of 3 .0550, and that of 24, ranked thoroughly
 Later, with parts laid anew, 12 and 10 scored .0462 and 11 and 9 .0466; 12 and 8, which two threads share evenly and so
 make 1.8 times as fast, not 1.7, score as 11 and 9 do. Of two panels of 16 the best of 3 scores .0558 and .0512, of 4
 .0549 and .0508, of 6 .0535 and .0491 (four seeds); the best of 4, with parts laid anew for as long as two more tries
-take, .0540, and copies more. 512 pixels a side three score .0581, two .0583 and one .0586; 1024 a side two are no
-better than one."""
+take, .0540, and copies more. Of half a panel 512 pixels a side three score .0581, two .0583 and one .0586; 1024 a side
+two are no better than one."""
 
 LARGER = 0.65
 """Where parts or further tries follow, every other first try has blocks of so much of the exemplar, and what follows
