@@ -10,7 +10,6 @@ from torch import Tensor
 
 from kwatra.base import total
 from kwatra.source import Placed
-from kwatra.steps.inplace import TOGETHER
 from kwatra.windows import Layout
 from kwatra.windows.flat import strides
 
@@ -43,17 +42,13 @@ class Replays:
 
     def __call__(self, corners: Tensor, there: Tensor) -> Tensor:
         """What windows at corners (N, n) cost that come from corners (N, k, n) of the canvas, (N, k)."""
-        charged = torch.empty(there.shape[:-1], dtype=torch.float32, device=there.device)
-        for first in range(0, len(corners), TOGETHER):
-            some = slice(first, first + TOGETHER)
-            window, place = self._number[tuple(corners[some].T)], torch.zeros_like(there[some, :, 0])
-            for axis, stride in zip(there[some].unbind(-1), self._strides.tolist(), strict=True):
-                place.add_(axis, alpha=stride)
-            windows = torch.ones_like(charged[some])
-            for wanted, lengths in self._joined:
-                windows += lengths[window, None] * (place == wanted[window, None])
-            charged[some] = self.price * (windows > self.free)
-        return charged
+        window, place = self._number[tuple(corners.T)], torch.zeros_like(there[..., 0])
+        for axis, stride in zip(there.unbind(-1), self._strides.tolist(), strict=True):
+            place.add_(axis, alpha=stride)
+        windows = torch.ones(place.shape, dtype=torch.float32, device=place.device)
+        for wanted, lengths in self._joined:
+            windows += lengths[window, None] * (place == wanted[window, None])
+        return self.price * (windows > self.free)
 
     def _beside(self, corners: Tensor, step: int, around: bool, there: Tensor, onward: int) -> tuple[Tensor, Tensor]:
         """Where windows (N,) have to come from to go on with the one a step before or after, and how many it goes on.

@@ -78,19 +78,23 @@ class FreeWindows:
             image += (windows[(window, *inside)] * there[..., None]).movedim(-1, 0)
         return image
 
-    def neighbor_shifts(self) -> Iterator[tuple[Tensor, Tensor]]:
+    def neighbor_shifts(self, part: slice = slice(None)) -> Iterator[tuple[Tensor, Tensor]]:
         """See `Layout.neighbor_shifts`: the 2n nearest others, or, where there are fewer, the window itself."""
+        sides, wraps = torch.tensor(self.shape, device=self.device), torch.tensor(self.wraps, device=self.device)
+        for there in self._nearest_others[:, part]:
+            shift = self.corners[part] - self.corners[there]
+            yield there, torch.where(wraps, (shift + sides // 2) % sides - sides // 2, shift)
+
+    @cached_property
+    def _nearest_others(self) -> Tensor:
+        """The numbers (2n, N) of those windows whose corners lie nearest to each one's; fewer where there are fewer."""
         from scipy.spatial import cKDTree  # a tenth of a second that grids need not spend
 
         corners = self.corners.cpu().numpy()
         near = min(2 * len(self.shape) + 1, len(corners))
         period = [size if wraps else 0 for size, wraps in zip(self.shape, self.wraps, strict=True)]
         found = torch.from_numpy(cKDTree(corners, boxsize=period).query(corners, near)[1]).view(len(corners), -1)
-        sides, wraps = torch.tensor(self.shape, device=self.device), torch.tensor(self.wraps, device=self.device)
-        for column in found[:, 1:].T:
-            there = column.to(self.device).long()
-            shift = self.corners - self.corners[there]
-            yield there, torch.where(wraps, (shift + sides // 2) % sides - sides // 2, shift)
+        return found[:, 1:].T.contiguous().long().to(self.device)
 
     @cached_property
     def covers(self) -> tuple[Tensor, Tensor, Tensor]:

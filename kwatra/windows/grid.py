@@ -162,23 +162,19 @@ class Grid:
             total.narrow(dim, 0, length - size).add_(total.narrow(dim, size, length - size))
         return total.narrow(dim, 0, min(length, size))
 
-    def neighbor_shifts(self) -> Iterator[tuple[Tensor, Tensor]]:
-        """For each of the 2n grid neighbors: (its index (N,), window corner minus the neighbor's corner (N, n)).
-
-        At a plain border a window is its own neighbor (shift zero).
-        """
-        index = torch.arange(len(self), device=self.device).view(self.counts)
-        corners = self.corners.view(*self.counts, -1)
-        period, wraps = torch.tensor(self.shape, device=self.device), torch.tensor(self.wraps, device=self.device)
-        for axis, sign in product(range(len(self.shape)), (1, -1)):
-            there = index.roll(sign, axis)
-            if not self.wraps[axis]:
-                edge = 0 if sign == 1 else self.counts[axis] - 1
-                there.select(axis, edge).copy_(index.select(axis, edge))
-            shift = corners - self.corners[there]
-            if any(self.wraps):
-                shift = torch.where(wraps, (shift + period // 2) % period - period // 2, shift)
-            yield there.flatten(), shift.reshape(len(self), -1)
+    def neighbor_shifts(self, part: slice = slice(None)) -> Iterator[tuple[Tensor, Tensor]]:
+        """See `Layout.neighbor_shifts`: the neighbors on the grid. At a plain border a window is its own (shift 0)."""
+        numbers, stride = torch.arange(*part.indices(len(self)), device=self.device), len(self)
+        lines = zip(self.shape, self.counts, self.positions, self.wraps, strict=True)
+        for axis, (size, count, position, wraps) in enumerate(lines):
+            stride //= count
+            here, position = numbers // stride % count, position.to(self.device)
+            for sign in (1, -1):
+                there = (here - sign) % count if wraps else (here - sign).clamp(0, count - 1)
+                away = position[here] - position[there]
+                shift = torch.zeros(len(numbers), len(self.shape), dtype=torch.long, device=self.device)
+                shift[:, axis] = (away + size // 2) % size - size // 2 if wraps else away
+                yield numbers + (there - here) * stride, shift
 
     def coverings(self) -> Iterator[Covering]:
         """See `Layout.coverings`; the lower windows first, axis by axis."""

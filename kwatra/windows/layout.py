@@ -67,8 +67,11 @@ class Layout(Protocol):
         into: an image to which they are added, in place, instead of a new one.
         """
 
-    def neighbor_shifts(self) -> Iterator[tuple[Tensor, Tensor]]:
-        """For each of 2n neighbors of every window: its number (N,), and the window's corner minus its (N, n)."""
+    def neighbor_shifts(self, part: slice = slice(None)) -> Iterator[tuple[Tensor, Tensor]]:
+        """For each of 2n neighbors of every window: its number (N,), and the window's corner minus its (N, n).
+
+        part: of which windows, in steps of 1.
+        """
 
     def coverings(self) -> Iterator[Covering]:
         """All windows that cover each pixel, one at a time."""

@@ -3,7 +3,6 @@ import torch
 
 from kwatra import Exemplar, FreeWindows, Grid
 from kwatra.source import Bag, SourceWindows
-from kwatra.steps import inplace
 from kwatra.steps.asked import Wants
 from kwatra.steps.inplace import fits, nearest_in_place, sums_in_place
 from kwatra.steps.matching import Matching
@@ -33,9 +32,7 @@ def setting(request):
     return source, layout, candidates, image
 
 
-@pytest.mark.parametrize("together", [7, 2**15])
-def test_the_nearest_candidate_is_that_of_brute_force(setting, together, monkeypatch):
-    monkeypatch.setattr(inplace, "TOGETHER", together)
+def test_the_nearest_candidate_is_that_of_brute_force(setting):
     source, layout, candidates, image = setting
     pixels = continued(channels_last(image), layout)
     windows = layout.gather(image)
@@ -84,6 +81,21 @@ def test_a_search_in_place_is_never_worse_than_one_of_windows_copied_out(route, 
     assert torch.allclose(
         found.squared, source.metric.squared(grid.gather(image) - source.windows(found.matches)), atol=1e-6
     )
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_a_coherent_search_in_parts_is_one_of_the_whole(threads, monkeypatch):
+    source = SourceWindows(Exemplar.of(torch.rand(3, 40, 40, generator=generator())), (8, 8), generator())
+    grid = Grid((60, 48), (8, 8), (2, 2), wrap=(True, False))
+    image, before = torch.rand(3, 60, 48, generator=generator(2)), source.snapped(grid.corners % 30)
+    matching = Matching(source, grid, None)
+    whole = matching.best(image, before, Wants(), "coherent")
+    monkeypatch.setattr("kwatra.steps.matching.TOGETHER", 37)
+    torch.set_num_threads(threads)
+    parts = matching.best(image, before, Wants(), "coherent")
+    assert not torch.equal(whole.matches, before)
+    assert torch.equal(parts.matches, whole.matches)
+    assert torch.equal(parts.squared, whole.squared)
 
 
 def test_only_windows_of_a_canvas_are_worked_on_in_place():

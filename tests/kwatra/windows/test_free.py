@@ -85,6 +85,9 @@ def test_neighbors_are_the_nearest_windows():
     for k, (number, shift) in enumerate(neighbors):
         assert torch.equal(shift, windows.corners - windows.corners[number])
         assert torch.allclose(shift.double().norm(dim=1), apart.sort(1).values[:, k])
+    for (some, moved), (number, shift) in zip(windows.neighbor_shifts(slice(3, 8)), neighbors, strict=True):
+        assert torch.equal(some, number[3:8])
+        assert torch.equal(moved, shift[3:8])
 
 
 def test_neighbors_of_a_periodic_image_are_the_nearest_around_its_border():

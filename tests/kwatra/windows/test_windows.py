@@ -108,6 +108,21 @@ def test_neighbors_of_a_shifted_copy_predict_each_other(wrap):
         assert shift.abs().max() <= 4
 
 
+@pytest.mark.parametrize("layout", [grid_of((24, 28), (8, 8), (True, False)), grid_of((10, 12, 9), (4, 4, 4), False)])
+def test_neighbors_of_a_part_are_those_of_the_whole(layout):
+    part = slice(len(layout) // 3, len(layout) - 2)
+    for (some, moved), (there, shift) in zip(layout.neighbor_shifts(part), layout.neighbor_shifts(), strict=True):
+        assert torch.equal(some, there[part])
+        assert torch.equal(moved, shift[part])
+
+
+def test_neighbors_of_a_window_inside_a_grid_lie_one_step_away_on_either_side():
+    grid = grid_of((24, 28), (8, 8), False)
+    columns = grid.counts[1]
+    middle = columns + 1
+    assert [int(there[middle]) for there, _ in grid.neighbor_shifts()] == [1, 1 + 2 * columns, columns, columns + 2]
+
+
 def test_windows_at_agrees_with_slicing():
     image = torch.rand(3, 9, 12, 11, generator=torch.Generator().manual_seed(0))
     corners = torch.tensor([[0, 0, 0], [5, 3, 2], [2, 8, 7]])
