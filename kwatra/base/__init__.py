@@ -11,7 +11,7 @@ from kwatra.base.sizes import is_whole, whole_sizes
 from kwatra.base.solver import Solution, conjugate_gradients
 from kwatra.base.spans import box_sums
 from kwatra.base.tensors import device_of, floats_of, tensor_of
-from kwatra.base.threads import by_one_thread, shared
+from kwatra.base.threads import by_one_thread, even_ranges, shared
 
 __all__ = [
     "AVERAGE",
@@ -30,6 +30,7 @@ __all__ = [
     "device_of",
     "differentiable",
     "enlarged",
+    "even_ranges",
     "factors_of",
     "floats_of",
     "generator_of",

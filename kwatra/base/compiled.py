@@ -7,12 +7,11 @@ own, so bits do not depend on their number. Numba compiles a loop when it is fir
 import hashlib
 from collections.abc import Callable
 from functools import cache, cached_property
-from itertools import pairwise
 from typing import Any, TypeVar
 
 import torch
 
-from kwatra.base.threads import shared
+from kwatra.base.threads import even_ranges, shared
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -93,5 +92,4 @@ class Compiled:
         """Work on all items, shared among torch's threads; tensors are given as they are, contiguous on the CPU."""
         arrays = [a.numpy() if isinstance(a, torch.Tensor) else a for a in arguments]
         threads = 1 if items < _FEW else torch.get_num_threads()
-        ends = [items * k // threads for k in range(threads + 1)]
-        shared(lambda part: self._compiled(*arrays, *part), list(pairwise(ends)))
+        shared(lambda part: self._compiled(*arrays, *part), even_ranges(items, threads))

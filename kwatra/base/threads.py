@@ -38,6 +38,11 @@ def shared(call: Callable[[Item], Made], items: Sequence[Item], together: int | 
         torch.set_num_threads(threads)
 
 
+def even_ranges(items: int, parts: int) -> list[tuple[int, int]]:
+    """So many items in parts as even as can be, one after the other: from the first of each to after its last."""
+    return [(items * k // parts, items * (k + 1) // parts) for k in range(parts)]
+
+
 @contextmanager
 def by_one_thread() -> Iterator[None]:
     """Have torch use the calling thread alone: for small work, and for what threads would round differently."""

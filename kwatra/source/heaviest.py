@@ -1,14 +1,13 @@
 """Which of the windows that cover a pixel weighs most there."""
 
 from functools import cache
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import torch
 from torch import Tensor
 
-from kwatra.base import shared
+from kwatra.base import even_ranges, shared
 from kwatra.base.compiled import jitted
 from kwatra.windows import Covering, Grid, Layout, Metric
 
@@ -59,8 +58,7 @@ def _of_grid(layout: Grid, profiles: list[Tensor], weights: Tensor) -> Covering:
     given = (number * layout.counts[-1], share, places, index, inside, own, weights)
     arrays = [a.contiguous().numpy() for a in given]
     made = most.numpy(), window.numpy(), found.numpy()
-    ends = [rows * part // torch.get_num_threads() for part in range(torch.get_num_threads() + 1)]
-    shared(lambda part: _loop()(*arrays, *made, *part), list(pairwise(ends)))
+    shared(lambda part: _loop()(*arrays, *made, *part), even_ranges(rows, torch.get_num_threads()))
     shaped = [values.view(layout.shape) for values in (window, *found, most >= 0)]
     return Covering(shaped[0], tuple(shaped[1:-1]), shaped[-1])
 

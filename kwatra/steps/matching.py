@@ -18,12 +18,11 @@ and more candidates than usual are compared on the unmasked pixels alone.
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from itertools import pairwise
 
 import torch
 from torch import Tensor
 
-from kwatra.base import shared
+from kwatra.base import even_ranges, shared
 from kwatra.source import CHUNK, Description, Placed, Source, SourceWindows
 from kwatra.steps.asked import Asked, Wants
 from kwatra.steps.inplace import fits, nearest_in_place
@@ -130,9 +129,8 @@ class Matching:
             away = wants.away(corners, source, candidates)
             return nearest_in_place(pixels, corners, source, candidates, SETTLED, away)
 
-        count = -(-len(windows) // TOGETHER)
-        ends = [len(windows) * k // count for k in range(count + 1)]
-        found = shared(nearest, [slice(*part) for part in pairwise(ends)])
+        parts = even_ranges(len(windows), -(-len(windows) // TOGETHER))
+        found = shared(nearest, [slice(*part) for part in parts])
         return torch.cat([number for number, _ in found]), torch.cat([squared for _, squared in found])
 
     def _freed(self, pixels: Tensor, image: Tensor, number: Tensor, squared: Tensor) -> Tensor:

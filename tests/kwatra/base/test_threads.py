@@ -4,13 +4,22 @@ import time
 import pytest
 import torch
 
-from kwatra.base import by_one_thread, shared
+from kwatra.base import by_one_thread, even_ranges, shared
 
 
 @pytest.fixture(params=[1, 2, 3])
 def threads(request):
     torch.set_num_threads(request.param)
     return request.param
+
+
+@pytest.mark.parametrize(("items", "parts"), [(10, 3), (9, 3), (2, 4), (0, 2), (5, 1)])
+def test_even_ranges_go_on_where_the_one_before_ends_and_differ_by_one_at_most(items, parts):
+    found = even_ranges(items, parts)
+    assert [item for low, high in found for item in range(low, high)] == [*range(items)]
+    lengths = [high - low for low, high in found]
+    assert len(lengths) == parts
+    assert max(lengths) - min(lengths) <= 1
 
 
 @pytest.mark.parametrize("count", [0, 1, 2, 7])
