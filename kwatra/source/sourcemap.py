@@ -19,7 +19,7 @@ def winners(layout: Layout, source: Placed, matches: Tensor, weights: Tensor) ->
     heaviest = heaviest_covering(layout, source.metric, weights)
     where = torch.empty(len(layout.shape), *layout.shape, dtype=torch.long, device=layout.device)
     for along, inside, corner in zip(where, heaviest.inside, source.corners(matches).T.contiguous(), strict=True):
-        torch.add(inside, corner.take(heaviest.window), out=along)
+        torch.take(corner, heaviest.window, out=along).add_(inside)
     return where
 
 
