@@ -117,6 +117,7 @@ class Described(ABC):
         lists = max(min(int(2 * math.sqrt(len(table))), len(table) // 39), 1)
         index = faiss.IndexIVFFlat(faiss.IndexFlatL2(table.shape[1]), table.shape[1], lists)
         index.cp.niter, index.cp.seed, index.cp.max_points_per_centroid = 6, 1, 64
+        index.cp.min_points_per_centroid = 1  # or faiss prints a warning
         index.train(table)
         index.add(table)
         index.nprobe = max(lists // 128, 4)

@@ -9,7 +9,18 @@ from typing import TYPE_CHECKING
 import synth
 from synth.commands.checks import refuse_unused, set_up
 from synth.commands.framewise import Framewise
-from synth.commands.parsing import Subparsers, add_common, add_scale, file, frame_count, numbers, rate, size, whole
+from synth.commands.parsing import (
+    Subparsers,
+    add_common,
+    add_scale,
+    file,
+    finite,
+    frame_count,
+    numbers,
+    rate,
+    size,
+    whole,
+)
 from synth.commands.progress import work_line
 from synth.commands.telling import Contributions
 from synth.words import counted
@@ -46,7 +57,7 @@ def add(commands: Subparsers) -> None:
         "(.mp4, .gif, .webm, .mov, .mkv, .avi, ...) or a folder of frames, which lives on while it flows")  # fmt: skip
     add("--flow", required=True, metavar="FIELD", help="uniform:ANGLE, rotation, sink, ... (another name lists them "
         "all), or a file: .flo, .png (KITTI), .npy or .npz")  # fmt: skip
-    add("--speed", type=float, metavar="PX", help="px per frame of the fastest pixel (default: 2; a file's own)")
+    add("--speed", type=finite, metavar="PX", help="px per frame of the fastest pixel (default: 2; a file's own)")
     add("--size", type=size, metavar="WIDTHxHEIGHT", help="size in pixels (default: that of the files given, a "
         "video's own, or 256x256)")  # fmt: skip
     add("--resample", action="store_true", help="stretch a file's flow over frames of another size")

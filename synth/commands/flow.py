@@ -8,7 +8,7 @@ import synth
 from synth import io
 from synth.commands.checks import check_distinct, check_memory, check_size, finish, refuse_unused
 from synth.commands.naming import output_of
-from synth.commands.parsing import Subparsers, file, frame_count, size, whole
+from synth.commands.parsing import Subparsers, file, finite, frame_count, size, whole
 from synth.words import counted, listed
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ def add(commands: Subparsers) -> None:
     add("--picture", type=file, metavar="FILE", help="draw it into this image: hue is direction, full color is fastest")
     add("--arrows", type=whole(0), metavar="PX", help=f"distance of its arrows (default: {_ARROWS}; 0: none)")
     add("--size", type=size, metavar="WIDTHxHEIGHT", help="size in pixels (default: 256x256; a file's own)")
-    add("--speed", type=float, metavar="PX", help="px per frame of the fastest pixel (default: 2; a file's own)")
+    add("--speed", type=finite, metavar="PX", help="px per frame of the fastest pixel (default: 2; a file's own)")
     add("--frames", type=frame_count(1), metavar="N", help="how many in time (default: 1; as many as a file holds)")
     add("--overwrite", action="store_true", help="replace files that exist")
 

@@ -184,6 +184,14 @@ def positive(text: str) -> float:
     return value
 
 
+def finite(text: str) -> float:
+    """A number that is not infinite, above or below 0."""
+    value = _number(text)
+    if not math.isfinite(value):
+        raise argparse.ArgumentTypeError(f"{text!r} is no finite number; write one, for example 2.5")
+    return value
+
+
 def whole(least: int, most: int | None = None) -> Callable[[str], int]:
     """What reads whole numbers from `least` on, up to `most`."""
 

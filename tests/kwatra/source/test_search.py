@@ -72,6 +72,14 @@ def test_where_lists_hold_fewer_than_are_asked_for_the_nearest_is_named_again():
     assert bool((found[:, -1] == found[:, 0]).all())
 
 
+def test_of_a_tiny_exemplar_the_approximate_route_finds_the_nearest_and_prints_nothing(capfd):
+    source = source_of(blobs(1, 12, 12))
+    assert len(source.numbers) < 39
+    described = source.describe(source.windows(source.numbers))
+    assert torch.equal(source.nearest(described, 1, "approximate")[:, 0], source.numbers)
+    assert capfd.readouterr() == ("", "")
+
+
 def test_exact_route_finds_the_nearest_window():
     image = blobs(3, 40, 40)
     source = source_of(image)

@@ -41,6 +41,11 @@ def test_a_folder_from_other_settings(folder: Path, refused: Callable[..., str])
         assert sentence in refused(*but([*SAND, "--frames", "2", "-o", "out"], changed), "--resume")
 
 
+@pytest.mark.parametrize("speed", ["fast", "nan", "inf", "2px"])
+def test_a_speed_that_is_no_number(folder: Path, refused: Callable[..., str], speed: str) -> None:
+    assert f"--speed: {speed!r} is no finite number; write one, for example 2.5" in refused(*SAND, "--speed", speed)
+
+
 def test_a_folder_from_other_files_or_another_length_of_loop(folder: Path, refused: Callable[..., str]) -> None:
     command = ["animate", "sand.png", "--flow", "wind.flo", "--preset", "fast", "-o", "out"]
     assert main([*command, "--loop", "2"]) == 0
@@ -102,7 +107,7 @@ def test_full_disk_keeps_the_frames_that_are_whole(
         ),
         ("--flow gust.npy --loop 4", "which lead to 3 frames, but 4 are asked for; give --loop 3 or less, or a longer"),
         ("--flow rotation --speed 99", "beyond the 48x40 frame; give a lower speed"),
-        ("--flow rotation --speed nan", "a flow's speed is nan"),
+        ("--flow rotation --speed nan", "'nan' is no finite number"),
         ("--flow cut.flo", "cut.flo has 4000 bytes"),
         ("--flow magic.flo", "magic.flo is no Middlebury flow"),
         ("--flow wind.flo", "wind.flo is 36x30 but the frames are to be 48x40; leave out --size, or stretch it with"),

@@ -69,7 +69,7 @@ def test_fields_in_time(folder: Path) -> None:
         (["sink", "-o", "a.png", "--picture", "a.png"], "a.png would be written twice"),
         (["waves", "-o", "a.flo", "--frames", "2"], "a.flo cannot hold a flow in time"),
         (["sink", "-o", "a.flo", "--speed", "500"], "beyond the 256x256 frame; give a lower speed"),
-        (["sink", "-o", "a.flo", "--speed", "nan"], "a flow's speed is nan"),
+        (["sink", "-o", "a.flo", "--speed", "nan"], "'nan' is no finite number"),
         (["sink", "-o", "a.flo", "--size", "0x9"], "'0x9' is no size; write WIDTHxHEIGHT"),
         (["sink", "-o", "a.flo", "--size", "99999x9999"], "a size of 99999x9999 is too large; ask for at most"),
         (["gone.flo", "-o", "a.flo"], "gone.flo does not exist"),
