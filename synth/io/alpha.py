@@ -6,6 +6,10 @@ from torch import Tensor
 from synth.io.images import from_pixels, to_pixels
 from synth.io.kinds import Array, Kind
 
+UNSEEN = 1e-6
+"""Alpha of which no color can be told: a sixteenth of the least that 16 bits hold. Of as little as 1e-39, which blends
+of 0 come to, 1 / alpha is infinite."""
+
 
 def mixed(array: Array, kind: Kind) -> Array:
     """Values (H, W, C) as a file holds them, made fit to be mixed; as they are where there is no alpha to heed."""
@@ -29,11 +33,11 @@ def premultiplied(pixels: Tensor, kind: Kind) -> Tensor:
 
 
 def straight(pixels: Tensor, kind: Kind) -> Tensor:
-    """The inverse of `premultiplied`; where alpha is 0 so are the colors."""
+    """The inverse of `premultiplied`; where alpha is UNSEEN or less colors are 0."""
     if not _straight(kind):
         return pixels
     alpha = pixels[kind.channels.index("A")]
-    return _colors_times(pixels, torch.where(alpha > 0, 1 / alpha, 0.0), kind)
+    return _colors_times(pixels, torch.where(alpha > UNSEEN, 1 / alpha, 0.0), kind)
 
 
 def _straight(kind: Kind) -> bool:

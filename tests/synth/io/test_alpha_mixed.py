@@ -29,3 +29,11 @@ def test_values_of_a_file_are_mixed_and_come_back() -> None:
     array = np.array([[[255, 128, 0, 0], [40, 80, 120, 128], [9, 8, 7, 255]]], np.uint8)
     assert mixed(array, RGBA)[0, 0].tolist() == [0, 0, 0, 0]
     assert np.array_equal(unmixed(mixed(array, RGBA), RGBA)[0, 1:], array[0, 1:])
+
+
+def test_so_little_alpha_that_no_color_can_be_told_from_it_leaves_none() -> None:
+    pixels = torch.tensor([[0.0, 1e-40, 0.5], [0.0, 1e-40, 0.25], [0.0, 0.0, 0.0], [1e-42, 1e-40, 0.5]]).view(4, 1, 3)
+    back = straight(pixels, RGBA)
+    assert back[:3, 0, :2].abs().max() == 0
+    assert torch.equal(back[3], pixels[3])
+    assert back[:, 0, 2].tolist() == [1.0, 0.5, 0.0, 0.5]
