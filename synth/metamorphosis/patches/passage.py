@@ -264,7 +264,10 @@ def _moved(corners: Tensor, way: Tensor, width: int, wrap: bool) -> Tensor:
 
 def _continued(texture: Texture, margin: int, wrap: bool) -> Texture:
     """A texture continued by a margin on all sides: as it tiles, or by its outermost values, without features."""
-    ways = ("circular", "circular") if wrap else ("replicate", "constant")
-    channels = F.pad(texture.channels[None], (margin,) * 4, ways[0])[0]
-    features = F.pad(texture.features[None, None].float(), (margin,) * 4, ways[1])[0, 0] > 0
+    if wrap:  # once around or several times
+        rows, columns = (torch.arange(-margin, side + margin) % side for side in texture.image.shape[1:])
+        channels, features = (each[..., rows[:, None], columns] for each in (texture.channels, texture.features))
+    else:
+        channels = F.pad(texture.channels[None], (margin,) * 4, "replicate")[0]
+        features = F.pad(texture.features, (margin,) * 4)
     return replace(texture, image=channels[:-1], distance=channels[-1:], features=features)

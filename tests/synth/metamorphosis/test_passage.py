@@ -60,6 +60,13 @@ def test_pictures_that_tile_pass_through_their_borders(clouds: Callable[[float],
     assert float((shown - half).abs().max()) < 0.3 * float((torch.lerp(a, b, 0.5) - half).abs().max())
 
 
+def test_pictures_that_tile_may_be_smaller_than_windows_reach() -> None:
+    pictures = [cloud(48, 4 * part, part)[:, 10:30] for part in (0.0, 1.0)]  # of windows of 17 px the margin is 34
+    way = passage(*pictures, wrap=True)
+    for time, picture in enumerate(pictures):
+        assert float((way.at(Weighting.even((1.0 - time, float(time)), (20, 48)))[:-1] - picture).abs().max()) < 1e-4
+
+
 def test_where_weights_differ_each_place_shows_its_own(way: Passage) -> None:
     share = torch.zeros(48, 48)
     share[:, 16:32], share[:, 32:] = torch.linspace(0, 1, 16), 1
