@@ -112,6 +112,16 @@ class Exemplar:
         inside = self.canvas[:, self.owner >= 0]
         return torch.stack([mean((c - mean(c)).square()) for c in inside])
 
+    @property
+    def alpha(self) -> Tensor | None:
+        """How opaque each place of the canvas is, (*S), 0 to 1: the last of two or four channels, where others were
+        multiplied by it, so that in the images as they were given none is anywhere larger. None if it is not.
+        """
+        if len(self.canvas) not in (2, 4):
+            return None
+        given = (self.canvas[(slice(None), *box)][:, inside] for box, inside in self.places())
+        return self.canvas[-1] if all(bool((pixels[:-1] <= pixels[-1]).all()) for pixels in given) else None
+
     def turned(self, where: Tensor) -> Tensor | None:
         """What takes directions in the images given to those at places (n, *S) of the canvas: (2, 2, *S), x first."""
         if self.turns is None:

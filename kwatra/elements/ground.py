@@ -3,7 +3,8 @@
 Ground is darker than elements, or lighter, and hangs together; what it leaves are parts about as large as an element.
 So brightness, as it is and against its surroundings, is split at several values, and the split is taken that says so
 most surely (compare Matas et al. 2002, "Robust wide baseline stereo from maximally stable extremal regions"). Of those
-that say it as surely the one with least ground is taken, since the shaded rim of an element is not its gap.
+that say it as surely the one with least ground is taken, since the shaded rim of an element is not its gap. Where
+elements are cut out, what is transparent is tried as well.
 """
 
 from collections.abc import Iterator
@@ -12,7 +13,6 @@ from typing import Any
 
 import numpy as np
 from scipy import ndimage
-from torch import Tensor
 
 from kwatra.elements.kept import kept
 from kwatra.elements.size import element_size
@@ -31,6 +31,9 @@ SPLITS = (0.08, 0.12, 0.17, 0.23, 0.3, 0.4)
 
 AS_SURE = 0.95
 """What is this share of the surest is as sure; with .9 and 1 stills of four textures with elements score the same."""
+
+OPAQUE = 0.5
+"""Alpha from which on a pixel is no ground: halfway, not tuned."""
 
 HOLE, SPECK = 0.5, 0.04
 """Smaller parts, in areas of an element, are no ground, and no elements. This and the next two say what elements are;
@@ -73,7 +76,7 @@ def find_ground(exemplar: Exemplar) -> Ground:
     """The ground of an exemplar of still images. Textures without one have a `sure` of about 0."""
     size, owner = element_size(exemplar), exemplar.owner.long().numpy()
     inside = owner >= 0
-    tried = [(light, *_cleaned(ground, owner, size)) for light, ground in _splits(exemplar.canvas, inside, size)]
+    tried = [(light, *_cleaned(ground, owner, size)) for light, ground in _splits(exemplar, inside, size)]
     light, _, sure = max(tried, key=lambda split: split[2])
     alike = [ground for other, ground, as_sure in tried if other == light and as_sure >= AS_SURE * sure]
     least = min(alike, key=np.count_nonzero)
@@ -91,12 +94,15 @@ def _plain(colors: Array, inside: Array, ground: Array) -> float:
     return min(max((MIXED - part) / (MIXED - PLAIN), 0.0), 1.0)
 
 
-def _splits(canvas: Tensor, inside: Array, size: float) -> Iterator[tuple[bool, Array]]:
+def _splits(exemplar: Exemplar, inside: Array, size: float) -> Iterator[tuple[bool, Array]]:
     """Ways to tell ground from elements, (*S) each, True on the ground; and whether it is lighter than they.
 
     Where all is as bright there is ground alone.
     """
-    bright = _smoothed(canvas.double().mean(0).numpy(), inside, SMOOTHING)
+    alpha = exemplar.alpha
+    if alpha is not None:  # as it is: smoothed, the rims of elements were ground, of which half is opaque
+        yield False, (alpha < OPAQUE).numpy() & inside
+    bright = _smoothed(exemplar.canvas.double().mean(0).numpy(), inside, SMOOTHING)
     around = _smoothed(bright, inside, max(size, 4.0))
     for light, values in ((False, bright), (True, -bright), (False, bright - around), (True, around - bright)):
         known = values[inside]

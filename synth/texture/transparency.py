@@ -13,16 +13,8 @@ def as_far_as_seen(before: Tensor, after: Tensor, exemplar: Exemplar) -> Tensor:
     """A video (C, *S) as it came to be after something, but with the alpha it had before, and colors changed in
     proportion to that, and no larger. It is as it came to be where the exemplar's last channel is no alpha.
     """
-    if not _is_transparent(exemplar):
+    if exemplar.alpha is None:
         return after
     alpha = before[-1:]
     colors = torch.lerp(before[:-1], after[:-1], alpha.clamp(0, 1))
     return torch.cat([torch.minimum(colors, alpha), alpha])
-
-
-def _is_transparent(exemplar: Exemplar) -> bool:
-    """Whether the last of two or four channels is alpha, by which others were multiplied: none is anywhere larger."""
-    if len(exemplar.canvas) not in (2, 4):
-        return False
-    given = (exemplar.canvas[(slice(None), *box)][:, inside] for box, inside in exemplar.places())
-    return all(bool((pixels[:-1] <= pixels[-1]).all()) for pixels in given)

@@ -135,3 +135,26 @@ def test_masks_that_leave_nothing_or_are_no_booleans_are_refused():
         Exemplar.of(image(1, 12, 12), masks=[torch.zeros(12, 12, dtype=torch.bool)])
     with pytest.raises(InputError, match=r"mask holds torch\.float32; give booleans"):
         Exemplar.of(image(1, 12, 12), masks=[torch.ones(12, 12)])
+
+
+@pytest.mark.parametrize("ways", [{}, {"mirror": True, "rotate": (30.0,)}])
+def test_alpha_is_the_last_of_two_or_four_channels_by_which_others_were_multiplied(ways):
+    alpha = (image(1, 16, 20, seed=1) * 2).clamp(0, 1)
+    for channels in (1, 3):
+        seen = torch.cat([image(channels, 16, 20) * alpha, alpha])
+        found = Exemplar.of(seen, **ways).alpha
+        assert found is not None
+        assert torch.equal(found[:16, :20], alpha[0])
+    straight = torch.cat([image(3, 16, 20), alpha])
+    for other in (straight, seen[:3], torch.cat([seen, alpha])):
+        assert Exemplar.of(other, **ways).alpha is None
+
+
+def test_alpha_is_not_looked_for_in_holes():
+    alpha = image(1, 16, 20, seed=1)
+    seen = torch.cat([image(3, 16, 20) * alpha, alpha])
+    seen[0, 4, 5] = 1.0
+    whole = torch.ones(16, 20, dtype=torch.bool)
+    assert Exemplar.of(seen).alpha is None
+    whole[4, 5] = False
+    assert Exemplar.of(seen, masks=[whole]).alpha is not None

@@ -49,6 +49,20 @@ def test_ground_hangs_together_within_each_image_alone(ways):
     assert two.sure == pytest.approx(alone.sure, abs=0.01)
 
 
+def test_what_is_transparent_between_elements_is_plain_ground():
+    """Of gaps one pixel wide what is as dark as they are when smoothed is opaque for the most part."""
+    line, generator = torch.arange(90) % 15 > 0, torch.Generator().manual_seed(0)
+    opaque = (line[:, None] & line).float()
+    colors = torch.rand(3, 6, 6, generator=generator).repeat_interleave(15, 1).repeat_interleave(15, 2)
+    cells = 0.3 + 0.3 * colors + 0.4 * torch.rand(3, 90, 90, generator=generator)
+    cut_out = torch.cat([cells * opaque, opaque[None]])
+    found = find_ground(Exemplar.of(cut_out))
+    assert found.sure > 0.9
+    assert found.plain == 1
+    assert np.array_equal(found.depth == 0, opaque.numpy() == 0)
+    assert find_ground(Exemplar.of(torch.cat([cut_out, torch.zeros(1, 90, 90)]))).plain < 0.5  # whose last is no alpha
+
+
 def test_ground_in_parts_is_less_sure():
     """Of discs in two halves, a wide wall between them, the ground hangs together but for half of it."""
     image = MADE["coins"](128, 24, 2).image.clone()
