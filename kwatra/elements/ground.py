@@ -100,7 +100,7 @@ def _splits(exemplar: Exemplar, inside: Array, size: float) -> Iterator[tuple[bo
     Where all is as bright there is ground alone.
     """
     alpha = exemplar.alpha
-    if alpha is not None:  # as it is: smoothed, the rims of elements were ground, of which half is opaque
+    if alpha is not None:  # as it is: what is dark when smoothed holds opaque rims of elements
         yield False, (alpha < OPAQUE).numpy() & inside
     bright = _smoothed(exemplar.canvas.double().mean(0).numpy(), inside, SMOOTHING)
     around = _smoothed(bright, inside, max(size, 4.0))

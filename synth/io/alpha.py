@@ -7,8 +7,8 @@ from synth.io.images import from_pixels, to_pixels
 from synth.io.kinds import Array, Kind
 
 UNSEEN = 1e-6
-"""Alpha of which no color can be told: a sixteenth of the least that 16 bits hold. Of as little as 1e-39, which blends
-of 0 come to, 1 / alpha is infinite."""
+"""Alpha of which no color can be told: a fifteenth of the least that 16 bits hold. Frames of flows hold as little as
+3e-45 where there is none, of which 1 / alpha is infinite."""
 
 
 def mixed(array: Array, kind: Kind) -> Array:
