@@ -192,14 +192,20 @@ class Grid:
     def covering(self, axis: int) -> tuple[Tensor, Tensor, Tensor]:
         """For each pixel of an axis the windows covering it, (size, m), the pixel's place in each, and which are there.
 
-        Pixels covered by fewer windows name their first one again.
+        Pixels covered by fewer windows name their first one again. Of a periodic axis those that begin before a pixel
+        come first, then those that run over the border to it.
         """
         size, width, position = self.shape[axis], self.width[axis], self.positions[axis]
-        inside = torch.arange(size)[:, None] - position
-        inside = inside % size if self.wraps[axis] else inside
-        covered = (inside >= 0) & (inside < width)
-        most = int(covered.sum(1).max())
-        order = covered.to(torch.int8).argsort(dim=1, descending=True, stable=True)[:, :most]
-        there = covered.gather(1, order)
-        order = torch.where(there, order, order[:, :1])
-        return order.to(self.device), inside.gather(1, order).to(self.device), there.to(self.device)
+        pixel = torch.arange(size)
+        first, past, over, end = (
+            torch.searchsorted(position, pixel + off, right=True) for off in (-width, 0, size - width, size)
+        )
+        before = past - first
+        count = before + (end - over if self.wraps[axis] else 0)
+        turn = torch.arange(int(count.max()))
+        there = turn < count[:, None]
+        turn = torch.where(there, turn, 0)
+        index = turn + torch.where(turn < before[:, None], first[:, None], (over - before)[:, None])
+        index = index.clamp(max=len(position) - 1)  # of rows alone, pixels beside them have no window at all
+        inside = (pixel[:, None] - position[index]) % size
+        return index.to(self.device), inside.to(self.device), there.to(self.device)
