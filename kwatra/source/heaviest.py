@@ -1,7 +1,7 @@
 """Which of the windows that cover a pixel weighs most there."""
 
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import torch
@@ -9,17 +9,27 @@ from torch import Tensor
 
 from kwatra.base import even_ranges, shared
 from kwatra.base.compiled import jitted
-from kwatra.windows import Covering, Grid, Layout, Metric
+from kwatra.windows import Grid, Layout, Metric
 
 
-def heaviest_covering(layout: Layout, metric: Metric, weights: Tensor) -> Covering:
-    """Of the windows that cover each pixel the one that weighs most there, the first of equals, as dense tensors.
+class Heaviest(NamedTuple):
+    """The number of one window for each pixel (*S), 0 where none covers it, and the pixel's place in it (n, *S)."""
 
-    weights (N,) of windows are multiplied by the falloff, which is separable.
+    window: Tensor
+    place: Tensor
+
+
+def heaviest_covering(layout: Layout, metric: Metric, weights: Tensor, corners: Tensor | None = None) -> Heaviest:
+    """Of the windows that cover each pixel the one that weighs most there, the first of equals.
+
+    weights (N,) of windows are multiplied by the falloff, which is separable. corners (N, n): where the places in each
+    window are counted from, None for 0, where it begins.
     """
     profiles = [_profile(metric.falloff, axis) for axis in range(len(layout.shape))]
+    if corners is None:
+        corners = torch.zeros(len(layout), len(layout.shape), dtype=torch.long, device=layout.device)
     if isinstance(layout, Grid) and weights.device.type == "cpu":
-        return _of_grid(layout, profiles, weights)
+        return _of_grid(layout, profiles, weights, corners)
     most = torch.full(layout.shape, -1.0, dtype=torch.float32, device=layout.device)
     window = torch.zeros(layout.shape, dtype=torch.long, device=layout.device)
     places = [torch.zeros_like(window) for _ in layout.shape]
@@ -31,7 +41,7 @@ def heaviest_covering(layout: Layout, metric: Metric, weights: Tensor) -> Coveri
         better = there & (weight > most)
         most, window = torch.where(better, weight, most), torch.where(better, number, window)
         places = [torch.where(better, new, old) for new, old in zip(inside, places, strict=True)]
-    return Covering(window, tuple(places), most >= 0)
+    return Heaviest(window, torch.stack(places) + corners.T[:, window])
 
 
 def _profile(falloff: Tensor, axis: int) -> Tensor:
@@ -40,7 +50,7 @@ def _profile(falloff: Tensor, axis: int) -> Tensor:
     return falloff.sum(others)
 
 
-def _of_grid(layout: Grid, profiles: list[Tensor], weights: Tensor) -> Covering:
+def _of_grid(layout: Grid, profiles: list[Tensor], weights: Tensor, corners: Tensor) -> Heaviest:
     """The same of a grid, in one pass over its pixels; threads share its rows."""
     *leading, (index, inside, own) = _axes(layout, profiles)
     number, share = torch.zeros(1, 1, dtype=torch.long), torch.ones(1, 1, dtype=torch.float32)
@@ -55,12 +65,11 @@ def _of_grid(layout: Grid, profiles: list[Tensor], weights: Tensor) -> Covering:
     rows, columns = len(number), layout.shape[-1]
     most = torch.full((rows, columns), -1.0, dtype=torch.float32)
     window, found = (torch.zeros(*some, rows, columns, dtype=torch.long) for some in ((), (len(layout.shape),)))
-    given = (number * layout.counts[-1], share, places, index, inside, own, weights)
+    given = (number * layout.counts[-1], share, places, index, inside, own, weights, corners)
     arrays = [a.contiguous().numpy() for a in given]
     made = most.numpy(), window.numpy(), found.numpy()
     shared(lambda part: _loop()(*arrays, *made, *part), even_ranges(rows, torch.get_num_threads()))
-    shaped = [values.view(layout.shape) for values in (window, *found, most >= 0)]
-    return Covering(shaped[0], tuple(shaped[1:-1]), shaped[-1])
+    return Heaviest(window.view(layout.shape), found.view(-1, *layout.shape))
 
 
 def _axes(layout: Grid, profiles: list[Tensor]) -> list[tuple[Tensor, Tensor, Tensor]]:
@@ -78,8 +87,8 @@ def _loop() -> Any:
 
 
 def _heaviest(
-    first: Any, share: Any, places: Any, index: Any, inside: Any, own: Any, weights: Any, most: Any, window: Any,
-    found: Any, low: int, high: int,
+    first: Any, share: Any, places: Any, index: Any, inside: Any, own: Any, weights: Any, corners: Any, most: Any,
+    window: Any, found: Any, low: int, high: int,
 ) -> None:  # fmt: skip
     """Rows low to high; first, share, places: of the windows over a row, and the next three: over a column.
 
@@ -99,5 +108,5 @@ def _heaviest(
             if down >= 0:
                 most[row, column], window[row, column] = heaviest, number
                 for axis in range(len(places)):
-                    found[axis, row, column] = places[axis, row, down]
-                found[len(places), row, column] = inside[column, right]
+                    found[axis, row, column] = places[axis, row, down] + corners[number, axis]
+                found[-1, row, column] = inside[column, right] + corners[number, -1]

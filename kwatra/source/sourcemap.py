@@ -16,11 +16,7 @@ from kwatra.windows import Layout
 
 def winners(layout: Layout, source: Placed, matches: Tensor, weights: Tensor) -> Tensor:
     """For each pixel the source coordinates from the window that weighs most there (weights (N,) times falloff)."""
-    heaviest = heaviest_covering(layout, source.metric, weights)
-    where = torch.empty(len(layout.shape), *layout.shape, dtype=torch.long, device=layout.device)
-    for along, inside, corner in zip(where, heaviest.inside, source.corners(matches).T.contiguous(), strict=True):
-        torch.take(corner, heaviest.window, out=along).add_(inside)
-    return where
+    return heaviest_covering(layout, source.metric, weights, source.corners(matches)).place
 
 
 def at_windows(layout: Layout, source: Placed, where: Tensor) -> Tensor:

@@ -44,7 +44,7 @@ class CheapestSeams:
         source, (total, mass) = ballot.source, mean(ballot)
         labels = _Labels(source, total / mass.clamp(min=1e-30), self.likeness)
         heaviest = heaviest_covering(ballot.layout, source.metric, ballot.weights)
-        places = labels.of(ballot, heaviest.window, list(heaviest.inside))
+        places = labels.of(ballot, heaviest.window, list(heaviest.place))
         for window, inside, there in ballot.layout.coverings():
             window, there, *inside = torch.broadcast_tensors(window, there, *inside)
             choice = _inner(window.cpu().numpy(), there.cpu().numpy())

@@ -159,4 +159,4 @@ def _mass(ballot: Ballot) -> Tensor:
 def _winners(ballot: Ballot) -> Tensor:
     """The value (C, *S) that the window of most weight has at each pixel."""
     heaviest = heaviest_covering(ballot.layout, ballot.source.metric, ballot.weights)
-    return ballot.source.values(ballot.matches[heaviest.window], heaviest.inside)
+    return ballot.source.values(ballot.matches[heaviest.window], list(heaviest.place))

@@ -77,7 +77,7 @@ def test_the_sum_is_less_than_that_of_the_heaviest_windows():
     total, mass = mean(ballot)
     labels = _Labels(source, total / mass, 0.0)
     heaviest = heaviest_covering(ballot.layout, source.metric, ballot.weights)
-    places = labels.of(ballot, heaviest.window, list(heaviest.inside))
+    places = labels.of(ballot, heaviest.window, list(heaviest.place))
     prices = [labels.price(places)]
     for window, inside, there in ballot.layout.coverings():
         window, there, *inside = torch.broadcast_tensors(window, there, *inside)

@@ -92,9 +92,8 @@ def test_the_work_of_a_band_does_not_grow_with_the_image(wrap):
 @pytest.mark.parametrize("wrap", [False, True])
 def test_what_covers_a_long_line_takes_no_more_than_the_line(wrap):
     with Largest() as largest:
-        window, inside, there = grid_of((8, 5000), (8, 8), wrap).covering(1)
+        window, inside, _ = grid_of((8, 5000), (8, 8), wrap).covering(1)
     assert largest.size <= 2 * window.numel() == 2 * 5000 * 4
-    assert torch.equal(there.sum(1).clamp(max=4), there.sum(1))
     assert torch.equal((2 * window + inside) % 5000, torch.arange(5000)[:, None].expand(-1, 4))
 
 
