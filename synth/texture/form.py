@@ -10,6 +10,7 @@ from torch import Tensor
 
 from kwatra import InputError
 from kwatra.base import tensor_of
+from kwatra.source import CHUNK
 
 Image = TypeVar("Image", Tensor, np.ndarray)
 
@@ -57,8 +58,14 @@ class Form(Generic[Image]):
         return ((values - self.low) / ((self.high - self.low) or 1.0)).float().contiguous()
 
     def restored(self, image: Tensor) -> Image:
-        """The inverse of `normalized`, in the user's kind and dtype."""
-        values: Any = image.to(torch.float64, copy=True)  # and then in place: large images are as many pages each time
+        """The inverse of `normalized`, in the user's kind and dtype. Memory: the result, and a part in doubles."""
+        rows = max(CHUNK * image.shape[-2] // image.numel(), 1)
+        parts = [self._restored(part) for part in image.split(rows, -2)]
+        made: Any = torch.cat(parts, -2) if self.tensor else np.concatenate(parts, -2 if self.flat else -3)
+        return made
+
+    def _restored(self, image: Tensor) -> Any:
+        values: Any = image.to(torch.float64, copy=True)
         values.mul_(self.high - self.low).add_(self.low).clamp_(self.low, self.high)
         if isinstance(self.dtype, torch.dtype):
             return (values if self.dtype.is_floating_point else values.round_()).to(self.dtype)
