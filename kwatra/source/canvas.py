@@ -52,7 +52,11 @@ class SourceWindows(Described):
 
     def corners(self, numbers: Tensor) -> Tensor:
         """See `Placed.corners`."""
-        return (numbers[..., None] // self._place).remainder_(self._shape)
+        corners = numbers.new_empty(*numbers.shape, len(self.positions))
+        for along, step in zip(corners.unbind(-1), self._place.tolist(), strict=True):
+            along.copy_(numbers // step if step > 1 else numbers)
+            numbers = numbers - along * step
+        return corners
 
     def snapped(self, corners: Tensor) -> Tensor:
         """See `Placed.snapped`."""

@@ -14,7 +14,7 @@ from torch import Tensor
 from kwatra.base.compiled import Compiled
 from kwatra.source import Source, SourceWindows
 from kwatra.windows import Layout
-from kwatra.windows.flat import folded, row_starts, strides
+from kwatra.windows.flat import folded, row_starts, starts, strides
 
 
 def fits(source: Source) -> TypeGuard[SourceWindows]:
@@ -44,10 +44,10 @@ def nearest_in_place(
     _nearest(
         len(candidates),
         pixels.view(-1),
-        (corners * strides(shape, channels)).sum(1),
+        starts(corners, shape, channels),
         rows,
         source.pixels.view(-1),
-        (source.corners(candidates) * strides(canvas, channels)).sum(-1).contiguous(),
+        starts(source.corners(candidates), canvas, channels),
         canvas_rows,
         source.metric.weight.flatten(0, -3).flatten(1).contiguous(),
         torch.zeros(candidates.shape, dtype=torch.float32) if away is None else away.contiguous(),
@@ -73,9 +73,9 @@ def sums_in_place(layout: Layout, source: SourceWindows, matches: Tensor, weight
     _sums(
         shape[0],
         pixels.view(-1),
-        (source.corners(matches) * strides(canvas, channels)).sum(-1).contiguous(),
+        starts(source.corners(matches), canvas, channels),
         row_starts(canvas, layout.width, channels),
-        (layout.corners * strides(shape, channels)).sum(1),
+        starts(layout.corners, shape, channels),
         row_starts(shape, layout.width, channels),
         source.metric.falloff.expand(*layout.width, channels).flatten(0, -3).flatten(1).contiguous(),
         weights.contiguous(),

@@ -5,13 +5,15 @@ other in time the middle one is left few windows that lie within it: where the f
 matched with what comes there of that one, and it runs on through all three.
 """
 
+import math
+
 import torch
 from torch import Tensor
 
 from kwatra.base import total
 from kwatra.source import Placed
 from kwatra.windows import Layout
-from kwatra.windows.flat import strides
+from kwatra.windows.flat import starts
 
 LONGEST = 8
 """So many frames of one copy are free. Longer ones are seen to be the clip again (`kwatra.scoring.replay`)."""
@@ -34,17 +36,15 @@ class Replays:
         times = torch.bincount(corners[:, 0]).nonzero()[:, 0]
         step = int(times.diff().median()) if len(times) > 1 else 1  # the last may be less
         self.free = max((LONGEST - layout.width[0]) // step + 1, 1)  # so many windows hold LONGEST frames
-        self._strides = strides(exemplar.shape, 1).to(corners.device)
+        self._extent = exemplar.shape
         self._number = torch.full(layout.shape, -1, device=corners.device)
         self._number[tuple(corners.T)] = torch.arange(len(corners), device=corners.device)
-        there, onward = (source.corners(matches) * self._strides).sum(1), step * int(self._strides[0])
+        there, onward = starts(source.corners(matches), exemplar.shape, 1), step * math.prod(self._extent[1:])
         self._joined = [self._beside(corners, sign * step, layout.wraps[0], there, sign * onward) for sign in (-1, 1)]
 
     def __call__(self, corners: Tensor, there: Tensor) -> Tensor:
         """What windows at corners (N, n) cost that come from corners (N, k, n) of the canvas, (N, k)."""
-        window, place = self._number[tuple(corners.T)], torch.zeros_like(there[..., 0])
-        for axis, stride in zip(there.unbind(-1), self._strides.tolist(), strict=True):
-            place.add_(axis, alpha=stride)
+        window, place = self._number[tuple(corners.T)], starts(there, self._extent, 1)
         windows = torch.ones(place.shape, dtype=torch.float32, device=place.device)
         for wanted, lengths in self._joined:
             windows += lengths[window, None] * (place == wanted[window, None])

@@ -14,6 +14,14 @@ def strides(shape: tuple[int, ...], channels: int) -> Tensor:
     return torch.tensor(steps[::-1])
 
 
+def starts(corners: Tensor, shape: tuple[int, ...], channels: int) -> Tensor:
+    """Where windows with these first pixels (..., n) begin in a contiguous channels-last image (*shape, C): (...)."""
+    start = torch.zeros_like(corners[..., 0])
+    for along, step in zip(corners.unbind(-1), strides(shape, channels).tolist(), strict=True):
+        start.add_(along, alpha=step)
+    return start
+
+
 def row_starts(
     shape: tuple[int, ...], width: tuple[int, ...], channels: int, device: torch.device | str = "cpu"
 ) -> Tensor:

@@ -19,7 +19,7 @@ import torch
 from torch import Tensor
 
 from kwatra.base import InputError
-from kwatra.windows.flat import row_starts, strides
+from kwatra.windows.flat import row_starts, starts
 from kwatra.windows.layout import Covering, per_axis
 
 
@@ -36,9 +36,7 @@ def windows_at(image: Tensor, corners: Tensor, width: tuple[int, ...]) -> Tensor
     """
     channels = image.shape[-1]
     shape = tuple(image.shape[:-1])
-    first = torch.zeros_like(corners[:, 0])
-    for corner, step in zip(corners.unbind(1), strides(shape, 1).tolist(), strict=True):
-        first += corner * step
+    first = starts(corners, shape, 1)
     rows = image.reshape(-1).unfold(0, width[-1] * channels, channels)
     numbers = (first[:, None] + row_starts(shape, width, 1, image.device)).flatten()
     return rows.index_select(0, numbers).view(len(corners), *width, channels)
