@@ -4,7 +4,6 @@ import math
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-import torch
 from torch import Tensor
 
 from kwatra.base import factors_of
@@ -99,7 +98,7 @@ def block_start(task: Task, exemplar: Exemplar) -> Laid:
     frames = FRAMES_IN_PLACE if controls.place_charges(here, (1,) * axes) else FRAMES
     size, along = block_size(here, controls.shape, settings.block, grain, frames), None
     lattice = _lattice(task, exemplar, factor)
-    wish = controls.wish(torch.zeros(task.channels, *controls.shape, dtype=torch.float32, device=here.canvas.device))
+    wish = controls.wish()
     usage = settings.even * _usage(exemplar, task.shape, wish is not None)
     slant = _slant(task, exemplar) if lattice is None else None
     if slant is not None:

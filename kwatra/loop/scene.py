@@ -96,7 +96,7 @@ class Scene:
         """Matches to begin with where nothing is there: random windows, or those that please the terms."""
         if self.task.start == "terms":
             step = self.context(0)
-            blank = torch.zeros(self.task.channels, *self.shape, dtype=torch.float32, device=layout.device)
+            blank = self.controls.blank()
             wants = self._wants(self.controls.quadratics(blank), blank, self.controls.charges(None, step))
             return self._matches_of(layout).by_terms(wants, blank, self.task.generator)
         pick = torch.randint(len(self.source.numbers), (len(layout),), generator=self.task.generator)

@@ -93,10 +93,7 @@ def task_of(
     per_axis(settings.wrap, len(shape))
     task.check_start()
     if parts:
-        check_controls(
-            task.controls((1,) * len(shape)),
-            torch.zeros(task.channels, *shape, dtype=torch.float32, device=texture.device),
-        )
+        check_controls(task.controls((1,) * len(shape)))
     return task
 
 

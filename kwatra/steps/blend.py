@@ -43,20 +43,20 @@ def blend(
     if bool(bare.any()):
         total = torch.where(bare, _TRACE * (0.0 if start is None else start), total)
         mass = torch.where(bare, _TRACE, mass)
-    unit = mean(mass) if given is None else sum_of(mass * given.free) / given.free.sum().clamp(min=1)
-    equations = _Equations(ballot, Pull(total / unit, mass / unit), unit, quadratics, given)
+    if quadratics:  # what they weigh is told in what the mean pixel's windows weigh together
+        unit = mean(mass) if given is None else sum_of(mass * given.free) / given.free.sum().clamp(min=1)
+        quadratics = [q.scaled(unit) for q in quadratics]
+    equations = _Equations(ballot, Pull(total, mass), quadratics, given)
     if equations.diagonal_only:
-        closed = equations.total.div_(equations.mass)
+        closed = equations.total / equations.mass
         return Solution(closed if given is None else given.held(closed))
     return equations.solved(equations.total / equations.mass if start is None else start, tolerance, steps)
 
 
 class _Equations:
-    """The normal equations of the energy in x; `unit` is what the mean pixel's windows weigh together."""
+    """The normal equations of the energy in x."""
 
-    def __init__(
-        self, ballot: Ballot, pull: Pull, unit: Tensor, quadratics: Sequence[Quadratic], given: Given | None
-    ) -> None:
+    def __init__(self, ballot: Ballot, pull: Pull, quadratics: Sequence[Quadratic], given: Given | None) -> None:
         self.given = given
         self.total, self.mass = pull
         for q in quadratics:
@@ -64,7 +64,7 @@ class _Equations:
                 self.total, self.mass = self.total + q.diagonal * q.target, self.mass + q.diagonal
         self.operators = [q for q in quadratics if q.apply is not None]
         mask = None if given is None else given.mask
-        self.features = None if ballot.source.metric.plain else _FeatureEnergy(ballot, unit, mask)
+        self.features = None if ballot.source.metric.plain else _FeatureEnergy(ballot, mask)
 
     @property
     def diagonal_only(self) -> bool:
@@ -108,9 +108,9 @@ class _FeatureEnergy:
     colors.
     """
 
-    def __init__(self, ballot: Ballot, unit: Tensor, mask: Tensor | None) -> None:
+    def __init__(self, ballot: Ballot, mask: Tensor | None) -> None:
         self.ballot, self.layout, self.metric = ballot, ballot.layout, ballot.source.metric
-        self.weights = (ballot.weights / unit)[:, None]
+        self.weights = ballot.weights[:, None]
         self.mask = None if mask is None else mask.float()
 
     def _sum(self, windows_of: Callable[[slice, Layout], Tensor]) -> Tensor:

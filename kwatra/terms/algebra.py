@@ -11,7 +11,7 @@ A weight of 1 makes a control count as much as the texture does on an average pi
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
@@ -42,6 +42,11 @@ class Quadratic:
     def times(self, x: Tensor) -> Tensor:
         """lambda F x."""
         return self.diagonal * x if self.apply is None else self.apply(x)
+
+    def scaled(self, factor: float | Tensor) -> "Quadratic":
+        """The same with lambda times a factor >= 0, a number or a scalar."""
+        apply = None if self.apply is None else lambda x: factor * self.times(x)
+        return Quadratic(factor * self.diagonal, self.target, apply, self.fixed)
 
     def value(self, x: Tensor) -> float:
         """lambda (x - c)^T F (x - c), divided by the number of values in x."""
@@ -170,9 +175,8 @@ class Scaled(Term):
 
     def quadratic(self, x: Tensor) -> Quadratic:
         """The inner quadratic with lambda F scaled."""
-        inner, factor = self.term.quadratic(x), self.factor
-        apply = None if inner.apply is None else lambda v: factor * inner.times(v)
-        return Quadratic(factor * inner.diagonal, inner.target, apply, inner.fixed if factor > 0 else None)
+        scaled = self.term.quadratic(x).scaled(self.factor)
+        return scaled if self.factor > 0 else replace(scaled, fixed=None)
 
 
 @dataclass(frozen=True)

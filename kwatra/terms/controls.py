@@ -82,12 +82,17 @@ class Controls:
         device: torch.device | str,
     ) -> None:
         self.shape, self.factors, self._full = coarse_shape(shape, factors), factors, mask
+        self._channels, self._device = channels, device
         self.mask = None if mask is None else _coarse_mask(mask, factors, self.shape)
         self.terms = [(term if mask is None else within(term, mask)).at(factors, self.shape) for term in terms]
         self.given: Given | None = None
         if self.terms or self.mask is not None:
-            blank = torch.zeros(channels, *self.shape, dtype=torch.float32, device=device)
+            blank = self.blank()
             self.given = _given(self.quadratics(blank), self.mask, blank)
+
+    def blank(self) -> Tensor:
+        """An image (C, *S) of 0, for terms to say what they want where there is none yet."""
+        return torch.zeros(self._channels, *self.shape, dtype=torch.float32, device=self._device)
 
     def quadratics(self, x: Tensor) -> list[Quadratic]:
         """F and c of every term about the image x, without what lies behind the mask."""
@@ -104,11 +109,12 @@ class Controls:
         charges = [(term.name, place_charge_of(term, exemplar, self.shape, width)) for term in self.terms]
         return [(name, charge) for name, charge in charges if charge is not None]
 
-    def wish(self, x: Tensor) -> Wish | None:
+    def wish(self) -> Wish | None:
         """What the blocks of a start should agree with, where it can be told without an image: by diagonal terms."""
-        quadratics = [q for q in self.quadratics(x) if q.apply is None]
-        if not quadratics:
+        if not self.terms:
             return None
+        x = self.blank()
+        quadratics = [q for q in self.quadratics(x) if q.apply is None]
         asked = [q if q.fixed is None else replace(q, diagonal=q.diagonal + q.fixed.float()) for q in quadratics]
         return wish_of(asked, x)
 
@@ -162,9 +168,10 @@ def _given(quadratics: Sequence[Quadratic], mask: Tensor | None, blank: Tensor) 
     return Given(fixed, value, mask) if bool(fixed.any()) else None
 
 
-def check_controls(controls: Controls, x: Tensor) -> None:
+def check_controls(controls: Controls) -> None:
     """InputError for terms of another size, wishes that are no numbers, and hard pixels that contradict each other."""
-    fixed, value = torch.zeros_like(x, dtype=torch.bool), torch.zeros_like(x)
+    x = controls.blank()
+    fixed, value = torch.zeros_like(x, dtype=torch.bool), x.clone()
     for term, q in zip(controls.terms, controls.quadratics(x), strict=True):
         name = term.name
         for tensor in (q.diagonal, q.target):
