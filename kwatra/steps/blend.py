@@ -38,19 +38,18 @@ def blend(
     `start`, or 0. start: also the first guess for the iterative solution, which ends as `tolerance` and `steps` of
     `conjugate_gradients` say. given: values that are fixed, and the mask.
     """
-    total, mass = vote(ballot)
+    value, mass = vote(ballot)
     bare = mass == 0
     if bool(bare.any()):
-        total = torch.where(bare, _TRACE * (0.0 if start is None else start), total)
+        value = torch.where(bare, 0.0 if start is None else start, value)
         mass = torch.where(bare, _TRACE, mass)
     if quadratics:  # what they weigh is told in what the mean pixel's windows weigh together
         unit = mean(mass) if given is None else sum_of(mass * given.free) / given.free.sum().clamp(min=1)
         quadratics = [q.scaled(unit) for q in quadratics]
-    equations = _Equations(ballot, Pull(total, mass), quadratics, given)
+    equations = _Equations(ballot, Pull(value, mass), quadratics, given)
     if equations.diagonal_only:
-        closed = equations.total / equations.mass
-        return Solution(closed if given is None else given.held(closed))
-    return equations.solved(equations.total / equations.mass if start is None else start, tolerance, steps)
+        return Solution(equations.value if given is None else given.held(equations.value))
+    return equations.solved(equations.value if start is None else start, tolerance, steps)
 
 
 class _Equations:
@@ -58,10 +57,11 @@ class _Equations:
 
     def __init__(self, ballot: Ballot, pull: Pull, quadratics: Sequence[Quadratic], given: Given | None) -> None:
         self.given = given
-        self.total, self.mass = pull
+        self.value, self.mass = pull
         for q in quadratics:
             if q.apply is None:
-                self.total, self.mass = self.total + q.diagonal * q.target, self.mass + q.diagonal
+                total, self.mass = self.mass * self.value + q.diagonal * q.target, self.mass + q.diagonal
+                self.value = total / self.mass
         self.operators = [q for q in quadratics if q.apply is not None]
         mask = None if given is None else given.mask
         self.features = None if ballot.source.metric.plain else _FeatureEnergy(ballot, mask)
@@ -80,7 +80,7 @@ class _Equations:
 
     def solved(self, start: Tensor, tolerance: float, steps: int) -> Solution:
         """The image that solves them, begun at `start`; fixed values stay out of the unknowns."""
-        right, diagonal = self.total, self.mass.expand_as(self.total).clone()
+        right, diagonal = self.mass * self.value, self.mass.expand_as(self.value).clone()
         for q in self.operators:
             right = right + q.times(q.target.expand_as(right))
             diagonal += q.diagonal

@@ -19,32 +19,32 @@ from kwatra.windows import FreeWindows
 def modes_in_bag(
     layout: FreeWindows, bag: Bag, matches: Tensor, weights: Tensor, narrow: Sequence[float]
 ) -> tuple[Tensor, Tensor]:
-    """See `kwatra.steps.votes.Mode`: the modes times the masses (C, *S), and these (1, *S).
+    """See `kwatra.steps.votes.Mode`: the modes (C, *S), and the masses (1, *S).
 
     narrow: for each round what squared differences are multiplied by in the kernel's exponent; 0 gives the mean.
     Memory: what is returned, and two numbers per pixel and window that covers it.
     """
     window, place, count = layout.covers
     channels = bag.metric.weight.shape[-1]
-    total, mass = (
+    modes, mass = (
         torch.zeros(channels, *layout.shape, dtype=torch.float32),
         torch.zeros(1, *layout.shape, dtype=torch.float32),
     )
     _modes(
         math.prod(layout.shape), bag.held.flatten(1, -2), matches.contiguous(), weights.contiguous(),
         bag.metric.falloff.flatten(), bag.metric.share, window, place, count, np.array(narrow),
-        total.view(channels, -1), mass.view(-1),
+        modes.view(channels, -1), mass.view(-1),
     )  # fmt: skip
-    return total, mass
+    return modes, mass
 
 
 @Compiled
 def _modes(
     bag: Any, matches: Any, weights: Any, falloff: Any, share: Any, windows: Any, places: Any, count: Any,
-    narrow: Any, total: Any, mass: Any, low: int, high: int,
+    narrow: Any, modes: Any, mass: Any, low: int, high: int,
 ) -> None:  # fmt: skip
     """The pixels from low to high: a mean shift of as many rounds as kernels are given."""
-    most, channels = len(windows), len(total)
+    most, channels = len(windows), len(modes)
     values, pull = np.empty((most, channels), np.float32), np.empty(most, np.float32)
     mode, near = np.empty(channels), np.empty(channels)
     for pixel in range(low, high):
@@ -70,4 +70,4 @@ def _modes(
                 for c in range(channels):
                     mode[c] = near[c] / seen
         for c in range(channels):
-            total[c, pixel] = mode[c] * mass[pixel]
+            modes[c, pixel] = mode[c]

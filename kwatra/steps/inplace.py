@@ -11,10 +11,16 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from kwatra.base.compiled import Compiled
+from kwatra.base.compiled import Compiled, jitted
 from kwatra.source import Source, SourceWindows
 from kwatra.windows import Layout
 from kwatra.windows.flat import folded, row_starts, starts, strides
+
+TINY = 1e-30
+"""What divides instead of 0."""
+
+BAND = 1 << 18
+"""About so many values a band of rows has in which windows are summed: they stay in the cache."""
 
 
 def fits(source: Source) -> TypeGuard[SourceWindows]:
@@ -60,17 +66,21 @@ def nearest_in_place(
     return candidates.gather(1, choice[:, None])[:, 0], squared
 
 
-def sums_in_place(layout: Layout, source: SourceWindows, matches: Tensor, weights: Tensor) -> tuple[Tensor, Tensor]:
-    """Weighted sums (C, *S) of the matched windows under the falloff, and of their weights (1, *S).
+def means_in_place(layout: Layout, source: SourceWindows, matches: Tensor, weights: Tensor) -> tuple[Tensor, Tensor]:
+    """Weighted means (C, *S) of the matched windows under the falloff, 0 where there are none, and masses (1, *S).
 
-    Weights are summed as one more channel, which is 1 everywhere.
+    Weights are summed as one more channel, which is 1 everywhere. Memory beside the result: a band of rows a thread.
     """
     pixels = F.pad(source.pixels, (0, 1), value=1.0)
     channels, canvas = pixels.shape[-1], tuple(pixels.shape[:-1])
     past = [width - 1 if wraps else 0 for width, wraps in zip(layout.width, layout.wraps, strict=True)]
     shape = tuple(s + p for s, p in zip(layout.shape, past, strict=True))
-    total = torch.zeros(*shape, channels, dtype=torch.float32)
-    _sums(
+    line = int(strides(shape, channels)[0])
+    height = max(BAND // line, 1)
+    reach = np.full((2, -(-shape[0] // height)), len(layout)) * [[1], [0]]
+    _reach(layout.corners[:, 0].contiguous().numpy(), layout.width[0], height, *reach)
+    value, mass = torch.empty(*shape, channels - 1, dtype=torch.float32), torch.empty(*shape, 1, dtype=torch.float32)
+    _means(
         shape[0],
         pixels.view(-1),
         starts(source.corners(matches), canvas, channels),
@@ -79,11 +89,16 @@ def sums_in_place(layout: Layout, source: SourceWindows, matches: Tensor, weight
         row_starts(shape, layout.width, channels),
         source.metric.falloff.expand(*layout.width, channels).flatten(0, -3).flatten(1).contiguous(),
         weights.contiguous(),
-        int(strides(shape, channels)[0]),
-        total.view(-1),
+        *reach,
+        height,
+        line,
+        value.view(-1, channels - 1),
+        mass.view(-1),
     )
-    sums = folded(total, layout).movedim(-1, 0)
-    return sums[:-1], sums[-1:]
+    if any(layout.wraps):
+        total, mass = folded(value * mass, layout), folded(mass, layout)
+        value = total / mass.clamp(min=TINY)
+    return value.movedim(-1, 0), mass.movedim(-1, 0)
 
 
 @Compiled
@@ -109,18 +124,37 @@ def _nearest(
         choice[window], squared[window] = best, least
 
 
+@jitted
+def _reach(top: Any, height: int, band: int, first: Any, past: Any) -> None:
+    """Of the windows `height` rows high whose tops are given, the first and the one past the last in each band."""
+    for window in range(len(top)):
+        for b in range(top[window] // band, (top[window] + height - 1) // band + 1):
+            first[b], past[b] = min(first[b], window), window + 1
+
+
 @Compiled
-def _sums(
-    canvas: Any, there: Any, canvas_rows: Any, first: Any, rows: Any, falloff: Any, weights: Any, stride: int,
-    total: Any, low: int, high: int,
+def _means(
+    canvas: Any, there: Any, canvas_rows: Any, here: Any, rows: Any, falloff: Any, weights: Any, first: Any, past: Any,
+    height: int, line: int, value: Any, mass: Any, low: int, high: int,
 ) -> None:  # fmt: skip
-    begin, end = low * stride, high * stride
-    for window in range(len(first)):
-        if first[window] >= end or first[window] + rows[-1] < begin:
-            continue
-        weight, here, other = weights[window], first[window], there[window]
-        for r in range(len(rows)):
-            pixel, source = here + rows[r], other + canvas_rows[r]
-            if begin <= pixel < end:
-                for i in range(falloff.shape[1]):
-                    total[np.uint64(pixel + i)] += weight * falloff[r, i] * canvas[np.uint64(source + i)]
+    """Rows low to high, a band at a time; all positions are numbers of values in images with one more channel."""
+    channels = value.shape[1] + 1
+    band = np.empty(height * line, np.float32)
+    for number in range(low // height, (high - 1) // height + 1):
+        begin, end = max(low, number * height) * line, min(high, (number + 1) * height) * line
+        band[: end - begin] = 0
+        for window in range(first[number], past[number]):
+            weight, pixel, source = weights[window], here[window] - begin, there[window]
+            if pixel >= end - begin or pixel + rows[-1] < 0:
+                continue
+            for r in range(len(rows)):
+                into, out = pixel + rows[r], source + canvas_rows[r]
+                if 0 <= into < end - begin:
+                    for i in range(falloff.shape[1]):
+                        band[np.uint64(into + i)] += weight * falloff[r, i] * canvas[np.uint64(out + i)]
+        for at in range((end - begin) // channels):
+            pixel = begin // channels + at
+            sum_ = band[np.uint64((at + 1) * channels - 1)]
+            mass[pixel] = sum_
+            for channel in range(channels - 1):
+                value[pixel, channel] = band[np.uint64(at * channels + channel)] / max(sum_, TINY)

@@ -41,8 +41,8 @@ class CheapestSeams:
         """The vote."""
         if not isinstance(ballot.source, SourceWindows):
             raise InputError("seams run between copies of an exemplar, but windows come from none; vote by mean")
-        source, (total, mass) = ballot.source, mean(ballot)
-        labels = _Labels(source, total / mass.clamp(min=1e-30), self.likeness)
+        source, (middle, mass) = ballot.source, mean(ballot)
+        labels = _Labels(source, middle, self.likeness)
         heaviest = heaviest_covering(ballot.layout, source.metric, ballot.weights)
         places = labels.of(ballot, heaviest.window, list(heaviest.place))
         for window, inside, there in ballot.layout.coverings():
@@ -51,7 +51,7 @@ class CheapestSeams:
             places = labels.laid(places, labels.of(ballot, window, list(inside)), choice)
         where = labels.mosaic.coordinates(places)[1]
         image = source.exemplar.canvas[(slice(None), *torch.from_numpy(where).long().to(mass.device))]
-        return Pull(image * mass, mass)
+        return Pull(image, mass)
 
 
 class _Labels:

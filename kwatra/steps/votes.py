@@ -1,7 +1,7 @@
 """Votes: what the matched windows that cover a pixel make of it.
 
-A vote returns what pulls each pixel where, as a sum and a mass: the blend adds what terms want and solves for the
-image. The mean is the minimum of the energy for given matches (thesis equation 19); the others keep one window's value
+A vote returns where each pixel is pulled, and by what mass: the blend adds what terms want and solves for the image.
+The mean is the minimum of the energy for given matches (thesis equation 19); the others keep one window's value
 where windows differ, which does not blur. A vote of one's own is any function of a `Ballot`.
 """
 
@@ -15,15 +15,12 @@ from torch import Tensor
 from kwatra.base import InputError, over_channels, power
 from kwatra.source import Bag, Source, chunk, heaviest_covering
 from kwatra.steps.inbag import modes_in_bag
-from kwatra.steps.inplace import fits, sums_in_place
+from kwatra.steps.inplace import TINY, fits, means_in_place
 from kwatra.windows import FreeWindows, Layout, Metric
 
 DECIDING = 4
 """To this power weights count where the best windows decide: with 3 waterfalls are a little softer, with 6 they are not
 sharper. A power of 6 of the weights of perfect matches would leave the range of floats."""
-
-TINY = 1e-30
-"""What divides instead of 0."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,9 +34,12 @@ class Ballot:
 
 
 class Pull(NamedTuple):
-    """The weighted sum (C, *S) of the values that a pixel is pulled to, and the sum (1, *S) of the weights."""
+    """The value (C, *S) that each pixel is pulled to, and by what mass (1, *S), the sum of the weights.
 
-    total: Tensor
+    Where no window covers a pixel the mass is 0, and its value does not matter.
+    """
+
+    value: Tensor
     mass: Tensor
 
 
@@ -47,22 +47,22 @@ Vote = Callable[[Ballot], Pull]
 
 
 def mean(ballot: Ballot) -> Pull:
-    """Every window pulls by its weight and falloff. Memory: windows are summed in place or in bands of bounded size."""
+    """Every window pulls by its weight and falloff. Memory: windows are summed in bands of bounded size."""
     if fits(ballot.source):
-        return Pull(*sums_in_place(ballot.layout, ballot.source, ballot.matches, ballot.weights))
+        return Pull(*means_in_place(ballot.layout, ballot.source, ballot.matches, ballot.weights))
     layout, metric = ballot.layout, ballot.source.metric
     whole = metric.falloff.expand_as(metric.weight).contiguous()  # in one stretch, products take a sixth of the time
     total = torch.zeros(whole.shape[-1], *layout.shape, dtype=torch.float32, device=layout.device)
     for part, band in bands(layout, metric):
         weight = ballot.weights[part].view(-1, *[1] * whole.ndim)
         total = band.scatter((weight * whole).mul_(ballot.source.windows(ballot.matches[part])), total)
-    return Pull(total, _mass(ballot))
+    mass = _mass(ballot)
+    return Pull(total.div_(mass.clamp(min=TINY)), mass)
 
 
 def winner(ballot: Ballot) -> Pull:
     """The window that weighs most pulls alone, with the mass of all."""
-    mass = _mass(ballot)
-    return Pull(_winners(ballot) * mass, mass)
+    return Pull(_winners(ballot), _mass(ballot))
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ class Mode:
                 weight = weight * torch.exp(-exponent * apart)
                 total, count = total + weight * value, count + weight
             mode = torch.where(count > 0, total / count.clamp(min=TINY), mode)
-        return Pull(mode * mass, mass)
+        return Pull(mode, mass)
 
 
 @dataclass(frozen=True)
@@ -129,14 +129,13 @@ class Decisive:
 
     def __call__(self, ballot: Ballot) -> Pull:
         """The vote. Memory: a few images more than the mean."""
-        total, mass = mean(ballot)
-        sharp, decided = mean(replace(ballot, weights=power(ballot.weights, DECIDING)))
-        middle = total / mass.clamp(min=TINY)
-        apart = sharp / decided.clamp(min=TINY) - middle
+        middle, mass = mean(ballot)
+        sharp, _ = mean(replace(ballot, weights=power(ballot.weights, DECIDING)))
+        apart = sharp - middle
         share = ballot.source.metric.share.view(-1, *[1] * len(ballot.layout.shape))
         squared = over_channels(apart.square() * share)
         heeded = self.tolerance**2 / (self.tolerance**2 + squared).clamp(min=TINY)
-        return Pull((middle + apart * heeded) * mass, mass)
+        return Pull(middle + apart * heeded, mass)
 
 
 def bands(layout: Layout, metric: Metric) -> list[tuple[slice, Layout]]:

@@ -4,7 +4,7 @@ import torch
 from kwatra import Exemplar, FreeWindows, Grid
 from kwatra.source import Bag, SourceWindows
 from kwatra.steps.asked import Wants
-from kwatra.steps.inplace import fits, nearest_in_place, sums_in_place
+from kwatra.steps.inplace import fits, means_in_place, nearest_in_place
 from kwatra.steps.matching import Matching
 from kwatra.windows import channels_last
 from kwatra.windows.flat import continued
@@ -17,7 +17,7 @@ def generator(seed=0):
 def settings():
     yield (2, 30, 34), (8, 6), Grid((21, 26), (8, 6), (4, 3))
     yield (2, 30, 34), (8, 6), Grid((21, 26), (8, 6), (4, 3), wrap=True)
-    yield (3, 30, 34), (8, 6), FreeWindows((21, 26), (8, 6), torch.tensor([[0, 0], [13, 20], [5, 7], [5, 7]]))
+    yield (3, 30, 34), (8, 6), FreeWindows((21, 26), (8, 6), torch.tensor([[13, 20], [0, 0], [5, 7], [5, 7]]))
     yield (1, 6, 14, 13), (4, 4, 4), Grid((5, 12, 9), (4, 4, 4), (1, 2, 2))
     yield (1, 6, 14, 13), (4, 4, 4), Grid((5, 12, 9), (4, 4, 4), (1, 2, 2), wrap=True)
 
@@ -44,13 +44,16 @@ def test_the_nearest_candidate_is_that_of_brute_force(setting):
     assert torch.equal(lax, candidates[:, 0])
 
 
-def test_sums_are_those_of_the_windows_copied_out(setting):
+@pytest.mark.parametrize("band", [1, 400, 1 << 18])
+def test_means_are_those_of_the_windows_copied_out(setting, band, monkeypatch):
+    monkeypatch.setattr("kwatra.steps.inplace.BAND", band)
     source, layout, candidates, _ = setting
     weights = torch.rand(len(layout), generator=generator(3)) + 0.1
-    total, mass = sums_in_place(layout, source, candidates[:, 0], weights)
+    value, mass = means_in_place(layout, source, candidates[:, 0], weights)
     weight = weights.view(-1, *[1] * (len(layout.shape) + 1)) * source.metric.falloff
-    assert torch.allclose(total, layout.scatter(weight * source.windows(candidates[:, 0])), atol=1e-6)
+    assert torch.allclose(value * mass, layout.scatter(weight * source.windows(candidates[:, 0])), atol=1e-6)
     assert torch.allclose(mass, layout.scatter(weight), atol=1e-6)
+    assert not value[:, mass[0] == 0].any()
 
 
 def test_the_same_bits_for_any_number_of_threads():
@@ -63,7 +66,7 @@ def test_the_same_bits_for_any_number_of_threads():
     for count in (1, 2, 3):
         torch.set_num_threads(count)
         found = nearest_in_place(pixels, grid.corners, source, candidates)
-        results.append([*found, *sums_in_place(grid, source, found[0], weights)])
+        results.append([*found, *means_in_place(grid, source, found[0], weights)])
     assert all(torch.equal(a, b) for other in results[1:] for a, b in zip(results[0], other, strict=True))
 
 

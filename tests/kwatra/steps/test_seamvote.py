@@ -36,7 +36,7 @@ def test_every_pixel_is_copied_from_a_window_that_covers_it_and_has_the_mass_of_
     pull = CheapestSeams()(ballot)
     assert isinstance(pull, Pull)
     assert torch.allclose(pull.mass, mean(ballot).mass)
-    image = pull.total / pull.mass
+    image = pull.value
     windows = source.windows(ballot.matches)
     for y, x in [(0, 0), (7, 11), (19, 21), (10, 4)]:
         shown = []
@@ -74,8 +74,7 @@ def test_where_windows_meet_neither_is_taken():
 
 def test_the_sum_is_less_than_that_of_the_heaviest_windows():
     source, ballot = setting()
-    total, mass = mean(ballot)
-    labels = _Labels(source, total / mass, 0.0)
+    labels = _Labels(source, mean(ballot).value, 0.0)
     heaviest = heaviest_covering(ballot.layout, source.metric, ballot.weights)
     places = labels.of(ballot, heaviest.window, list(heaviest.place))
     prices = [labels.price(places)]

@@ -53,7 +53,7 @@ def test_the_best_windows_decide_alike_for_any_number_of_threads():
     ballot, found = Ballot(layout, source, matches, weights), []
     for count in (1, 2, 3):
         torch.set_num_threads(count)
-        found.append(Decisive(0.1)(ballot).total)
+        found.append(Decisive(0.1)(ballot).value)
     assert all(torch.equal(found[0], other) for other in found)
 
 
@@ -78,17 +78,17 @@ def test_the_mode_of_windows_of_a_bag_is_that_of_tensors(threads):
     expected = Mode(0.2)(Ballot(grid, bag, matches, weights))  # tensors, as windows on a grid are gone through
     torch.set_num_threads(threads)  # which share the pixels
     layout = FreeWindows(grid.shape, grid.width, grid.corners, grid.wrap)
-    total, mass = Mode(0.2)(Ballot(layout, bag, matches, weights))
+    value, mass = Mode(0.2)(Ballot(layout, bag, matches, weights))
     assert torch.allclose(mass, expected.mass)
-    assert torch.allclose(total, expected.total, atol=1e-5)
+    assert torch.allclose(value, expected.value, atol=1e-5)
 
 
 def test_what_no_window_covers_has_no_mode():
     bag = Bag(torch.rand(3, 4, 4, 1, generator=generator()), torch.ones(1), generator())
     layout = FreeWindows((12, 12), (4, 4), torch.tensor([[0, 0], [7, 8]]))
-    total, mass = Mode()(Ballot(layout, bag, torch.tensor([1, 2]), torch.ones(2)))
+    value, mass = Mode()(Ballot(layout, bag, torch.tensor([1, 2]), torch.ones(2)))
     assert torch.equal(mass > 0, mean(Ballot(layout, bag, torch.tensor([1, 2]), torch.ones(2))).mass > 0)
-    assert not total[mass == 0].any()
+    assert not value[mass == 0].any()
 
 
 def test_all_votes_give_one_mass_and_agree_where_windows_do():
@@ -99,8 +99,8 @@ def test_all_votes_give_one_mass_and_agree_where_windows_do():
     ballot = Ballot(grid, source, matches, torch.rand(len(grid), generator=generator(1)) + 0.1)
     expected = exemplar.canvas[:, 3:23, 3:23]
     for vote in (mean, winner, Mode(), Decisive(0.1)):
-        total, mass = vote(ballot)
-        assert torch.allclose(total / mass, expected, atol=1e-5)
+        value, mass = vote(ballot)
+        assert torch.allclose(value, expected, atol=1e-5)
         assert torch.allclose(mass, mean(ballot).mass)
 
 
@@ -149,4 +149,4 @@ def test_a_mode_counts_every_window_once_where_few_cover_a_pixel():
         for layout in (grid, FreeWindows(grid.shape, width, grid.corners))
     )
     assert torch.allclose(one.mass, same.mass, atol=1e-6)
-    assert torch.allclose(one.total, same.total, atol=1e-4)
+    assert torch.allclose(one.value, same.value, atol=1e-4)
