@@ -2,14 +2,15 @@
 
 Ground is darker than elements, or lighter, and hangs together; what it leaves are parts about as large as an element.
 So brightness, as it is and against its surroundings, is split at several values, and the split is taken that says so
-most surely (compare Matas et al. 2002, "Robust wide baseline stereo from maximally stable extremal regions"). Of those
-that say it as surely the one with least ground is taken, since the shaded rim of an element is not its gap. Where
-elements are cut out, what is transparent is tried as well.
+most surely (compare Matas et al. 2002, "Robust wide baseline stereo from maximally stable extremal regions"). In a
+picture of many colors, of which some are as bright as the ground, likeness to its frequent colors is split as well. Of
+splits that say it as surely those come first that are of one color, and of these the one with least ground, since the
+shaded rim of an element is not its gap. Where elements are cut out, what is transparent is tried as well.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy import ndimage
@@ -23,11 +24,28 @@ Array = np.ndarray[Any, Any]
 SMOOTHING = 0.7
 """Brightness is smoothed by so many pixels: noise makes no ground."""
 
+COLORFUL = 0.1
+"""Pixels are told by their color, too, where more than this of its variance lies off one line: else brightness says it,
+and in smooth gray noise what is of middle brightness would be ground. Of 51 photographs 4 have as much, of mosaics made
+in code all but those of gray stones, which have .06."""
+
+SHARPER, BINS, COLORS = 0.4, 6, 6
+"""Colors are smoothed by so many pixels, as thin mortar takes in its rims; of the colors of so many bins along each
+channel, so many that are the most frequent are tried as the ground's. In 24 mosaics of random colors the ground that is
+found and the true one share .72 of their pixels (F1) with these, .71 to .73 with 5 and 8 bins and up to 14 colors, .57
+where brightness alone is looked at."""
+
 ROUNDING = 1e-9
 """Brightness that differs by no more is one; it is 0 to 1."""
 
 SPLITS = (0.08, 0.12, 0.17, 0.23, 0.3, 0.4)
 """Shares of the pixels that are tried as ground, beside the one at which two classes differ most (Otsu)."""
+
+BRIGHTNESS = ("dark", "light")
+"""Kinds of splits that find ground of several colors, too; by likeness to a color it is found where it hides seams."""
+
+SURE = 0.1
+"""Ground that hides seams less surely is taken for none; half and twice as much is as good on four textures."""
 
 AS_SURE = 0.95
 """What is this share of the surest is as sure; with .9 and 1 stills of four textures with elements score the same."""
@@ -45,12 +63,12 @@ SMALL, LARGE = 0.1, 2.0
 MANY, COVER = 8, 0.3
 """So many elements, on so much of the picture, are enough to be sure."""
 
-PLAIN, MIXED = 0.2, 0.3
+PLAIN, MIXED = 0.18, 0.22
 """Ground hides seams if its colors vary by at most PLAIN of what the picture's do, and none if by MIXED.
 
-That of made stones varies by up to .2, and they are cut twice as often where it counts less. Along ground that is a
-texture of its own (between pavers, tomatoes, bricks) hidden seams are seen: together with blocks that grow
-(`kwatra.pieces.seams.gaps`) sixteen textures score .0628 for .0642."""
+That of made stones, coins, tiles, letters, mosaics, nuts and print varies by up to .17, and by .22 and more what is a
+texture of its own (between pavers, pebbles, scales): along it hidden seams are seen. Nine photographs with such ground
+score .0587 with .15 and .22, .0617 with .2 and .25, .0676 with .2 and .3."""
 
 RIM = 0.25
 """An element is as deep as can be so far from the ground, in sizes of an element; half and twice as much is as good."""
@@ -71,46 +89,117 @@ class Ground:
     size: float
 
 
+class _Split(NamedTuple):
+    """A way to tell ground (*S) from elements; splits of a kind are alike but for how much is ground.
+
+    sure: as in `Ground`. varied: the variance of its colors, as a share of the picture's.
+    """
+
+    kind: str
+    ground: Array
+    sure: float
+    varied: float
+
+    @property
+    def plain(self) -> float:
+        """As in `Ground`."""
+        return min(max((MIXED - self.varied) / (MIXED - PLAIN), 0.0), 1.0)
+
+    @property
+    def likely(self) -> float:
+        """How likely it is the ground: surely ground, and alike."""
+        return self.sure * (1 - self.varied)
+
+
 @kept
 def find_ground(exemplar: Exemplar) -> Ground:
     """The ground of an exemplar of still images. Textures without one have a `sure` of about 0."""
     size, owner = element_size(exemplar), exemplar.owner.long().numpy()
-    inside = owner >= 0
-    tried = [(light, *_cleaned(ground, owner, size)) for light, ground in _splits(exemplar, inside, size)]
-    light, _, sure = max(tried, key=lambda split: split[2])
-    alike = [ground for other, ground, as_sure in tried if other == light and as_sure >= AS_SURE * sure]
-    least = min(alike, key=np.count_nonzero)
-    away = ndimage.distance_transform_edt(np.pad(~least, 1, mode="edge"))[1:-1, 1:-1] if least.any() else inside
+    inside, tried = owner >= 0, []
+    variance = _Variance(exemplar.canvas.double().numpy(), inside)
+    for kind, split in _splits(exemplar, inside, size):
+        ground, sure = _cleaned(split, owner, size)
+        tried.append(_Split(kind, ground, sure, variance.share(ground)))
+    tried = [split for split in tried if split.plain > 0 or split.kind in BRIGHTNESS]
+    surest = max(split.sure for split in tried)
+    plain = [split for split in tried if split.plain > 0 and split.sure >= AS_SURE * surest]
+    found = _best(plain, lambda split: split.likely) if plain else _best(tried, lambda split: split.sure)
+    ground = found.ground
+    away = ndimage.distance_transform_edt(np.pad(~ground, 1, mode="edge"))[1:-1, 1:-1] if ground.any() else inside
     depth = np.clip(away / max(RIM * size, 1.0), 0, 1)
-    return Ground(depth, sure, _plain(exemplar.canvas.double().numpy(), inside, least), size)
+    return Ground(depth, found.sure, found.plain, size)
 
 
-def _plain(colors: Array, inside: Array, ground: Array) -> float:
-    """How much alike the colors (C, *S) of the ground are: 1 for plain ground, 0 for one like a texture of its own."""
-    every = float(colors[:, inside].var(1).sum())
-    if every == 0 or not ground.any():
-        return 1.0
-    part = float(colors[:, ground].var(1).sum()) / every
-    return min(max((MIXED - part) / (MIXED - PLAIN), 0.0), 1.0)
+def _best(splits: Sequence[_Split], worth: Callable[[_Split], float]) -> _Split:
+    """The split that is worth most; of those of its kind that are worth about as much the one with least ground."""
+    best = max(splits, key=worth)
+    alike = [split for split in splits if split.kind == best.kind and worth(split) >= AS_SURE * worth(best)]
+    return min(alike, key=lambda split: np.count_nonzero(split.ground))
 
 
-def _splits(exemplar: Exemplar, inside: Array, size: float) -> Iterator[tuple[bool, Array]]:
-    """Ways to tell ground from elements, (*S) each, True on the ground; and whether it is lighter than they.
+class _Variance:
+    """The variance of an exemplar's colors (C, *S) over some of its pixels, as a share of that over all `inside`."""
+
+    def __init__(self, colors: Array, inside: Array) -> None:
+        flat = (colors - colors[:, inside].mean(1)[:, None, None]).reshape(len(colors), -1)
+        self._powers = np.concatenate([flat, flat**2])
+        self._every = self._summed(inside)
+
+    def _summed(self, part: Array) -> float:
+        """The variances of all channels over a part (*S) of the pixels, 0 of none."""
+        count = np.count_nonzero(part)
+        first, second = np.split(self._powers @ part.ravel().astype(float) / max(count, 1), 2)
+        return float((second - first**2).sum())
+
+    def share(self, part: Array) -> float:
+        """The share of a part (*S), at most 1; 0 where all have one color."""
+        return min(self._summed(part) / self._every, 1.0) if self._every > 0 else 0.0
+
+
+def _splits(exemplar: Exemplar, inside: Array, size: float) -> Iterator[tuple[str, Array]]:
+    """Ways to tell ground from elements, (*S) each, True on the ground, and of which kind they are.
 
     Where all is as bright there is ground alone.
     """
     alpha = exemplar.alpha
     if alpha is not None:  # as it is: what is dark when smoothed holds opaque rims of elements
-        yield False, (alpha < OPAQUE).numpy() & inside
-    bright = _smoothed(exemplar.canvas.double().mean(0).numpy(), inside, SMOOTHING)
-    around = _smoothed(bright, inside, max(size, 4.0))
-    for light, values in ((False, bright), (True, -bright), (False, bright - around), (True, around - bright)):
+        yield "dark", (alpha < OPAQUE).numpy() & inside
+    for kind, values in _valued(exemplar, inside, size):
         known = values[inside]
         if np.ptp(known) <= ROUNDING:
-            yield light, inside
+            yield kind, inside
             continue
         for most in (_two_classes(known), *np.quantile(known, SPLITS)):
-            yield light, (values <= most) & inside
+            yield kind, (values <= most) & inside
+
+
+def _valued(exemplar: Exemplar, inside: Array, size: float) -> Iterator[tuple[str, Array]]:
+    """What is less on the ground, (*S), and of which kind it is: how dark a pixel is, how light, how unlike a color."""
+    colors = exemplar.canvas.double().numpy()
+    bright = _smoothed(colors.mean(0), inside, SMOOTHING)
+    around = _smoothed(bright, inside, max(size, 4.0))
+    yield from (("dark", bright), ("light", -bright), ("dark", bright - around), ("light", around - bright))
+    sharper = np.stack([_smoothed(channel, inside, SHARPER) for channel in colors])
+    for number, color in enumerate(_frequent(sharper[:, inside]) if _colorful(colors[:, inside]) else []):
+        yield str(number), np.sqrt(np.square(sharper - color[:, None, None]).sum(0))
+
+
+def _colorful(colors: Array) -> bool:
+    """Whether colors (C, N) lie along more than one line."""
+    spread = np.linalg.eigvalsh(np.atleast_2d(np.cov(colors)))
+    return bool(spread[:-1].sum() > COLORFUL * spread.sum())
+
+
+def _frequent(colors: Array) -> list[Array]:
+    """The colors (C,) near which most of some (C, N) lie."""
+    low, spread = colors.min(1, keepdims=True), np.ptp(colors, 1)[:, None]
+    bins = ((colors - low) / np.maximum(spread, ROUNDING) * BINS).astype(int).clip(max=BINS - 1)
+    number = np.zeros(bins.shape[1], dtype=int)
+    for channel in bins:  # numbered anew each time, so that any number of channels will do
+        number = np.unique(BINS * number + channel, return_inverse=True)[1]
+    count = np.bincount(number)
+    most = np.argsort(-count, kind="stable")[:COLORS]
+    return [colors[:, number == each].mean(1) for each in most]
 
 
 def _smoothed(values: Array, inside: Array, sigma: float) -> Array:
