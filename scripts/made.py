@@ -1,4 +1,4 @@
-"""Textures made in code, of which is known which element each pixel belongs to: stones, coins, tiles, bricks,
+"""Textures made in code, of which is known which element each pixel belongs to: stones, mosaics, coins, tiles, bricks,
 letters.
 
 Elements are apart by a ground at least two pixels wide, and all of about one size.
@@ -37,6 +37,21 @@ def stones(side: int, size: float, seed: int = 0) -> Made:
     speckle = gaussian_filter(rng.normal(0, 1, (side, side)), 0.7) * 0.08
     image = (_colors(len(centers), rng)[owner[:, 0]].reshape(side, side, 3) + speckle[..., None]) * shade[..., None]
     return _made(image, np.where(depth > gap, owner[:, 0].reshape(side, side) + 1, GROUND))
+
+
+def mosaic(side: int, size: float, seed: int = 0) -> Made:
+    """Flat stones `size` pixels across in four colors, apart by thin joints that are as bright as some of them."""
+    rng = np.random.default_rng(seed)
+    centers = _evenly_scattered(side, size, rng)
+    distance, owner = cKDTree(centers).query(_pixels(side), k=2)
+    apart = (distance[:, 1] - distance[:, 0]).reshape(side, side)
+    gap = max(0.08 * size, 2.0)
+    on = 1 / (1 + np.exp(np.clip((gap - apart) / 0.7, -50, 50)))[..., None]
+    palette = np.array([[0.2, 0.4, 0.7], [0.9, 0.8, 0.2], [0.8, 0.2, 0.3], [0.2, 0.6, 0.4]])
+    colors = palette[rng.integers(4, size=len(centers))] + rng.normal(0, 0.04, (len(centers), 3))
+    grain = rng.normal(0, 0.02, (side, side, 1))
+    image = on * (colors[owner[:, 0]].reshape(side, side, 3) + grain) + (1 - on) * 0.45
+    return _made(image, np.where(apart > gap, owner[:, 0].reshape(side, side) + 1, GROUND))
 
 
 def coins(side: int, size: float, seed: int = 0) -> Made:
@@ -102,6 +117,7 @@ def letters(side: int, size: float, seed: int = 0) -> Made:
 
 MADE: dict[str, Callable[..., Made]] = {
     "stones": stones,
+    "mosaic": mosaic,
     "coins": coins,
     "tiles": tiles,
     "bricks": bricks,

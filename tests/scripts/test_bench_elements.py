@@ -150,4 +150,5 @@ def test_the_table_has_controls_methods_and_frames(tmp_path: Path, capsys: pytes
 def test_a_texture_that_is_none_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
         bench_elements.main(["gravel"])
-    assert "no texture is named gravel; give some of stones, coins, tiles, bricks, letters" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert "no texture is named gravel; give some of stones, mosaic, coins, tiles, bricks, letters" in said

@@ -11,7 +11,7 @@ from kwatra.elements.ground import MIXED, PLAIN
 
 
 @pytest.mark.parametrize("size", [16, 32])
-@pytest.mark.parametrize("name", ["stones", "coins", "tiles"])
+@pytest.mark.parametrize("name", ["stones", "mosaic", "coins", "tiles"])
 def test_the_ground_between_elements_is_found(name, size):
     made = MADE[name](128, size, 1)
     truth, found = made.numbers.numpy() == 0, find_ground(Exemplar.of(made.image))
