@@ -63,12 +63,12 @@ SMALL, LARGE = 0.1, 2.0
 MANY, COVER = 8, 0.3
 """So many elements, on so much of the picture, are enough to be sure."""
 
-PLAIN, MIXED = 0.18, 0.22
+PLAIN, MIXED = 0.2, 0.22
 """Ground hides seams if its colors vary by at most PLAIN of what the picture's do, and none if by MIXED.
 
-That of made stones, coins, tiles, letters, mosaics, nuts and print varies by up to .17, and by .22 and more what is a
-texture of its own (between pavers, pebbles, scales): along it hidden seams are seen. Nine photographs with such ground
-score .0587 with .15 and .22, .0617 with .2 and .25, .0676 with .2 and .3."""
+That of stones, coins, tiles, letters, mosaics and scales made in code, nuts and print varies by up to .20, and by .22
+and more what is a texture of its own (between pavers, pebbles, holes of nuts): along it hidden seams are seen. Nine
+photographs with such ground score .0587 where it hides none, .0617 with .2 and .25, .0676 with .2 and .3."""
 
 RIM = 0.25
 """An element is as deep as can be so far from the ground, in sizes of an element; half and twice as much is as good."""
