@@ -44,9 +44,6 @@ SPLITS = (0.08, 0.12, 0.17, 0.23, 0.3, 0.4)
 BRIGHTNESS = ("dark", "light")
 """Kinds of splits that find ground of several colors, too; by likeness to a color it is found where it hides seams."""
 
-SURE = 0.1
-"""Ground that hides seams less surely is taken for none; half and twice as much is as good on four textures."""
-
 AS_SURE = 0.95
 """What is this share of the surest is as sure; with .9 and 1 stills of four textures with elements score the same."""
 
@@ -138,7 +135,10 @@ def _best(splits: Sequence[_Split], worth: Callable[[_Split], float]) -> _Split:
 
 
 class _Variance:
-    """The variance of an exemplar's colors (C, *S) over some of its pixels, as a share of that over all `inside`."""
+    """The variance of an exemplar's colors (C, *S) over some of its pixels, as a share of that over all `inside`.
+
+    Sums are `einsum`'s, which are the same bits for any number of threads, as those of matrix products are not.
+    """
 
     def __init__(self, colors: Array, inside: Array) -> None:
         flat = (colors - colors[:, inside].mean(1)[:, None, None]).reshape(len(colors), -1)
@@ -148,7 +148,7 @@ class _Variance:
     def _summed(self, part: Array) -> float:
         """The variances of all channels over a part (*S) of the pixels, 0 of none."""
         count = np.count_nonzero(part)
-        first, second = np.split(self._powers @ part.ravel().astype(float) / max(count, 1), 2)
+        first, second = np.split(np.einsum("ik,k->i", self._powers, part.ravel().astype(float)) / max(count, 1), 2)
         return float((second - first**2).sum())
 
     def share(self, part: Array) -> float:
@@ -186,7 +186,8 @@ def _valued(exemplar: Exemplar, inside: Array, size: float) -> Iterator[tuple[st
 
 def _colorful(colors: Array) -> bool:
     """Whether colors (C, N) lie along more than one line."""
-    spread = np.linalg.eigvalsh(np.atleast_2d(np.cov(colors)))
+    apart = colors - colors.mean(1, keepdims=True)
+    spread = np.linalg.eigvalsh(np.einsum("ik,jk->ij", apart, apart))
     return bool(spread[:-1].sum() > COLORFUL * spread.sum())
 
 

@@ -8,12 +8,14 @@ import torch
 from torch import Tensor
 
 from kwatra.elements import Ground, find_ground
-from kwatra.elements.ground import SURE
 from kwatra.exemplar import Exemplar
 from kwatra.pieces.seams.cost import Depth, SeamCost
 from kwatra.pieces.seams.keeping import cheaper
 from kwatra.pieces.seams.mosaic import Mosaic, by_place
 from kwatra.pieces.seams.stock import Array
+
+SURE = 0.1
+"""Ground that hides seams less surely is taken for none; half and twice as much is as good on four textures."""
 
 AROUND = 1.2
 """Blocks overlap by so many elements: with less there often is no way around one."""
