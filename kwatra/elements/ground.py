@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from scipy import ndimage
+from torch import Tensor
 
 from kwatra.elements.kept import kept
 from kwatra.elements.size import element_size
@@ -112,9 +113,9 @@ class _Split(NamedTuple):
 def find_ground(exemplar: Exemplar) -> Ground:
     """The ground of an exemplar of still images. Textures without one have a `sure` of about 0."""
     size, owner = element_size(exemplar), exemplar.owner.long().numpy()
-    inside, tried = owner >= 0, []
-    variance = _Variance(exemplar.canvas.double().numpy(), inside)
-    for kind, split in _splits(exemplar, inside, size):
+    inside, colors, tried = owner >= 0, exemplar.canvas.double().numpy(), []
+    variance = _Variance(colors, inside)
+    for kind, split in _splits(colors, exemplar.alpha, inside, size):
         ground, sure = _cleaned(split, owner, size)
         tried.append(_Split(kind, ground, sure, variance.share(ground)))
     tried = [split for split in tried if split.plain > 0 or split.kind in BRIGHTNESS]
@@ -156,15 +157,14 @@ class _Variance:
         return min(self._summed(part) / self._every, 1.0) if self._every > 0 else 0.0
 
 
-def _splits(exemplar: Exemplar, inside: Array, size: float) -> Iterator[tuple[str, Array]]:
+def _splits(colors: Array, alpha: Tensor | None, inside: Array, size: float) -> Iterator[tuple[str, Array]]:
     """Ways to tell ground from elements, (*S) each, True on the ground, and of which kind they are.
 
     Where all is as bright there is ground alone.
     """
-    alpha = exemplar.alpha
     if alpha is not None:  # as it is: what is dark when smoothed holds opaque rims of elements
         yield "dark", (alpha < OPAQUE).numpy() & inside
-    for kind, values in _valued(exemplar, inside, size):
+    for kind, values in _valued(colors, inside, size):
         known = values[inside]
         if np.ptp(known) <= ROUNDING:
             yield kind, inside
@@ -173,14 +173,15 @@ def _splits(exemplar: Exemplar, inside: Array, size: float) -> Iterator[tuple[st
             yield kind, (values <= most) & inside
 
 
-def _valued(exemplar: Exemplar, inside: Array, size: float) -> Iterator[tuple[str, Array]]:
+def _valued(colors: Array, inside: Array, size: float) -> Iterator[tuple[str, Array]]:
     """What is less on the ground, (*S), and of which kind it is: how dark a pixel is, how light, how unlike a color."""
-    colors = exemplar.canvas.double().numpy()
     bright = _smoothed(colors.mean(0), inside, SMOOTHING)
     around = _smoothed(bright, inside, max(size, 4.0))
     yield from (("dark", bright), ("light", -bright), ("dark", bright - around), ("light", around - bright))
+    if not _colorful(colors[:, inside]):
+        return
     sharper = np.stack([_smoothed(channel, inside, SHARPER) for channel in colors])
-    for number, color in enumerate(_frequent(sharper[:, inside]) if _colorful(colors[:, inside]) else []):
+    for number, color in enumerate(_frequent(sharper[:, inside])):
         yield str(number), np.sqrt(np.square(sharper - color[:, None, None]).sum(0))
 
 
