@@ -125,7 +125,7 @@ def find_ground(exemplar: Exemplar) -> Ground:
     ground = found.ground
     away = ndimage.distance_transform_edt(np.pad(~ground, 1, mode="edge"))[1:-1, 1:-1] if ground.any() else inside
     depth = np.clip(away / max(RIM * size, 1.0), 0, 1)
-    return Ground(depth, found.sure, found.plain, size)
+    return Ground(depth, surest, found.plain, size)
 
 
 def _best(splits: Sequence[_Split], worth: Callable[[_Split], float]) -> _Split:
