@@ -109,7 +109,9 @@ def test_a_figure_counts_what_is_pasted_and_what_is_torn(monkeypatch):
     _, begun = searched(Effort(2, 0), callback=lambda p: figures.append(p.energy))
     for figure, beginning in zip(figures[:2], begun, strict=True):
         where = beginning.copied()[1]
-        expected = 0.5 + PASTED * pasted(where, 32 * 32) + TORN * math.log(visible_seams(NOISE, where) + LEAST_TORN)
+        expected = (
+            0.5 + PASTED * pasted(where, 32 * 32) ** 2 + TORN * math.log(visible_seams(NOISE, where) + LEAST_TORN)
+        )
         assert figure == pytest.approx(expected)
 
 
