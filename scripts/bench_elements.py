@@ -7,13 +7,14 @@
 Rows are texture and element size. The methods are the presets of synthesis; quilting; copies and blocks, two controls:
 whole pieces of the exemplar, and random blocks of 32 pixels; and flowing frames (flow.animate, 2 px per frame), each
 named by its field and number. "exact" beside it is what a control cuts that moves each element as a whole and keeps it
-upright: where elements come to overlap one hides a part of the other. Colors are never looked at: the element of an
-output pixel is that of the exemplar pixel which it was copied from.
+upright: where elements come to overlap one hides a part of the other; it is left out of what touches. Colors are never
+looked at: the element of an output pixel is that of the exemplar pixel which it was copied from.
 
 An output element is what is seen as one thing: pieces, each a region of touching pixels of one element of the exemplar,
 that are grown together. Two pieces are if the boundary at which they touch, with no ground between them, is longer than
-a third of the smaller one's width (the root of its area); what touches in a few pixels is seen as two. Its element is
-that of most of its pixels. It is cut if one of these holds:
+a third of the smaller one's width (the root of its area); what touches in a few pixels is seen as two. Where elements
+touch in the exemplar (patches, confetti) only what is torn counts of a boundary: a seam at which both go on in the
+exemplar, by more than two pixels. Its element is that of most of its pixels. It is cut if one of these holds:
 
     mixed        more than a tenth of the region is of other elements: a part of one grown onto another
     part         away from the output's border less than four fifths of its element's area is shown (a pixel counts as
@@ -26,10 +27,12 @@ default, as many by quilting), though little is seen of that. What tears a wall 
 An element that the exemplar's own border cuts is taken to have at least the median area of those that are whole: what
 there is of a large part is shown as a whole, a small one never. A region counts as one element, or as many as go by
 their median area into its own: many grown together are many that are cut. Regions below a twentieth of that area are
-crumbs, and no elements. Two whole elements grown together are mixed: the boundary that was there is lost. The columns:
+crumbs, and no elements. Two whole elements grown together are mixed: the boundary that was there is lost. What confetti
+hides of confetti is no part: there only mixed and torn say something. The columns:
 
     cut          share of the elements that are cut
     mixed, part, swollen   shares that are so; an element may be several
+    torn         share of the boundaries between elements, and with the ground, that is torn
     elements     how many there are, crumbs left out
     crumbs       how many crumbs there are
 """
@@ -42,7 +45,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
-from made import MADE, Made
+from made import GROUND, MADE, Made
 from moved import exactly_moved
 from scipy import ndimage, sparse
 from tables import Row, exit_code, number_list, print_table, progress, size
@@ -53,8 +56,8 @@ from synth import synthesize
 from synth.quilting import QuiltSettings, quilt
 from synth.texture.work import PRESETS
 
-GROWN, MIXED, SHOWN, SWOLLEN, CRUMB = 1 / 3, 0.1, 0.8, 0.2, 0.05
-FIGURES = ("cut", "mixed", "part", "swollen", "elements", "crumbs")
+GROWN, MIXED, SHOWN, SWOLLEN, CRUMB, BEYOND = 1 / 3, 0.1, 0.8, 0.2, 0.05, 2
+FIGURES = ("cut", "mixed", "part", "swollen", "torn", "elements", "crumbs")
 FIELDS = {"rotation": flow.rotation, "vortices": flow.vortices}
 BLOCK = 32
 TOUCHING = np.ones((3, 3))
@@ -65,10 +68,15 @@ Method = Callable[[Tensor, Shape, int], np.ndarray]
 pixel that it was copied from, (H, W)."""
 
 
-def cut_elements(numbers: np.ndarray, source: np.ndarray) -> dict[str, float]:
-    """The figures of an output (H, W) of flat places `source` in an exemplar with these element `numbers` (H, W)."""
+def cut_elements(numbers: np.ndarray, source: np.ndarray, touching: bool = False) -> dict[str, float]:
+    """The figures of an output (H, W) of flat places `source` in an exemplar with these element `numbers` (H, W).
+
+    touching: whether elements touch there.
+    """
     shown = numbers.flat[source]
-    regions = grown_together(shown)
+    beside = _beside(shown.shape)
+    torn = _torn(numbers, source, beside)
+    regions = grown_together(shown, beside[:, torn] if touching else beside)
     count = int(regions.max())
     areas = np.bincount(numbers.ravel())
     median = np.median(areas[_whole(numbers)])
@@ -83,15 +91,29 @@ def cut_elements(numbers: np.ndarray, source: np.ndarray) -> dict[str, float]:
     table = np.array(faults, dtype=float).reshape(-1, 3)
     table = np.column_stack([table.any(1), table])
     shares = np.average(table, 0, weights) if len(table) else np.full(4, np.nan)
-    return dict(zip(FIGURES, (*shares.tolist(), float(sum(weights)), float(count - len(table))), strict=True))
+    bounds = max(np.count_nonzero(torn | (np.diff(shown.flat[beside], axis=0)[0] != 0)), 1)
+    counts = float(torn.sum() / bounds), float(sum(weights)), float(count - len(table))
+    return dict(zip(FIGURES, (*shares.tolist(), *counts), strict=True))
 
 
-def grown_together(shown: np.ndarray) -> np.ndarray:
-    """The number (H, W) of the output element that each pixel is part of, from 1; 0 for the ground."""
+def _torn(numbers: np.ndarray, source: np.ndarray, beside: np.ndarray) -> np.ndarray:
+    """Whether between pixels beside each other (2, N) both their elements, or the ground of one, end in a seam."""
+    window = 2 * BEYOND + 1
+    inner = ndimage.minimum_filter(numbers, window) == ndimage.maximum_filter(numbers, window)
+    row, column = np.divmod(source.flat[beside], numbers.shape[1])
+    apart = np.abs(np.diff(row, axis=0)) + np.abs(np.diff(column, axis=0)) > BEYOND
+    grounds = (numbers[row, column] == GROUND).all(0)
+    return apart[0] & inner[row, column].all(0) & ~grounds
+
+
+def grown_together(shown: np.ndarray, beside: np.ndarray) -> np.ndarray:
+    """The number (H, W) of the output element that each pixel is part of, from 1; 0 for the ground.
+
+    beside: pixels (2, N) whose pieces are one if they touch.
+    """
     pixels = np.arange(shown.size).reshape(shown.shape)
-    beside = np.concatenate([_pairs(pixels, 0, 1), _pairs(pixels, 1, 0)], 1)
     corner = np.concatenate([_pairs(pixels, 1, 1), _pairs(pixels[:, ::-1], 1, 1)], 1)
-    near = np.concatenate([beside, corner], 1)
+    near = np.concatenate([_beside(shown.shape), corner], 1)
     pieces = _connected(near[:, shown.flat[near[0]] == shown.flat[near[1]]], shown.size)
     areas = np.bincount(pieces)
     touching = beside[:, (shown.flat[beside] > 0).all(0)]
@@ -101,6 +123,12 @@ def grown_together(shown: np.ndarray) -> np.ndarray:
     regions = _connected(joined, len(areas))[pieces].reshape(shown.shape)
     numbered = np.unique(np.where(shown > 0, regions + 1, 0), return_inverse=True)[1].reshape(shown.shape)
     return numbered if (shown == 0).any() else numbered + 1
+
+
+def _beside(shape: Shape) -> np.ndarray:
+    """Each two pixels, by number, of which one is right of the other or below (2, N)."""
+    pixels = np.arange(shape[0] * shape[1]).reshape(shape)
+    return np.concatenate([_pairs(pixels, 0, 1), _pairs(pixels, 1, 0)], 1)
 
 
 def _pairs(pixels: np.ndarray, down: int, right: int) -> np.ndarray:
@@ -210,15 +238,15 @@ def figures(
     wide = MADE[texture](2 * max(arguments.size), element, seed) if arguments.flows else made
     for name in arguments.flows:
         field = FIELDS[name]()
-        frames = flowing(field, made.image, arguments.size, seed, at)
-        exact = exactly_moved(wide.numbers.numpy(), field, arguments.size, at)
-        for number, frame, moved in zip(at, frames, exact, strict=True):
+        for number, frame in zip(at, flowing(field, made.image, arguments.size, seed, at), strict=True):
             yield f"{name} {number}", _cut(made, frame)
-            yield f"{name} {number} exact", _cut(wide, moved)
+        if not made.touching:
+            for number, moved in zip(at, exactly_moved(wide.numbers.numpy(), field, arguments.size, at), strict=True):
+                yield f"{name} {number} exact", _cut(wide, moved)
 
 
 def _cut(made: Made, source: np.ndarray) -> dict[str, float]:
-    return cut_elements(made.numbers.numpy(), source)
+    return cut_elements(made.numbers.numpy(), source, made.touching)
 
 
 def bench(arguments: argparse.Namespace) -> Iterator[Row]:

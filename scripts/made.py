@@ -1,7 +1,7 @@
 """Textures made in code, of which is known which element each pixel belongs to: stones, mosaics, coins, tiles, bricks,
-letters.
+letters, patches, confetti.
 
-Elements are apart by a ground at least two pixels wide, and all of about one size.
+Elements are all of about one size, and apart by a ground at least two pixels wide; those of the last two touch.
 """
 
 from collections.abc import Callable
@@ -12,6 +12,7 @@ import torch
 from PIL import Image, ImageDraw, ImageFont
 from scipy.ndimage import gaussian_filter
 from scipy.spatial import cKDTree
+from skimage.measure import label
 from torch import Tensor
 
 GROUND = 0
@@ -20,38 +21,67 @@ CONNECTED = "abcdefghklmnopqrstuvwxyz"
 
 
 class Made(NamedTuple):
-    """image (3, H, W) float32 in [0, 1]; numbers (H, W) int64: of the element a pixel belongs to, 0 for the ground."""
+    """image (3, H, W) float32 in [0, 1]; numbers (H, W) int64: of the element a pixel belongs to, 0 for the ground.
+
+    touching: whether elements lie beside or upon each other, with no ground between them.
+    """
 
     image: Tensor
     numbers: Tensor
+    touching: bool = False
 
 
 def stones(side: int, size: float, seed: int = 0) -> Made:
     """Stones `size` pixels across that fill the picture, of one brightness and many colors, darker towards the gaps."""
     rng = np.random.default_rng(seed)
-    centers = _evenly_scattered(side, size, rng)
-    distance, owner = cKDTree(centers).query(_pixels(side), k=2)
-    depth = (distance[:, 1] - distance[:, 0]).reshape(side, side) / 2
-    gap = max(0.05 * size, 1.0)
+    count, cells, apart = _cells(side, size, rng)
+    depth, gap = apart / 2, max(0.05 * size, 1.0)
     shade = np.clip(0.25 + 0.75 * depth / (3 * gap), 0.25, 1.0)
     speckle = gaussian_filter(rng.normal(0, 1, (side, side)), 0.7) * 0.08
-    image = (_colors(len(centers), rng)[owner[:, 0]].reshape(side, side, 3) + speckle[..., None]) * shade[..., None]
-    return _made(image, np.where(depth > gap, owner[:, 0].reshape(side, side) + 1, GROUND))
+    image = (_colors(count, rng)[cells[0]] + speckle[..., None]) * shade[..., None]
+    return _made(image, np.where(depth > gap, cells[0] + 1, GROUND))
 
 
 def mosaic(side: int, size: float, seed: int = 0) -> Made:
     """Flat stones `size` pixels across in four colors, apart by thin joints that are as bright as some of them."""
     rng = np.random.default_rng(seed)
-    centers = _evenly_scattered(side, size, rng)
-    distance, owner = cKDTree(centers).query(_pixels(side), k=2)
-    apart = (distance[:, 1] - distance[:, 0]).reshape(side, side)
+    count, cells, apart = _cells(side, size, rng)
     gap = max(0.08 * size, 2.0)
-    on = 1 / (1 + np.exp(np.clip((gap - apart) / 0.7, -50, 50)))[..., None]
-    palette = np.array([[0.2, 0.4, 0.7], [0.9, 0.8, 0.2], [0.8, 0.2, 0.3], [0.2, 0.6, 0.4]])
-    colors = palette[rng.integers(4, size=len(centers))] + rng.normal(0, 0.04, (len(centers), 3))
+    on = _step(apart - gap)
+    colors = _bright(count, rng)
     grain = rng.normal(0, 0.02, (side, side, 1))
-    image = on * (colors[owner[:, 0]].reshape(side, side, 3) + grain) + (1 - on) * 0.45
-    return _made(image, np.where(apart > gap, owner[:, 0].reshape(side, side) + 1, GROUND))
+    image = on * (colors[cells[0]] + grain) + (1 - on) * 0.45
+    return _made(image, np.where(apart > gap, cells[0] + 1, GROUND))
+
+
+def patches(side: int, size: float, seed: int = 0) -> Made:
+    """The same stones without joints."""
+    rng = np.random.default_rng(seed)
+    count, cells, apart = _cells(side, size, rng)
+    colors, share = _bright(count, rng), _step(apart)
+    grain = rng.normal(0, 0.02, (side, side, 1))
+    return _made(share * colors[cells[0]] + (1 - share) * colors[cells[1]] + grain, cells[0] + 1, touching=True)
+
+
+def confetti(side: int, size: float, seed: int = 0) -> Made:
+    """Ellipses `size` pixels long in four colors that lie upon each other and cast shadows, on white paper.
+
+    What is seen of one in two places is two elements.
+    """
+    rng = np.random.default_rng(seed)
+    image, numbers = np.full((side, side, 3), 0.95), np.full((side, side), GROUND)
+    count = round(4 * (side + size) ** 2 / size**2)
+    for number, color in enumerate(_bright(count, rng), 1):
+        center, angle, width = rng.uniform(-size / 2, side + size / 2, 2), rng.uniform(0, np.pi), rng.uniform(0.6, 1)
+        turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]]) / [[1], [width]]
+        inside, behind = (
+            size / 2 - np.linalg.norm((_pixels(side) - center - off) @ turn.T, axis=1).reshape(side, side)
+            for off in (0, 0.1 * size)
+        )
+        on = _step(inside)
+        image = on * color + (1 - on) * image * (1 - 0.3 * _step(behind / 2))
+        numbers = np.where(inside > 0, number, numbers)
+    return _made(image, label(numbers, background=GROUND), touching=True)
 
 
 def coins(side: int, size: float, seed: int = 0) -> Made:
@@ -122,17 +152,37 @@ MADE: dict[str, Callable[..., Made]] = {
     "tiles": tiles,
     "bricks": bricks,
     "letters": letters,
+    "patches": patches,
+    "confetti": confetti,
 }
 """By name: what makes a texture of some side, from elements of some size."""
 
 
-def _made(image: np.ndarray, numbers: np.ndarray) -> Made:
+def _made(image: np.ndarray, numbers: np.ndarray, touching: bool = False) -> Made:
     pixels = torch.from_numpy(np.clip(image, 0, 1).astype(np.float32)).movedim(2, 0)
-    return Made(pixels.contiguous(), torch.from_numpy(numbers.astype(np.int64)))
+    return Made(pixels.contiguous(), torch.from_numpy(numbers.astype(np.int64)), touching)
 
 
 def _pixels(side: int) -> np.ndarray:
     return np.stack(np.mgrid[:side, :side], -1).reshape(-1, 2)
+
+
+def _step(inside: np.ndarray) -> np.ndarray:
+    """0 to 1 (..., 1) across a border, given by how many pixels places lie within it."""
+    return 1 / (1 + np.exp(np.clip(-inside / 0.7, -50, 50)))[..., None]
+
+
+def _cells(side: int, size: float, rng: np.random.Generator) -> tuple[int, np.ndarray, np.ndarray]:
+    """How many cells there are, those nearest and second nearest to each pixel (2, H, W), and how much nearer it is."""
+    centers = _evenly_scattered(side, size, rng)
+    distance, owner = cKDTree(centers).query(_pixels(side), k=2)
+    return len(centers), owner.T.reshape(2, side, side), (distance[:, 1] - distance[:, 0]).reshape(side, side)
+
+
+def _bright(count: int, rng: np.random.Generator) -> np.ndarray:
+    """Colors (count, 3) about four that are far apart."""
+    palette = np.array([[0.2, 0.4, 0.7], [0.9, 0.8, 0.2], [0.8, 0.2, 0.3], [0.2, 0.6, 0.4]])
+    return palette[rng.integers(4, size=count)] + rng.normal(0, 0.04, (count, 3))
 
 
 def _colors(count: int, rng: np.random.Generator) -> np.ndarray:
