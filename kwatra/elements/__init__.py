@@ -4,6 +4,7 @@ from kwatra.elements.anisotropy import STRAIGHT, anisotropy, drawn_sides, easier
 from kwatra.elements.direction import direction_dependence
 from kwatra.elements.ground import Ground, find_ground
 from kwatra.elements.lattice import Lattice, find_lattice
+from kwatra.elements.outlines import Outlines, find_outlines
 from kwatra.elements.place import place_dependence
 from kwatra.elements.repeating import continued, out_of_step
 from kwatra.elements.size import element_size
@@ -15,6 +16,7 @@ __all__ = [
     "STRAIGHT",
     "Ground",
     "Lattice",
+    "Outlines",
     "Slant",
     "anisotropy",
     "continued",
@@ -25,6 +27,7 @@ __all__ = [
     "element_size",
     "find_ground",
     "find_lattice",
+    "find_outlines",
     "find_slant",
     "find_weave",
     "lines_through",

@@ -116,16 +116,22 @@ def find_ground(exemplar: Exemplar) -> Ground:
     inside, colors, tried = owner >= 0, exemplar.canvas.double().numpy(), []
     variance = _Variance(colors, inside)
     for kind, split in _splits(colors, exemplar.alpha, inside, size):
-        ground, sure = _cleaned(split, owner, size)
+        ground, sure = cleaned(split, owner, size)
         tried.append(_Split(kind, ground, sure, variance.share(ground)))
     tried = [split for split in tried if split.plain > 0 or split.kind in BRIGHTNESS]
     surest = max(split.sure for split in tried)
     plain = [split for split in tried if split.plain > 0 and split.sure >= AS_SURE * surest]
     found = _best(plain, lambda split: split.likely) if plain else _best(tried, lambda split: split.sure)
-    ground = found.ground
-    away = ndimage.distance_transform_edt(np.pad(~ground, 1, mode="edge"))[1:-1, 1:-1] if ground.any() else inside
-    depth = np.clip(away / max(RIM * size, 1.0), 0, 1)
-    return Ground(depth, surest, found.plain, size)
+    return Ground(depth_beside(found.ground, size), surest, found.plain, size)
+
+
+def depth_beside(ground: Array, size: float) -> Array:
+    """How deep in elements of some size pixels (*S) lie, 0 to 1, given where ground lies."""
+    if not ground.any():
+        return np.ones(ground.shape)
+    away = ndimage.distance_transform_edt(np.pad(~ground, 1, mode="edge"))[1:-1, 1:-1]
+    depth: Array = np.clip(away / max(RIM * size, 1.0), 0, 1)
+    return depth
 
 
 def _best(splits: Sequence[_Split], worth: Callable[[_Split], float]) -> _Split:
@@ -224,7 +230,7 @@ def _two_classes(values: Array) -> float:
     return float(borders[1 + int(np.argmax(between))])
 
 
-def _cleaned(ground: Array, owner: Array, size: float) -> tuple[Array, float]:
+def cleaned(ground: Array, owner: Array, size: float) -> tuple[Array, float]:
     """Ground without holes in elements, and without specks upon it; and how surely it is one, 0 to 1.
 
     owner (*S): the image to which each pixel belongs, -1 for nobody. In each of them the ground hangs together.

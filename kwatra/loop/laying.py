@@ -14,7 +14,6 @@ from kwatra.elements import (
     continued,
     continued_weave,
     easier,
-    find_ground,
     find_lattice,
     find_slant,
     runs_along,
@@ -24,7 +23,7 @@ from kwatra.elements import (
 from kwatra.exemplar import Exemplar
 from kwatra.levels import LAID_FINE
 from kwatra.loop.task import Task
-from kwatra.pieces import BlockStart, SlantedStart
+from kwatra.pieces import BlockStart, SlantedStart, hidden_seams
 
 LARGE = 160
 """Exemplars are halved until they have at most so many pixels across."""
@@ -185,9 +184,9 @@ def _is_large(extent: tuple[int, ...], factor: int) -> bool:
 def looks(exemplar: Exemplar) -> list[Callable[[Exemplar], object]]:
     """What is looked for in an exemplar where blocks of it are laid that nothing steers, each of which is kept.
 
-    Of a large one they are laid at a coarser resolution, where its ground is looked for; a lattice is in none.
+    Of a large one they are laid at a coarser resolution, where its gaps are looked for; a lattice is in none.
     """
-    wanted: list[Callable[[Exemplar], object]] = [find_ground] if min(exemplar.extent) <= LAID_FINE else []
+    wanted: list[Callable[[Exemplar], object]] = [hidden_seams] if min(exemplar.extent) <= LAID_FINE else []
     wanted.append(find_slant)
     if exemplar.owner.numel() <= LOOKED_AT:
         wanted.append(find_lattice)

@@ -1,6 +1,6 @@
 """What renewed blocks are cut from: places between an exemplar's pixels, as `kwatra.pieces` lays them."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import torch
@@ -53,13 +53,17 @@ class Coordinates(Stock):
             return eased(self, easier)
         rows, columns = hidden.depth.shape
 
-        def depth(places: Array) -> Array:
-            x, y = np.rint(places[:2]).astype(np.int64)
-            at: Array = hidden.depth[y.clip(0, rows - 1), x.clip(0, columns - 1)]
+        def nearest(values: Array) -> Callable[[Array], Array]:
+            def at(places: Array) -> Array:
+                x, y = np.rint(places[:2]).astype(np.int64)
+                there: Array = values[y.clip(0, rows - 1), x.clip(0, columns - 1)]
+                return there
+
             return at
 
         least = MIXING * hidden.dearer * hidden.hides * self._cost * COUNTS
-        return SeamCost(self, depth=Depth(depth, least, hidden=1.0))
+        part = None if hidden.parts is None else nearest(hidden.parts)
+        return SeamCost(self, depth=Depth(nearest(hidden.depth), least, hidden=1.0, part=part))
 
     def nowhere(self, shape: tuple[int, ...]) -> Array:
         """Places for pixels that show nothing."""

@@ -15,7 +15,8 @@ B(t) costs
 
     (hidden + (1 - hidden) d) M + least d,    d the lesser depth of A(s) and B(t).
 
-It then runs along the gaps of one side, and through elements of both nowhere, however alike their colors are.
+It then runs along the gaps of one side, and through elements of both nowhere, however alike their colors are. Elements
+without gaps end at outlines: there d is low only where A or B passes from one part into another between s and t.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -60,12 +61,25 @@ class Steepness(NamedTuple):
 class Depth(NamedTuple):
     """at: how deep in its element a place lies, 0 (ground) to 1, of many; least: what a seam costs there at least.
 
-    hidden: the part of M that a seam costs along the ground; 1 makes only elements dearer.
+    hidden: the part of M that a seam costs along the ground; 1 makes only elements dearer. part: to which part each of
+    many places belongs, 0 for none, of elements that meet at outlines; None of elements that are apart.
     """
 
     at: Callable[[Array], Array]
     least: float
     hidden: float = HIDDEN
+    part: Callable[[Array], Array] | None = None
+
+    def ending(self, places: Array, beyond: Array) -> Array:
+        """How deep places lie at which a copy ends that would go on at the places beyond.
+
+        Of elements that meet as deep as can be, but where it would go on in another part.
+        """
+        deep = self.at(places)
+        if self.part is None:
+            return deep
+        part = self.part(places)
+        return np.where((part == self.part(beyond)) | (part == 0), np.float32(1), deep)
 
 
 class SeamCost:
@@ -81,17 +95,19 @@ class SeamCost:
     def prices(self) -> Prices:
         """The same as arrays, of a mosaic."""
         assert isinstance(self.sources, Mosaic)
-        count, deep, none = self.sources.planes.shape[1], np.empty(0, np.float32), np.empty(0, np.int64)
+        deep, parts, none = np.empty(0, np.float32), np.empty(0, np.int32), np.empty(0, np.int64)
         hidden, least = (1.0, 0.0) if self.depth is None else (self.depth.hidden, self.depth.least)
         if self.depth is not None:
-            deep = self.depth.at(np.arange(count)).astype(np.float32, copy=False)
+            every = np.arange(self.sources.planes.shape[1])
+            deep = self.depth.at(every).astype(np.float32, copy=False)
+            parts = parts if self.depth.part is None else self.depth.part(every).astype(np.int32, copy=False)
         if self.steepness is None:
-            return Prices(deep, hidden, least, none, none, np.empty((0, 0), np.int32))
+            return Prices(deep, parts, hidden, least, none, none, np.empty((0, 0), np.int32))
         axes = len(self.steepness.least)
         missing = [(AXES - axes, 0)]
         scales = np.pad([_scale(axis, axes) for axis in range(axes)], missing)
         divisors = np.pad(self.steepness.least, missing, constant_values=1)
-        return Prices(deep, hidden, least, scales, divisors, np.pad(self.steepness.slopes, [*missing, (0, 0)]))
+        return Prices(deep, parts, hidden, least, scales, divisors, np.pad(self.steepness.slopes, [*missing, (0, 0)]))
 
     def pairs(self, old: Array, new: Array, remembered: Sequence[Array], choice: Array | None = None) -> list[Costs]:
         """Per axis the costs (a, b, c) of kwatra.cut between neighbors of a window; of empty pixels, anything.
@@ -105,14 +121,13 @@ class SeamCost:
 
             found = matched(self.sources.planes, self.sources.strides, old, new, choice, self.prices)
             return [(a, b, c) for a, (b, c) in zip(remembered, found, strict=True)]
-        pairs, deep = [], None if self.depth is None else (self.depth.at(old), self.depth.at(new))
+        pairs = []
         for axis, (a, (b, c)) in enumerate(zip(remembered, self.sources.matches(old, new), strict=True)):
             p, q = beside(axis, len(remembered))
             if self.depth is not None or self.steepness is not None:
                 ahead, back = self.sources.beyond(old[p], axis, 1), self.sources.beyond(old[q], axis, -1)
-                both, other = (None, None) if deep is None else ((deep[0][p], deep[1][q]), (deep[1][p], deep[0][q]))
-                b = self._priced(axis, b, (old[p], new[p], ahead, new[q]), len(remembered), both)
-                c = self._priced(axis, c, (new[p], back, new[q], old[q]), len(remembered), other)
+                b = self._priced(axis, b, (old[p], new[p], ahead, new[q]), len(remembered))
+                c = self._priced(axis, c, (new[p], back, new[q], old[q]), len(remembered))
             pairs.append((a, b, c))
         return pairs
 
@@ -138,8 +153,7 @@ class SeamCost:
         ahead, back = self.sources.beyond(s, axis, 1), self.sources.beyond(t, axis, -1)
         show_s, show_t, after, before = (self.sources.colors(places) for places in (s, t, ahead, back))
         match = self.sources.distance(show_s, before) + self.sources.distance(after, show_t)
-        deep = None if self.depth is None else (self.depth.at(s), self.depth.at(t))
-        return self._priced(axis, match, (s, back, ahead, t), axes, deep)
+        return self._priced(axis, match, (s, back, ahead, t), axes)
 
     def within(self, places: Array) -> list[Array]:
         """Per axis what the seam between each pixel of some places (*S) and the next costs, 0 within a copy."""
@@ -155,13 +169,12 @@ class SeamCost:
         cost[parted] = self.seam(s[parted], t[parted], axis, axes)
         return cost
 
-    def _priced(
-        self, axis: int, match: Array, places: Sequence[Array], axes: int, deep: tuple[Array, Array] | None
-    ) -> Array:
-        """What is asked for, from M and the places of A and B at s and t, where A(s) and B(t), so deep, are seen."""
-        if self.depth is not None and deep is not None:
-            depth = np.minimum(*deep)
-            more = np.where(self.sources.same(places[2], places[3]), 0, self.depth.least)  # what goes on has no seam
+    def _priced(self, axis: int, match: Array, places: Sequence[Array], axes: int) -> Array:
+        """What is asked for, from M and the places A(s), B(s), A(t), B(t), of which the first and the last are seen."""
+        if self.depth is not None:
+            s, back, ahead, t = places
+            depth = np.minimum(self.depth.ending(s, ahead), self.depth.ending(t, back))
+            more = np.where(self.sources.same(ahead, t), 0, self.depth.least)  # what goes on has no seam
             hidden = self.depth.hidden
             return np.rint((hidden + (1 - hidden) * depth) * match + more * depth).astype(np.int32)
         if self.steepness is None:

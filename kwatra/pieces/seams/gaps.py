@@ -1,13 +1,13 @@
 """Seams along the gaps between elements, where a texture has any."""
 
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 import torch
 from torch import Tensor
 
-from kwatra.elements import Ground, find_ground
+from kwatra.elements import Ground, find_ground, find_outlines
 from kwatra.exemplar import Exemplar
 from kwatra.pieces.seams.cost import Depth, SeamCost
 from kwatra.pieces.seams.keeping import cheaper
@@ -85,7 +85,8 @@ class Hidden(NamedTuple):
 
     hides: 0 to 1, how well the gaps hide them. size: that of an element, in pixels. aligned: what it counts beside the
     colors that gaps lie on gaps, where they hide seams fully. dearer: how many times as much as usual a seam costs more
-    through an element.
+    through an element. parts (*S): those that meet at outlines, beside which alone seams are hidden; None of elements
+    that are apart.
     """
 
     depth: Array
@@ -93,6 +94,7 @@ class Hidden(NamedTuple):
     size: float
     aligned: float
     dearer: float
+    parts: Array | None = None
 
     @property
     def unlike(self) -> Array:
@@ -101,27 +103,42 @@ class Hidden(NamedTuple):
         unlike: Array = away / max(float(away.std()), 1e-9)
         return unlike
 
-    def cost(self, mosaic: Mosaic, depths: Sequence[Array], deviation: float) -> SeamCost:
+    def cost(self, mosaic: Mosaic, sources: Sequence[Any], deviation: float) -> SeamCost:
         """What seams of a mosaic cost, more through elements.
 
-        depths (*S) each: of its sources' pixels; deviation: the standard deviation of colors, in the mosaic's units.
+        sources: for each of the mosaic's the index of the exemplar's pixels that it shows; deviation: the standard
+        deviation of colors, in the mosaic's units.
         """
-        deep = np.concatenate([by_place(depth) for depth in depths])
-        return SeamCost(mosaic, depth=Depth(deep.__getitem__, CUTTING * self.dearer * self.hides * deviation))
+
+        def lookup(values: Array) -> Callable[[Array], Array]:
+            return np.concatenate([by_place(values[shown]) for shown in sources]).__getitem__
+
+        least = CUTTING * self.dearer * self.hides * deviation
+        part = None if self.parts is None else lookup(self.parts)
+        return SeamCost(mosaic, depth=Depth(lookup(self.depth), least, part=part))
 
 
 def hidden_seams(exemplar: Exemplar) -> Hidden | None:
     """Where gaps between elements of still images hide seams, None if they do nowhere."""
     ground = find_ground(exemplar)
     hides = ground.sure * ground.plain
-    if hides < SURE:
+    if hides >= SURE:
+        return hidden_along(ground, hides)
+    found = find_outlines(exemplar)
+    if found is None:
         return None
-    return hidden_along(ground, hides)
+    return Hidden(_seen(found.depth, found.hides), found.hides, found.size, ALIGNED, 1.0, found.parts)
 
 
 def hidden_along(ground: Ground, hides: float, aligned: float = ALIGNED, dearer: float = 1.0) -> Hidden:
     """Where seams are hidden by some ground that hides them so well, 0 to 1; the rest is as in `Hidden`."""
-    return Hidden((1 - hides * (1 - ground.depth)).astype(np.float32), hides, ground.size, aligned, dearer)
+    return Hidden(_seen(ground.depth, hides), hides, ground.size, aligned, dearer)
+
+
+def _seen(depth: Array, hides: float) -> Array:
+    """What seams cost (*S) by depth where what is at 0 hides them so well."""
+    seen: Array = (1 - hides * (1 - depth)).astype(np.float32)
+    return seen
 
 
 def find_gaps(exemplar: Exemplar, mosaic: Mosaic, deviation: float) -> Gaps | None:
@@ -132,5 +149,5 @@ def find_gaps(exemplar: Exemplar, mosaic: Mosaic, deviation: float) -> Gaps | No
     hidden = hidden_seams(exemplar)
     if hidden is None:
         return None
-    cost = hidden.cost(mosaic, [hidden.depth], deviation)
+    cost = hidden.cost(mosaic, [...], deviation)
     return Gaps(mosaic, cost, round(AROUND * hidden.hides * hidden.size), hidden.unlike, hidden.hides)

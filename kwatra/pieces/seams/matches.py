@@ -129,31 +129,37 @@ def _priced(
 ) -> None:
     """What `SeamCost` asks for, in place of M, in the same arithmetic."""
     if len(prices.deep) > 0:
-        _hidden(stride, last, choice, old, new, prices.deep, prices.hidden, prices.least, second, first)
+        _hidden(stride, last, choice, old, new, prices, second, first)
     if len(prices.scales) > 0:
         scale, divisor = prices.scales[axis], prices.divisors[axis]
         _divided(stride, last, choice, old, new, scale, divisor, prices.slopes[axis], second, first)
 
 
 @jitted
-def _hidden(
-    stride: Any, last: Any, choice: Any, old: Any, new: Any, depths: Any, hidden: Any, least: Any, second: Any,
-    first: Any,
-) -> None:  # fmt: skip
+def _hidden(stride: Any, last: Any, choice: Any, old: Any, new: Any, prices: Any, second: Any, first: Any) -> None:
     """What seams cost where they are hidden."""
-    whole, rest = np.float32(hidden), np.float32(1 - hidden)
+    whole, rest = np.float32(prices.hidden), np.float32(1 - prices.hidden)
     for i in range(new.shape[0]):
         for j in range(new.shape[1] - 1):
             for k in range(new.shape[2]):
                 if choice[i, j, k] == choice[i, j + 1, k] != FREE:
                     continue
-                ahead = min(max(old[i, j, k] + stride, 0), last)
-                deep = min(depths[old[i, j, k]], depths[new[i, j + 1, k]])
-                more = 0.0 if ahead == new[i, j + 1, k] else least
+                s_old, s_new, t_old, t_new = old[i, j, k], new[i, j, k], old[i, j + 1, k], new[i, j + 1, k]
+                ahead, back = min(max(s_old + stride, 0), last), min(max(t_old - stride, 0), last)
+                deep = min(_ending(prices, s_old, ahead), _ending(prices, t_new, s_new))
+                more = 0.0 if ahead == t_new else prices.least
                 second[i, j, k] = np.int32(np.rint((whole + rest * deep) * np.float64(second[i, j, k]) + more * deep))
-                deep = min(depths[new[i, j, k]], depths[old[i, j + 1, k]])
-                more = 0.0 if old[i, j + 1, k] == new[i, j + 1, k] else least
+                deep = min(_ending(prices, s_new, t_new), _ending(prices, t_old, back))
+                more = 0.0 if t_old == t_new else prices.least
                 first[i, j, k] = np.int32(np.rint((whole + rest * deep) * np.float64(first[i, j, k]) + more * deep))
+
+
+@jitted
+def _ending(prices: Any, place: Any, beyond: Any) -> Any:
+    """How deep in its element a place lies at which it ends, `kwatra.pieces.Depth`'s `ending`."""
+    if len(prices.parts) > 0 and (prices.parts[place] == 0 or prices.parts[place] == prices.parts[beyond]):
+        return np.float32(1)
+    return prices.deep[place]
 
 
 @jitted

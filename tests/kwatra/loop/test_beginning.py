@@ -87,15 +87,15 @@ def test_what_is_looked_for_beforehand_is_asked_for_later(side, monkeypatch):
     """All of it by the same exemplar: what is laid at half the resolution asks for the ground there."""
     asked, exemplar = list[str](), Exemplar.of(torch.rand(1, side, side))
     for module in (laying, import_module("kwatra.pieces.seams.gaps")):
-        for name in ("find_ground", "find_lattice", "find_slant"):
+        for name in ("hidden_seams", "find_lattice", "find_slant"):
             find = getattr(module, name, None)
             if find is not None:
                 find = noted(asked, name, find, exemplar)
                 monkeypatch.setattr(module, name, find)
     wanted = {
-        name for name in ("find_ground", "find_lattice", "find_slant") if getattr(laying, name) in looks(exemplar)
+        name for name in ("hidden_seams", "find_lattice", "find_slant") if getattr(laying, name) in looks(exemplar)
     }
-    assert ("find_ground" in wanted) == (side <= laying.LAID_FINE)
+    assert ("hidden_seams" in wanted) == (side <= laying.LAID_FINE)
     begin(exemplar, (64, 64))
     assert set(asked) == wanted
 

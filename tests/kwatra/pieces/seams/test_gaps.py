@@ -5,9 +5,9 @@ from bench_elements import cut_elements
 from made import MADE
 
 from kwatra import Exemplar, Settings, optimize
-from kwatra.elements import Ground, Lattice
-from kwatra.pieces import BlockStart, Gaps, Hidden, Mosaic, find_gaps, hidden_along
-from kwatra.pieces.seams.gaps import ALIGNED, CUTTING
+from kwatra.elements import Ground, Lattice, find_ground, find_outlines
+from kwatra.pieces import BlockStart, Gaps, Hidden, Mosaic, find_gaps, hidden_along, hidden_seams
+from kwatra.pieces.seams.gaps import ALIGNED, CUTTING, SURE
 from kwatra.terms import Wish
 
 
@@ -18,15 +18,22 @@ def cut(made, monkeypatch=None):
     generator = torch.Generator().manual_seed(0)
     start = BlockStart(Exemplar.of(made.image), (192, 192), (80, 80), (1, 1), generator, usage=0.5, seams=6)
     where = start.run()
-    return cut_elements(made.numbers.numpy(), (where[0] * 128 + where[1]).numpy())["cut"]
+    return cut_elements(made.numbers.numpy(), (where[0] * 128 + where[1]).numpy(), made.touching)
 
 
 @pytest.mark.parametrize(("name", "most"), [("coins", 0.1), ("stones", 0.25)])
 def test_elements_stay_whole_where_there_are_gaps(name, most, monkeypatch):
     made = MADE[name](128, 24, 0)
     whole, torn = cut(made), cut(made, monkeypatch)
-    assert whole <= most
-    assert whole < torn
+    assert whole["cut"] <= most
+    assert whole["cut"] < torn["cut"]
+
+
+@pytest.mark.parametrize(("name", "most"), [("patches", 0.25), ("confetti", 0.8)])
+def test_seams_between_elements_that_touch_run_along_their_outlines(name, most, monkeypatch):
+    made = [MADE[name](128, 24, seed) for seed in range(3)]
+    whole, torn = ([cut(each, patch)["mixed"] for each in made] for patch in (None, monkeypatch))
+    assert sum(whole) < most * sum(torn)
 
 
 def around(made, weight, **other):
@@ -84,11 +91,28 @@ def test_depths_are_told_apart_in_their_deviations_and_not_at_all_where_they_are
 def test_each_source_of_a_mosaic_is_as_deep_as_it_is_said_to_be():
     rng = np.random.default_rng(0)
     mosaic = Mosaic([rng.random((3, 6, 8), np.float32) for _ in range(2)])
-    depths = [rng.random((6, 8), np.float32) for _ in range(2)]
-    cost = Hidden(depths[0], 0.5, 8.0, ALIGNED, 1.0).cost(mosaic, depths, 20.0)
+    depth, parts = rng.random((6, 8), np.float32), rng.integers(0, 3, (6, 8))
+    shown = tuple(rng.integers(0, side, (6, 8)) for side in (6, 8))
+    cost = Hidden(depth, 0.5, 8.0, ALIGNED, 1.0, parts).cost(mosaic, [..., shown], 20.0)
     assert cost.depth.least == pytest.approx(CUTTING * 0.5 * 20.0)
-    for number, depth in enumerate(depths):
-        np.testing.assert_array_equal(cost.depth.at(mosaic.places(number, [np.arange(6), np.arange(8)])), depth)
+    for number, there in enumerate((np.indices((6, 8)), shown)):
+        places = mosaic.places(number, [np.arange(6), np.arange(8)])
+        np.testing.assert_array_equal(cost.depth.at(places), depth[tuple(there)])
+        np.testing.assert_array_equal(cost.depth.part(places), parts[tuple(there)])
+    assert Hidden(depth, 0.5, 8.0, ALIGNED, 1.0).cost(mosaic, [..., ...], 20.0).depth.part is None
+
+
+def test_outlines_hide_seams_where_no_ground_does():
+    for name in ("stones", "patches"):
+        exemplar = Exemplar.of(MADE[name](128, 24, 0).image)
+        ground, outlines, hidden = find_ground(exemplar), find_outlines(exemplar), hidden_seams(exemplar)
+        if name == "stones":
+            assert hidden.parts is None
+            assert hidden.hides == ground.sure * ground.plain > 0.9
+        else:
+            assert np.array_equal(hidden.parts, outlines.parts)
+            assert ground.sure * ground.plain < SURE < 0.5 < hidden.hides == outlines.hides
+            assert np.allclose(hidden.depth, 1 - hidden.hides * (1 - outlines.depth))
 
 
 def test_noise_has_no_gaps():

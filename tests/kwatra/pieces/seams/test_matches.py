@@ -46,15 +46,17 @@ def test_a_normalized_match_is_divided_by_the_gradients_of_both_patches_at_both_
 
 
 @pytest.mark.parametrize("axes", [2, 3])
-@pytest.mark.parametrize("seams", ["plain", "hidden", "eased", "normalized"])
+@pytest.mark.parametrize("seams", ["plain", "hidden", "outlined", "eased", "normalized"])
 @pytest.mark.parametrize("priced", [False, True])
 def test_a_patch_is_cut_in_by_one_call_as_it_is_step_by_step(axes, seams, priced):
     rng = np.random.default_rng(axes)
     mosaic, shape = Mosaic([rng.random((2, *(9,) * axes), dtype=np.float32)]), (7, 8, 6)[:axes]
-    depth = by_place(rng.random(mosaic.shapes[0], dtype=np.float32))
+    depth = by_place(rng.random(mosaic.shapes[0], dtype=np.float32)).__getitem__
+    part = by_place(np.random.default_rng(9).integers(0, 3, mosaic.shapes[0])).__getitem__
     cost = {
         "plain": SeamCost(mosaic),
-        "hidden": SeamCost(mosaic, depth=Depth(depth.__getitem__, 3000.0)),
+        "hidden": SeamCost(mosaic, depth=Depth(depth, 3000.0)),
+        "outlined": SeamCost(mosaic, depth=Depth(depth, 3000.0, part=part)),
         "eased": eased(mosaic, [1, 9, 3][:axes]),
         "normalized": normalized(mosaic),
     }[seams]

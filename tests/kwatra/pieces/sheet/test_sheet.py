@@ -1,6 +1,7 @@
 """Laying patches against brute force: no labeling of a small sheet may be cheaper than the one that is chosen."""
 
 import itertools
+from itertools import product
 
 import numpy as np
 import pytest
@@ -167,13 +168,31 @@ def test_seams_are_hidden_where_one_side_shows_ground():
         assert hidden == round(part * seen + least)
 
 
-@pytest.mark.parametrize("seams", ["hidden", "eased", "normalized"])
+def test_seams_are_hidden_where_one_side_passes_from_one_part_into_another():
+    sources = Mosaic([np.array([[[0, 0.2, 0.4, 0.6, 0.8, 1.0]]], np.float32)])
+    depth, part = np.full((1, 6), 0.25, np.float32), np.array([[1, 1, 2, 0, 3, 3]])
+    depth_of, part_of = by_place(depth).__getitem__, by_place(part).__getitem__
+    cost, plain = SeamCost(sources, depth=Depth(depth_of, 100.0, part=part_of)), SeamCost(sources)
+    places = sources.places(0, [np.arange(1), np.arange(6)])[0]
+    for s, t in product(range(6), repeat=2):
+        if t != s + 1:
+            there = np.array([places[s]]), np.array([places[t]])
+            found, seen = int(cost.seam(*there, 1, 2)[0]), int(plain.seam(*there, 1, 2)[0])
+            deep = 0.25 if s in (1, 2) or t in (2, 4) else 1.0  # 3 is of no part, and the rim of its neighbor's
+            assert found == round((HIDDEN + (1 - HIDDEN) * deep) * seen + 100 * deep)
+
+
+@pytest.mark.parametrize("seams", ["hidden", "outlined", "eased", "normalized"])
 def test_seams_are_remembered_as_they_cost(seams, recomputed_seams):
     rng = np.random.default_rng(0)
     sources = Mosaic([rng.random((2, 9, 9), np.float32)])
-    depth = Depth(by_place(rng.random((9, 9), np.float32)).__getitem__, 200.0)
-    hidden = SeamCost(sources, depth=depth)
-    costs_of = {"hidden": hidden, "eased": eased(sources, [1, 9]), "normalized": normalized(sources)}
+    depth, part = by_place(rng.random((9, 9), np.float32)).__getitem__, by_place(rng.integers(0, 3, (9, 9))).__getitem__
+    costs_of = {
+        "hidden": SeamCost(sources, depth=Depth(depth, 200.0)),
+        "outlined": SeamCost(sources, depth=Depth(depth, 200.0, part=part)),
+        "eased": eased(sources, [1, 9]),
+        "normalized": normalized(sources),
+    }
     sheet = Sheet(sources, (16, 16), (False, True), costs_of[seams])
     for _ in range(20):
         start = (int(rng.integers(0, 8)), int(rng.integers(0, 16)))
