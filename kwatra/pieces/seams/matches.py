@@ -129,16 +129,20 @@ def _priced(
 ) -> None:
     """What `SeamCost` asks for, in place of M, in the same arithmetic."""
     if len(prices.deep) > 0:
-        _hidden(stride, last, choice, old, new, prices, second, first)
+        deep, parts, hidden, least = prices.deep, prices.parts, prices.hidden, prices.least
+        _hidden(stride, last, choice, old, new, deep, parts, hidden, least, second, first)
     if len(prices.scales) > 0:
         scale, divisor = prices.scales[axis], prices.divisors[axis]
         _divided(stride, last, choice, old, new, scale, divisor, prices.slopes[axis], second, first)
 
 
 @jitted
-def _hidden(stride: Any, last: Any, choice: Any, old: Any, new: Any, prices: Any, second: Any, first: Any) -> None:
+def _hidden(
+    stride: Any, last: Any, choice: Any, old: Any, new: Any, depths: Any, parts: Any, hidden: Any, least: Any,
+    second: Any, first: Any,
+) -> None:  # fmt: skip
     """What seams cost where they are hidden."""
-    whole, rest = np.float32(prices.hidden), np.float32(1 - prices.hidden)
+    whole, rest = np.float32(hidden), np.float32(1 - hidden)
     for i in range(new.shape[0]):
         for j in range(new.shape[1] - 1):
             for k in range(new.shape[2]):
@@ -146,20 +150,20 @@ def _hidden(stride: Any, last: Any, choice: Any, old: Any, new: Any, prices: Any
                     continue
                 s_old, s_new, t_old, t_new = old[i, j, k], new[i, j, k], old[i, j + 1, k], new[i, j + 1, k]
                 ahead, back = min(max(s_old + stride, 0), last), min(max(t_old - stride, 0), last)
-                deep = min(_ending(prices, s_old, ahead), _ending(prices, t_new, s_new))
-                more = 0.0 if ahead == t_new else prices.least
+                deep = min(_ending(depths, parts, s_old, ahead), _ending(depths, parts, t_new, s_new))
+                more = 0.0 if ahead == t_new else least
                 second[i, j, k] = np.int32(np.rint((whole + rest * deep) * np.float64(second[i, j, k]) + more * deep))
-                deep = min(_ending(prices, s_new, t_new), _ending(prices, t_old, back))
-                more = 0.0 if t_old == t_new else prices.least
+                deep = min(_ending(depths, parts, s_new, t_new), _ending(depths, parts, t_old, back))
+                more = 0.0 if t_old == t_new else least
                 first[i, j, k] = np.int32(np.rint((whole + rest * deep) * np.float64(first[i, j, k]) + more * deep))
 
 
 @jitted
-def _ending(prices: Any, place: Any, beyond: Any) -> Any:
+def _ending(depths: Any, parts: Any, place: Any, beyond: Any) -> Any:
     """How deep in its element a place lies at which it ends, `kwatra.pieces.Depth`'s `ending`."""
-    if len(prices.parts) > 0 and (prices.parts[place] == 0 or prices.parts[place] == prices.parts[beyond]):
+    if len(parts) > 0 and (parts[place] == 0 or parts[place] == parts[beyond]):
         return np.float32(1)
-    return prices.deep[place]
+    return depths[place]
 
 
 @jitted
