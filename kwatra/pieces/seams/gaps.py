@@ -1,4 +1,4 @@
-"""Seams along the gaps between elements, where a texture has any."""
+"""Seams along the gaps between elements, where a texture has any, or else along the outlines of those that touch."""
 
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
@@ -119,7 +119,7 @@ class Hidden(NamedTuple):
 
 
 def hidden_seams(exemplar: Exemplar) -> Hidden | None:
-    """Where gaps between elements of still images hide seams, None if they do nowhere."""
+    """Where gaps between elements of still images hide seams, or else outlines; None if nothing does."""
     ground = find_ground(exemplar)
     hides = ground.sure * ground.plain
     if hides >= SURE:
@@ -142,7 +142,7 @@ def _seen(depth: Array, hides: float) -> Array:
 
 
 def find_gaps(exemplar: Exemplar, mosaic: Mosaic, deviation: float) -> Gaps | None:
-    """The gaps of an exemplar of still images, None without any that hide seams.
+    """The gaps or outlines of an exemplar of still images, None without any that hide seams.
 
     mosaic: its canvas; deviation: the standard deviation of its colors, in the mosaic's units.
     """
