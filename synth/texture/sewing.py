@@ -2,13 +2,14 @@
 
 Each patch is laid where it fits what is around it, and cut along the seam of least cost (Kwatra et al. 2003, section
 3.1), which keeps elements whole; patches then replace each other where that lowers the cost of all seams. In a texture
-that runs along an axis, as wood does, seams cost less beside its lines (`kwatra.elements.easier`). Steps of color along
-seams are spread over some pixels by the picture x whose gradients are nearest to those of the patches,
+that runs along an axis, as wood does, seams cost less beside its lines (`kwatra.elements.easier`), in one of elements
+along their gaps or outlines (`kwatra.pieces.hidden_seams`). Steps of color along seams are spread over some pixels by
+the picture x whose gradients are nearest to those of the patches,
 
     sum_(s,t) (x_t - x_s - g_st)^2 + (x - c)^2 / REACH^2,    x = c where the picture stays,
 
 c the colors of the patches and g their differences, across a seam the mean of both patches' (Perez, Gangnet and Blake
-2003, "Poisson Image Editing", screened).
+2003, "Poisson Image Editing", screened); across one that is hidden the step itself, which is that of an element's end.
 """
 
 from collections.abc import Callable, Sequence
@@ -22,7 +23,7 @@ from kwatra import Exemplar
 from kwatra.base import conjugate_gradients
 from kwatra.elements import anisotropy, easier, runs_along
 from kwatra.loop import FIBROUS
-from kwatra.pieces import Box, Cut, Mosaic, Patch, Sheet
+from kwatra.pieces import Box, Cut, Hidden, Mosaic, Patch, SeamCost, Sheet, hidden_seams
 from kwatra.pieces.choosing import Fit
 from kwatra.pieces.seams import eased
 from kwatra.pieces.sheet import Offer, cheapest_cuts
@@ -70,11 +71,16 @@ class Sewing:
         self.runs = runs_along(anisotropy(exemplar), FIBROUS)
         self.closed, self.shape = tuple(closed), tuple(shape)
         self.mosaic = Mosaic([each.cpu().numpy() for each in (exemplar.canvas, picture) if each is not None])
-        self.sheet = Sheet(
-            self.mosaic, self.shape, self.closed, eased(self.mosaic, easier(anisotropy(exemplar), self.runs))
-        )
+        hidden = hidden_seams(exemplar) if picture is None and self.runs is None else None
+        self.sheet = Sheet(self.mosaic, self.shape, self.closed, self._seam_cost(hidden))
         self._fit = lru_cache(KEPT)(partial(_fit_of, self.mosaic.matching(0)))
         self._valid = lru_cache(KEPT)(partial(_places_of, exemplar))
+
+    def _seam_cost(self, hidden: Hidden | None) -> SeamCost:
+        """What seams cost: less in gaps between elements, or else beside lines of a texture that runs along an axis."""
+        if hidden is None:
+            return eased(self.mosaic, easier(anisotropy(self.exemplar), self.runs))
+        return hidden.cost(self.mosaic, [...], sum(float(np.std(plane)) for plane in self.mosaic.planes))
 
     def lay_picture(self, box: Box, must_not: np.ndarray | None = None) -> None:
         """Lay the picture itself in a box, but for those pixels of it (boolean) that are not to show it."""
@@ -167,13 +173,20 @@ class Sewing:
         return pairs
 
     def _missing(self, colors: Tensor, axis: int) -> Tensor:
-        """Differences (C, H, W) to the next pixel along an axis: both patches' mean less that of the colors."""
+        """Differences (C, H, W) to the next pixel along an axis: both patches' mean less that of the colors.
+
+        Where a seam is hidden nothing is missing.
+        """
         places = self.sheet.places
         after = np.roll(places, -1, axis)
-        ahead = torch.from_numpy(self.mosaic.originals(self.mosaic.beyond(places, axis, 1)))
-        back = torch.from_numpy(self.mosaic.originals(self.mosaic.beyond(after, axis, -1)))
+        ahead, back = self.mosaic.beyond(places, axis, 1), self.mosaic.beyond(after, axis, -1)
         there = colors.roll(-1, axis + 1)
-        return ((ahead - colors) + (there - back)) / 2 - (there - colors)
+        ours, theirs = (torch.from_numpy(self.mosaic.originals(beyond)) for beyond in (ahead, back))
+        missing = ((ours - colors) + (there - theirs)) / 2 - (there - colors)
+        depth = self.sheet.cost.depth
+        if depth is None:
+            return missing
+        return missing * torch.from_numpy(np.minimum(depth.ending(places, ahead), depth.ending(after, back)))
 
 
 def _fit_of(canvas: np.ndarray, part: Box) -> Fit:

@@ -3,11 +3,14 @@
 import numpy as np
 import pytest
 import torch
+from bench_elements import cut_elements
+from made import MADE
 from scipy import ndimage
 from skimage import data
 
 from kwatra import InputError
-from synth import tile
+from kwatra.pieces import hidden_seams
+from synth import Synthesis, tile
 from synth.texture import whole_size
 
 
@@ -142,3 +145,37 @@ def test_bad_requests_are_refused(options: dict, message: str) -> None:
 def test_a_video_is_refused():
     with pytest.raises(InputError, match=r"the picture has shape \(8, 24, 24, 1\), as videos have; give an image"):
         tile(np.zeros((8, 24, 24, 1), np.uint8))
+
+
+def rolled(made: Synthesis, side: int) -> np.ndarray:
+    """From where each pixel of a tile comes, its borders in the middle."""
+    row, column = np.asarray(made.source[-2:]).astype(int)
+    return np.roll(row * side + column, (side // 2, side // 2), (0, 1))
+
+
+@pytest.mark.parametrize(("name", "most"), [("stones", 0.4), ("coins", 0.5), ("patches", 0.5)])
+def test_elements_stay_whole_where_a_picture_meets_itself(
+    name: str, most: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pictures, mixed = [MADE[name](128, 20, seed) for seed in range(2)], []
+    for hides in (hidden_seams, lambda exemplar: None):
+        monkeypatch.setattr("synth.texture.sewing.hidden_seams", hides)
+        tiles = [rolled(tile(made.image), 128) for made in pictures]
+        cut = [
+            cut_elements(made.numbers.numpy(), where, made.touching)
+            for made, where in zip(pictures, tiles, strict=True)
+        ]
+        mixed.append(sum(figures["mixed"] for figures in cut))
+    assert mixed[0] < most * mixed[1]
+
+
+def test_colors_do_not_run_across_hidden_seams(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of flat cells without noise, whose outlines hide seams, few pixels have another color than the four."""
+    rows, number = torch.arange(96) // 12, torch.randint(4, (8, 8), generator=torch.Generator().manual_seed(1))
+    colors = torch.tensor([[0.8, 0.2, 0.2], [0.2, 0.6, 0.3], [0.2, 0.3, 0.8], [0.9, 0.8, 0.3]])
+    picture, others = colors[number[rows][:, rows]].movedim(-1, 0), []
+    for hides in (hidden_seams, lambda exemplar: None):
+        monkeypatch.setattr("synth.texture.sewing.hidden_seams", hides)
+        apart = (tile(picture, band=12).image[None] - colors[:, :, None, None]).abs().amax(1).amin(0)
+        others.append(float((apart > 0.02).float().mean()))
+    assert others[0] < 0.02 < 0.5 * others[1]
