@@ -55,7 +55,7 @@ def mosaic(side: int, size: float, seed: int = 0) -> Made:
 
 
 def patches(side: int, size: float, seed: int = 0) -> Made:
-    """The same stones without joints."""
+    """Flat stones as those of `mosaic`, without joints."""
     rng = np.random.default_rng(seed)
     count, cells, apart = _cells(side, size, rng)
     colors, share = _bright(count, rng), _step(apart)

@@ -177,8 +177,7 @@ class _Back:
         if hidden is None:
             return eased(mosaic, easier(anisotropy(film.strip), film.along))
         places = [nearest_pixels(source, hidden.depth.shape).numpy() for source in sources]
-        deviation = sum(float(np.std(plane)) for plane in mosaic.planes)
-        return hidden.cost(mosaic, [tuple(place) for place in places], deviation)
+        return hidden.cost(mosaic, [tuple(place) for place in places], mosaic.deviation)
 
 
 def _reversed(field: Field, frames: int) -> Field:

@@ -74,8 +74,10 @@ def find_outlines(exemplar: Exemplar) -> Outlines | None:
     if most < SURE:
         return None
     found = next(one for one in tried if one.hides >= AS_SURE * most)
-    parts = _filled(steep, found.markers, inside)
-    outline = _outline(parts)
+    from skimage.segmentation import find_boundaries, watershed  # take a tenth of a second; few pictures have outlines
+
+    parts = watershed(steep, found.markers, mask=inside)
+    outline = find_boundaries(parts, connectivity=1, mode="thick")
     depth = depth_beside(outline, size)
     parts[outline & _mixed(colors)] = 0
     return Outlines(parts, depth, found.hides, size)
@@ -110,24 +112,6 @@ def _between(colors: Array, markers: Array, inside: Array) -> float:
         means = np.bincount(number, channel[markers > 0]) / np.maximum(area, 1)
         between += float((area * np.square(means - channel[inside].mean())).sum()) / number.size
     return between / total
-
-
-def _filled(steep: Array, markers: Array, inside: Array) -> Array:
-    """The part (*S) to which each pixel inside belongs, given those that are known."""
-    from skimage.segmentation import watershed  # takes a tenth of a second, and few pictures have outlines
-
-    parts: Array = watershed(steep, markers, mask=inside)
-    return parts
-
-
-def _outline(parts: Array) -> Array:
-    """The pixels (*S) beside which another part lies."""
-    outline = np.zeros(parts.shape, bool)
-    for lines, beside in ((parts, outline), (parts.T, outline.T)):
-        ends = lines[1:] != lines[:-1]
-        beside[1:] |= ends
-        beside[:-1] |= ends
-    return outline
 
 
 def _mixed(colors: Array) -> Array:

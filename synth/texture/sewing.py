@@ -80,7 +80,7 @@ class Sewing:
         """What seams cost: less in gaps between elements, or else beside lines of a texture that runs along an axis."""
         if hidden is None:
             return eased(self.mosaic, easier(anisotropy(self.exemplar), self.runs))
-        return hidden.cost(self.mosaic, [...], sum(float(np.std(plane)) for plane in self.mosaic.planes))
+        return hidden.cost(self.mosaic, [...], self.mosaic.deviation)
 
     def lay_picture(self, box: Box, must_not: np.ndarray | None = None) -> None:
         """Lay the picture itself in a box, but for those pixels of it (boolean) that are not to show it."""
@@ -186,7 +186,7 @@ class Sewing:
         depth = self.sheet.cost.depth
         if depth is None:
             return missing
-        return missing * torch.from_numpy(np.minimum(depth.ending(places, ahead), depth.ending(after, back)))
+        return missing * torch.from_numpy(depth.of_seam(places, back, ahead, after))
 
 
 def _fit_of(canvas: np.ndarray, part: Box) -> Fit:

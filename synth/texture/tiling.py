@@ -73,8 +73,9 @@ def tile(
         raise InputError(f"the picture has shape {tuple(image.shape)}, as videos have; give an image")
     down, across = _whole_periods(pixels, axes) if crop else (slice(0, side) for side in pixels.shape[1:])
     pixels = pixels[:, down, across].contiguous()
-    band = _band_of(pixels, axes, band)
-    sewing = _Borders(pixels, (("y" in axes), ("x" in axes)), band, seed).sew(report)
+    exemplar = Exemplar.of([pixels])
+    band = _band_of(exemplar, band)
+    sewing = _Borders(exemplar, (("y" in axes), ("x" in axes)), band, seed).sew(report)
     report("blending", 1.0)
     places = sewing.places.numpy() + np.array([down.start, across.start])[:, None, None]
     where = np.concatenate([np.zeros_like(places[:1]), places])
@@ -102,14 +103,14 @@ def _whole_periods(pixels: Tensor, axes: str) -> tuple[slice, ...]:
     return tuple(box)
 
 
-def _band_of(pixels: Tensor, axes: str, band: int | None) -> int:
-    """The band's width, checked against the sides along which the picture repeats."""
-    height, width = pixels.shape[1:]
+def _band_of(picture: Exemplar, band: int | None) -> int:
+    """The band's width, checked against the sides of the picture."""
+    height, width = picture.extent
     if min(height, width) < LEAST:
         raise InputError(f"the picture is {width}x{height}; at least {LEAST}x{LEAST} are needed to tile it")
     most = min(height, width) // 4
     if band is None:
-        wanted = max(round(element_size(Exemplar.of([pixels]))), NARROWEST)
+        wanted = max(round(element_size(picture)), NARROWEST)
         return min(wanted, WIDEST, max(min(height, width) // PART, 4))
     if not (is_whole(band, 2) and band <= most):
         raise InputError(
@@ -121,9 +122,9 @@ def _band_of(pixels: Tensor, axes: str, band: int | None) -> int:
 class _Borders:
     """A picture that is sewn to itself along the borders that are closed, and the patches that cover them."""
 
-    def __init__(self, pixels: Tensor, closed: tuple[bool, bool], band: int, seed: int) -> None:
+    def __init__(self, picture: Exemplar, closed: tuple[bool, bool], band: int, seed: int) -> None:
         self.band, self.generator = band, generator_of(seed)
-        self.sewing = Sewing(Exemplar.of([pixels]), pixels.shape[1:], closed)
+        self.sewing = Sewing(picture, picture.extent, closed)
         self._lay_picture()
 
     def _lay_picture(self) -> None:

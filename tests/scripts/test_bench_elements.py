@@ -158,7 +158,8 @@ def test_stones_are_of_one_brightness() -> None:
 
 
 def test_the_table_has_controls_methods_and_frames(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    words = ["tiles", "patches", "--sizes", "12", "--side", "64", "--size", "72x64", "--seeds", "1", "--at", "0,2"]
+    words = ["tiles", "coins", "patches", "--sizes", "12", "--side", "64", "--size", "72x64"]
+    words += ["--seeds", "1", "--at", "0,2"]
     words += ["--methods", "fast", "quilting", "copies", "blocks", "--flows", "rotation"]
     assert bench_elements.main([*words, "--json", str(tmp_path / "figures.json")]) == 0
     rows = json.loads((tmp_path / "figures.json").read_text())
@@ -166,9 +167,11 @@ def test_the_table_has_controls_methods_and_frames(tmp_path: Path, capsys: pytes
     exact = {"rotation 0 exact", "rotation 2 exact"}
     by = {(row["exemplar"], row["method"]): row["figures"] for row in rows}
     assert len(by) == len(rows)
-    assert set(by) == {("tiles 12", name) for name in names | exact} | {("patches 12", name) for name in names}
-    assert by["tiles 12", "rotation 0 exact"]["cut"] == 0
-    for texture in ("tiles 12", "patches 12"):
+    apart = "tiles 12", "coins 12"
+    wanted = {(texture, name) for texture in apart for name in names | exact}
+    assert set(by) == wanted | {("patches 12", name) for name in names}
+    assert all(by[texture, "rotation 0 exact"]["cut"] == 0 for texture in apart)
+    for texture in (*apart, "patches 12"):
         assert by[texture, "copies"]["cut"] == 0
         assert by[texture, "blocks"]["cut"] > 0.25
         assert by[texture, "fast"]["cut"] < by[texture, "blocks"]["cut"]

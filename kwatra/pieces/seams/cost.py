@@ -81,6 +81,11 @@ class Depth(NamedTuple):
         part = self.part(places)
         return np.where((part == self.part(beyond)) | (part == 0), np.float32(1), deep)
 
+    def of_seam(self, s: Array, back: Array, ahead: Array, t: Array) -> Array:
+        """d of seams between places s and t of A and B; ahead, back: where A would go on beyond s, and B before t."""
+        lesser: Array = np.minimum(self.ending(s, ahead), self.ending(t, back))
+        return lesser
+
 
 class SeamCost:
     """M between places of a stock; or M', if given what to divide by.
@@ -172,9 +177,8 @@ class SeamCost:
     def _priced(self, axis: int, match: Array, places: Sequence[Array], axes: int) -> Array:
         """What is asked for, from M and the places A(s), B(s), A(t), B(t), of which the first and the last are seen."""
         if self.depth is not None:
-            s, back, ahead, t = places
-            depth = np.minimum(self.depth.ending(s, ahead), self.depth.ending(t, back))
-            more = np.where(self.sources.same(ahead, t), 0, self.depth.least)  # what goes on has no seam
+            depth = self.depth.of_seam(*places)
+            more = np.where(self.sources.same(*places[2:]), 0, self.depth.least)  # what goes on has no seam
             hidden = self.depth.hidden
             return np.rint((hidden + (1 - hidden) * depth) * match + more * depth).astype(np.int32)
         if self.steepness is None:

@@ -135,6 +135,11 @@ class Mosaic(Stock):
         return matched(self.planes, self.strides, old, new)
 
     @cached_property
+    def deviation(self) -> float:
+        """The standard deviations of all quantized channels together, rim included: the unit of what a seam costs."""
+        return sum(float(np.std(plane)) for plane in self.planes)
+
+    @cached_property
     def slopes(self) -> np.ndarray:
         """How much it changes at each place along each axis, (dims, places), rim included: what divides M', int32.
 

@@ -18,6 +18,6 @@ def visible_seams(exemplar: Exemplar, where: Tensor) -> float:
     1 is what a seam between unrelated pixels costs: twice the deviation of each channel.
     """
     mosaic = Mosaic([(continued(exemplar.canvas, exemplar.owner).cpu() * exemplar.share.cpu()).numpy()])
-    unrelated = max(2 * sum(float(np.std(plane)) for plane in mosaic.planes), 1.0)
+    unrelated = max(2 * mosaic.deviation, 1.0)
     costs = SeamCost(mosaic).within(mosaic.places_of(list(where.cpu().numpy())))
     return sum(float(np.maximum(cost / unrelated - HARDLY, 0).sum()) for cost in costs) / where[0].numel()

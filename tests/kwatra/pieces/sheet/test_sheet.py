@@ -1,7 +1,6 @@
 """Laying patches against brute force: no labeling of a small sheet may be cheaper than the one that is chosen."""
 
 import itertools
-from itertools import product
 
 import numpy as np
 import pytest
@@ -174,7 +173,7 @@ def test_seams_are_hidden_where_one_side_passes_from_one_part_into_another():
     depth_of, part_of = by_place(depth).__getitem__, by_place(part).__getitem__
     cost, plain = SeamCost(sources, depth=Depth(depth_of, 100.0, part=part_of)), SeamCost(sources)
     places = sources.places(0, [np.arange(1), np.arange(6)])[0]
-    for s, t in product(range(6), repeat=2):
+    for s, t in itertools.product(range(6), repeat=2):
         if t != s + 1:
             there = np.array([places[s]]), np.array([places[t]])
             found, seen = int(cost.seam(*there, 1, 2)[0]), int(plain.seam(*there, 1, 2)[0])
