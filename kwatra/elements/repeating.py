@@ -33,11 +33,14 @@ def out_of_step(
     return rest.square().sum(0).sqrt()  # `norm` takes many times as long
 
 
-def continued(exemplar: Exemplar, lattice: Lattice, shape: Sequence[int]) -> Tensor | None:
+def continued(
+    exemplar: Exemplar, lattice: Lattice, shape: Sequence[int], first: Sequence[int] | None = None
+) -> Tensor | None:
     """The source map (2, *shape) that continues a periodic image exactly, None where no image is exactly periodic.
 
-    It begins with the upper left corner of the exemplar's first image that is periodic in whole pixels, each color to
-    within a step of 8 bits, and of which a whole cell may be copied.
+    It is the exemplar's first image that is periodic in whole pixels, each color to within a step of 8 bits, and of
+    which a whole cell may be copied. first: where on the canvas the map begins, though it be outside of the image; None
+    for the image's upper left corner.
     """
     device, exemplar = exemplar.canvas.device, exemplar.to("cpu")
     for box, inside in exemplar.places():
@@ -48,9 +51,11 @@ def continued(exemplar: Exemplar, lattice: Lattice, shape: Sequence[int]) -> Ten
         basis = _triangular(vectors)
         place = _innermost_of_cell(inside, basis)
         if bool((place >= 0).all()) and _alike(image, inside, place[_cell(inside.shape, basis)]):
-            there = place[_cell(shape, basis)]
+            corner = [side.start for side in box]
+            start = [a - b for a, b in zip(corner if first is None else first, corner, strict=True)]
+            there = place[_cell(shape, basis, start)]
             width = inside.shape[1]
-            return torch.stack([there // width + box[0].start, there % width + box[1].start]).to(device)
+            return torch.stack([there // width + corner[0], there % width + corner[1]]).to(device)
     return None
 
 
@@ -92,10 +97,14 @@ def _triangular(vectors: Tensor) -> tuple[int, int, int]:
     return down, right, area // down
 
 
-def _cell(shape: Sequence[int], basis: tuple[int, int, int]) -> Tensor:
-    """Number (*shape) of each pixel's place in the lattice's cell; pixels a lattice vector apart have the same."""
+def _cell(shape: Sequence[int], basis: tuple[int, int, int], first: Sequence[int] = (0, 0)) -> Tensor:
+    """Number (*shape) of each pixel's place in the lattice's cell, from a first pixel on.
+
+    Pixels a lattice vector apart have the same.
+    """
     down, right, along = basis
-    y, x = torch.meshgrid(*(torch.arange(size) for size in shape), indexing="ij")
+    lines = (torch.arange(start, start + size) for start, size in zip(first, shape, strict=True))
+    y, x = torch.meshgrid(*lines, indexing="ij")
     return (y % down) * along + (x - y // down * right) % along
 
 

@@ -24,6 +24,7 @@ from kwatra.exemplar import Exemplar
 from kwatra.levels import LAID_FINE
 from kwatra.loop.task import Task
 from kwatra.pieces import BlockStart, SlantedStart, hidden_seams
+from kwatra.terms import HardPixels
 
 LARGE = 160
 """Exemplars are halved until they have at most so many pixels across."""
@@ -96,8 +97,10 @@ def block_start(task: Task, exemplar: Exemplar) -> Laid:
     here, controls = exemplar.coarser(factors), task.controls(factors)
     frames = FRAMES_IN_PLACE if controls.place_charges(here, (1,) * axes) else FRAMES
     size, along = block_size(here, controls.shape, settings.block, grain, frames), None
-    lattice = _lattice(task, exemplar, factor)
-    wish = controls.wish()
+    given = controls.copied() if task.start == "aligned" and axes == 2 else None
+    in_step = given is None or _begins(given, here) is not None
+    lattice = _lattice(task, exemplar, factor) if in_step else None
+    wish = controls.wish(None if given is None else (given >= 0).all(0))
     usage = settings.even * _usage(exemplar, task.shape, wish is not None)
     slant = _slant(task, exemplar) if lattice is None else None
     if slant is not None:
@@ -120,13 +123,26 @@ def block_start(task: Task, exemplar: Exemplar) -> Laid:
         easier=(1.0,) * axes if along is None else easier(anisotropy(here), along),
         places=[charge for _, charge in controls.place_charges(here, size)],
         wish=wish,
+        given=given,
     )
     return Laid(blocks.run(), factors, blocks)
 
 
-def _unsteered(task: Task) -> bool:
-    """Whether a still is begun that nothing steers."""
-    return task.start == "aligned" and len(task.shape) == 2 and not task.terms
+def _begins(given: Tensor, exemplar: Exemplar) -> list[int] | None:
+    """Where on the canvas an output begins, if what is given of it, from places (n, *S), is one part of the exemplar.
+
+    None if it is none, several, or of nobody's pixels.
+    """
+    some = (given >= 0).all(0)
+    places = given[:, some]
+    firsts = (places - some.nonzero().T).unique(dim=1).T.tolist()
+    return firsts[0] if len(firsts) == 1 and bool((exemplar.owner[tuple(places)] >= 0).all()) else None
+
+
+def _unsteered(task: Task, given: bool = False) -> bool:
+    """Whether a still is begun that nothing steers; given: or nothing but pixels that are copied from the exemplar."""
+    terms = [term for term in task.terms if not (given and isinstance(term, HardPixels) and term.source is not None)]
+    return task.start == "aligned" and len(task.shape) == 2 and not terms
 
 
 def _slant(task: Task, exemplar: Exemplar) -> Slant | None:
@@ -199,7 +215,7 @@ def _lattice(task: Task, exemplar: Exemplar, factor: int) -> Lattice | None:
     Offsets from one image into another say nothing of it.
     """
     single = int(exemplar.owner.max()) == 0 and exemplar.owner.numel() <= LOOKED_AT
-    lattice = find_lattice(exemplar) if _unsteered(task) and single else None
+    lattice = find_lattice(exemplar) if _unsteered(task, given=True) and single else None
     return None if lattice is None else Lattice(lattice.vectors / factor, lattice.regularity)
 
 
@@ -207,11 +223,16 @@ def repeated(task: Task, exemplar: Exemplar) -> Tensor | None:
     """The source map (2, *shape), at full resolution, of a picture that goes on by itself: periodic exactly, or woven.
 
     None where it does not, or is to be something else; what has a lattice is laid in step with it though it be woven.
+    Where a part of a periodic picture is given the map goes on from that.
     """
     fine = any(level.factor == 1 for level in task.levels)
-    if not fine or not _unsteered(task):
+    if not fine or not _unsteered(task, given=True):
         return None
     lattice = find_lattice(exemplar) if exemplar.owner.numel() <= LOOKED_AT else None
+    given = task.controls((1, 1)).copied()
+    if given is not None:
+        first = _begins(given, exemplar)
+        return None if lattice is None or first is None else continued(exemplar, lattice, task.shape, first)
     weave = weave_beside(lattice, exemplar)
     if weave is not None:
         return continued_weave(exemplar, weave, task.shape, task.wraps, task.generator)

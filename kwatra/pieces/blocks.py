@@ -10,12 +10,14 @@ pixel, so that every level of the pyramid can represent the start exactly. Block
 or it would hardly be shown, and lie on its holes, or hardly any would fit between them (see `Corners`); what they leave
 empty others fill.
 
+What is given of the output is laid first, and blocks go on from it (`Given`).
+
 Where there are gaps between elements seams are hidden in them; blocks are chosen also for how well their gaps lie on
 those that are there, and are larger and overlap by so much that a seam can go around an element.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from copy import copy
 from dataclasses import replace
 from functools import partial
@@ -41,7 +43,8 @@ from kwatra.pieces.choosing import (
     variance,
 )  # fmt: skip
 from kwatra.pieces.choosing.candidates import LUCK
-from kwatra.pieces.fronts import fronts
+from kwatra.pieces.fronts import alike, fronts
+from kwatra.pieces.given import SMALL, Given
 from kwatra.pieces.offers import Offers
 from kwatra.pieces.seams import Array, Gaps, Mosaic, eased, find_gaps
 from kwatra.pieces.seams.gaps import LARGEST
@@ -72,7 +75,8 @@ class BlockStart:
     seams are compared. aligned: False takes whole blocks at random. lattice: on which elements stand, if they do.
     along: the axis the texture runs along, if it does; easier: by how many times less seams cost then along each axis
     (`kwatra.elements.easier`). places: what is charged for where in the exemplar a block comes
-    from. wish: values that pixels should have, with weights; a weight of 1 counts fully, as what is laid already.
+    from. wish: values that pixels should have, with weights; a weight of 1 counts fully, as what is laid already. given
+    (n, *shape): where in the exemplar's canvas pixels come from that are given and stay, below 0 where none is.
     """
 
     def __init__(
@@ -92,24 +96,30 @@ class BlockStart:
         easier: Sequence[float] = (1.0, 1.0),
         places: Sequence[PlaceCharge] = (),
         wish: Wish | None = None,
+        given: Tensor | None = None,
     ) -> None:
         self.exemplar, self.shape, self.grain = exemplar, tuple(shape), tuple(grain)
         self.generator, self.seams, self.aligned, self.lattice = generator, seams, aligned, lattice
-        share, colors = exemplar.share.cpu(), continued(exemplar.canvas, exemplar.owner).cpu()
+        self.given = Given(self.shape, given)
+        owner = self.given.owned(exemplar.owner)
+        share, colors = exemplar.share.cpu(), continued(exemplar.canvas, owner).cpu()
         middle = torch.stack([mean(channel) for channel in colors]).double().view(share.shape)
         weights = share.double().sqrt()
         self.wish, still = Wished.of(wish, middle, weights), aligned and len(self.shape) == 2
         mosaic = Mosaic([(colors * share).numpy()])
         self.wraps = (False,) * len(self.shape) if wraps is None else tuple(wraps)
         self.sheet = Sheet(mosaic, self.shape, self.wraps, eased(mosaic, easier))
+        self.given.lay(self.sheet)
         self.image, self.shown = ((colors - middle) * weights).numpy(), np.zeros(mosaic.cell)
         var = variance(exemplar, self.wish)
         self.scene = SceneUse.of(self.image, self.shape) if len(self.shape) > 2 and places else None
         unasked, deviation = unguided(exemplar, self.wish), var**0.5 / mosaic.step
-        self.gaps = find_gaps(unasked, mosaic, deviation) if still and along is None else None
+        own = owner is exemplar.owner  # of pixels of another texture it is not known where its gaps lie
+        self.gaps = find_gaps(unasked, mosaic, deviation) if still and own and along is None else None
         free = still and self.wish is None and not places and bool((exemplar.owner <= 0).all())
         self._spread_out(block, along, free)
-        luck, twins = 0.0 if self.scene is None else LUCK, twin_places(exemplar, mosaic) if still else NO_TWINS
+        luck = LUCK if self.scene or self.given.where.any() else 0.0
+        twins = twin_places(exemplar, mosaic) if still else NO_TWINS
         asked = Asked(usage, lattice, places, exemplar.canvas.device, self.wish, self.gaps, aligned, luck, twins)
         self.candidates = Candidates(self.sheet, self.corners, self.image, var, asked)
         self.offers = Offers(self.sheet, self.image, self.wish, var, min(self.overlap), not aligned)
@@ -127,7 +137,7 @@ class BlockStart:
         block = tuple(min(b, self.sheet.longest(axis)) for axis, b in enumerate(block))
         fitted = partial(Corners.on_holes, whole=self.gaps is not None) if free else Corners.fitting
         self.corners = fitted(self.exemplar, block, self.grain)
-        self.overlap = tuple(max(round(b * OVERLAP), 1) for b in self.corners.block)
+        self.overlap = _overlap(self.corners.block)
         if self.gaps is not None:
             self._heed(self.gaps)
         self.spread = Spread.over(self.shape, self.corners.block, self.overlap, self.grain, self.wraps, along)
@@ -157,14 +167,15 @@ class BlockStart:
 
     def run(self) -> Tensor:
         """Lay all blocks, row by row, and again where seams cost most."""
-        self._fill(self._boxes())
+        self._fill()
         return self.where
 
     @property
     def where(self) -> Tensor:
         """The source map (n, *shape) of what is laid."""
-        where = self.sheet.sources.coordinates(self.sheet.places)[1]
-        return torch.from_numpy(where).long().to(self.exemplar.canvas.device)
+        places = torch.from_numpy(self.sheet.sources.coordinates(self.sheet.places)[1]).long()
+        where = places.to(self.exemplar.canvas.device)
+        return self.given.covered(where, self.exemplar.shape)
 
     def anew(self, part: Box, generator: torch.Generator) -> "BlockStart":
         """Another start, in which blocks are laid anew where a part of the output is; this one stays as it is.
@@ -173,28 +184,48 @@ class BlockStart:
         """
         other = copy(self)
         other.generator, other.sheet = generator, self.sheet.copy()
-        other.sheet.clear(part)
-        kept = self.sheet.places[other.sheet.filled]
+        other.sheet.clear(part, self.given.where)
+        kept = self.sheet.places[other.sheet.filled & ~self.given.where]
         other.shown = np.bincount(kept, minlength=self.shown.size).astype(float).reshape(self.shown.shape)
         other.candidates, other.offers = self.candidates.on(other.sheet), replace(self.offers, sheet=other.sheet)
-        other._fill([box for box in self._boxes() if not other.sheet.filled_at(other.sheet.indices(box)).all()])
+        other._fill()
         return other
 
-    def _fill(self, boxes: Sequence[Box]) -> None:
-        """Lay blocks in boxes, row by row, and again where seams cost most, the more often the more boxes there are."""
+    def _fill(self) -> None:
+        """Lay blocks where nothing lies, first beside what is given, then row by row; again where seams cost most."""
+        if self.given.where.any() and self.lattice is None:
+            self._go_on()
+        boxes = self._unfilled(self.given.nearest_first(map(self._box, self.spread.corners)))
         for front in self._fronts(boxes):
             self._lay([boxes[number] for number in front])
-        while rest := [box for box in boxes if not self.sheet.filled_at(self.sheet.indices(box)).all()]:
+        while rest := self._unfilled(boxes):
             for front in self._fronts(rest):
                 self._lay([rest[number] for number in front], rest=True)
+        self._lay_again(len(boxes))
+
+    def _go_on(self) -> None:
+        """Lay small blocks along the border of what is given; what is right beside it then stays."""
+        small, size = copy(self), tuple(max(round(SMALL * b), 1) for b in self.corners.block)
+        small.corners = Corners.fitting(self.exemplar, size, self.grain)
+        small.overlap, small.spread = _overlap(small.corners.block), replace(self.spread, block=small.corners.block)
+        small.candidates = self.candidates.of(small.corners)
+        small.offers = replace(self.offers, overlap=min(small.overlap))
+        boxes = self._unfilled(self.given.beside(small.corners.block, small.overlap, self.grain))
+        for front in small._fronts(boxes):
+            small._lay([boxes[number] for number in front])
+        small._lay_again(len(boxes))
+        self.sheet.fixed |= self.given.near(min(small.overlap)) & self.sheet.filled
+
+    def _unfilled(self, boxes: Iterable[Box]) -> list[Box]:
+        """Those in which something is empty."""
+        return [box for box in boxes if not self.sheet.filled_at(self.sheet.indices(box)).all()]
+
+    def _lay_again(self, count: int) -> None:
+        """Lay blocks again where seams cost most, the more often the more of them there are."""
         if self.aligned:
             half = tuple(max(b // 2, 1) for b in self.corners.block)
             costly = partial(self._costly, Regions(self.sheet, half, self.generator))
-            lay_again(self.sheet, costly, partial(self._lay, again=True), Budget(round(AGAIN * len(boxes)), PATIENCE))
-
-    def _boxes(self) -> list[Box]:
-        """Those of all blocks, row by row."""
-        return [self._box(corner) for corner in self.spread.corners]
+            lay_again(self.sheet, costly, partial(self._lay, again=True), Budget(round(AGAIN * count), PATIENCE))
 
     def _box(self, corner: Sequence[int]) -> Box:
         return Box(tuple(corner), self.corners.block).clipped(self.shape, self.sheet.periodic)
@@ -213,7 +244,8 @@ class BlockStart:
         rest: whether they are the last that fill these.
 
         In each box the block is cut in that costs least with what is seen of its seams. Threads share the boxes, or
-        what is tried in one. How often pixels are shown is counted when all are laid.
+        what is tried in one; blocks of some boxes of one extent are chosen together, for that is many short steps,
+        between which threads wait for each other. How often pixels are shown is counted when all are laid.
         """
         luck = torch.rand(len(boxes), generator=self.generator, dtype=torch.float64).tolist()
         often = None if self.scene is None else self.scene.prices(self.used)
@@ -226,7 +258,8 @@ class BlockStart:
             seen = zip(self.sheet.windows(some), some, chosen, strict=True)
             return [self.offers.of(window, box, *tried, often, again) for window, box, tried in seen]
 
-        groups = self._groups(boxes)
+        most = max(LOOKED_AT // math.prod(self.exemplar.shape), 1)
+        groups = alike(boxes, min(most, -(-len(boxes) // torch.get_num_threads())))
         made = dict(zip(chain(*groups), chain(*shared(choose, groups)), strict=True))
         offers = [made[number] for number in range(len(boxes))]
         cuts = cheapest_cuts(self.sheet, offers, self.corners.owned)
@@ -235,17 +268,6 @@ class BlockStart:
                 offer.window.recount(cut.take, cut.places, self.shown)
                 self.sheet.commit(cut)
         return [cut is not None for cut in cuts]
-
-    def _groups(self, boxes: Sequence[Box]) -> list[Sequence[int]]:
-        """Boxes, by number, of one extent and so few in each group that threads can share the groups.
-
-        Blocks of a group are chosen together: that is many short steps, between which threads wait for each other.
-        """
-        alike, most = dict[tuple[int, ...], list[int]](), max(LOOKED_AT // math.prod(self.exemplar.shape), 1)
-        for number, box in enumerate(boxes):
-            alike.setdefault(box.extent, []).append(number)
-        size = min(most, -(-len(boxes) // torch.get_num_threads()))
-        return [numbers[first : first + size] for numbers in alike.values() for first in range(0, len(numbers), size)]
 
     def _needed(self, boxes: Sequence[Box], rest: bool) -> Array:
         """Which pixels of boxes of one extent (b, *E) a block has to fill, if they are empty.
@@ -271,3 +293,8 @@ class BlockStart:
             regions.rest(region)
             boxes.append(box)
         return boxes
+
+
+def _overlap(block: Sequence[int]) -> tuple[int, ...]:
+    """By how much blocks of some size overlap."""
+    return tuple(max(round(b * OVERLAP), 1) for b in block)

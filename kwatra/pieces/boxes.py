@@ -19,6 +19,11 @@ class Box:
         """The first position past the box on each axis."""
         return tuple(s + e for s, e in zip(self.start, self.extent, strict=True))
 
+    @property
+    def middle(self) -> tuple[int, ...]:
+        """The pixel in the middle, or right after it."""
+        return tuple(s + e // 2 for s, e in zip(self.start, self.extent, strict=True))
+
     def within(self, other: Box) -> Box:
         """What two boxes have in common."""
         start = tuple(max(pair) for pair in zip(self.start, other.start, strict=True))

@@ -1,4 +1,4 @@
-"""Which of many boxes can be worked on at once: those that lie apart."""
+"""Which of many boxes can be worked on at once: those that lie apart; and which together: those of one extent."""
 
 from collections.abc import Sequence
 
@@ -27,3 +27,11 @@ def fronts(boxes: Sequence[Box], reach: int, shape: Sequence[int], periodic: Seq
         group[number] = group[:number][near].max(initial=-1) + 1
     order = np.argsort(group, kind="stable")
     return [part.tolist() for part in np.split(order, np.flatnonzero(np.diff(group[order])) + 1)]
+
+
+def alike(boxes: Sequence[Box], most: int) -> list[Sequence[int]]:
+    """Groups of boxes, by number, of one extent, at most so many in each."""
+    found = dict[tuple[int, ...], list[int]]()
+    for number, box in enumerate(boxes):
+        found.setdefault(box.extent, []).append(number)
+    return [numbers[first : first + most] for numbers in found.values() for first in range(0, len(numbers), most)]

@@ -7,7 +7,7 @@ thing to the blend, a pixel that is not free; inside, masked ones are 0, so that
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import partial, reduce
 from typing import TYPE_CHECKING
 
 import torch
@@ -16,6 +16,7 @@ from torch import Tensor
 from kwatra.base import LARGEST, InputError, coarse_shape, resized
 from kwatra.exemplar import Exemplar
 from kwatra.terms.algebra import Charge, PlaceCharge, Quadratic, TermLike, charge_of, place_charge_of, within
+from kwatra.terms.pixels import HardPixels
 
 if TYPE_CHECKING:
     from kwatra.step import Step
@@ -109,14 +110,27 @@ class Controls:
         charges = [(term.name, place_charge_of(term, exemplar, self.shape, width)) for term in self.terms]
         return [(name, charge) for name, charge in charges if charge is not None]
 
-    def wish(self) -> Wish | None:
-        """What the blocks of a start should agree with, where it can be told without an image: by diagonal terms."""
+    def wish(self, but: Tensor | None = None) -> Wish | None:
+        """What the blocks of a start should agree with, where it can be told without an image: by diagonal terms.
+
+        but (*S): pixels of which nothing is wished, as they are laid themselves.
+        """
         if not self.terms:
             return None
         x = self.blank()
         quadratics = [q for q in self.quadratics(x) if q.apply is None]
         asked = [q if q.fixed is None else replace(q, diagonal=q.diagonal + q.fixed.float()) for q in quadratics]
+        if but is not None:
+            asked = [replace(q, diagonal=torch.where(but, 0.0, q.diagonal)) for q in asked]
         return wish_of(asked, x)
+
+    def copied(self) -> Tensor | None:
+        """Where given pixels are copied from in the exemplar (n, *S), -1 of others; None where no term tells.
+
+        Of several terms the first decides.
+        """
+        told = [source for term in self.terms if isinstance(term, HardPixels) and (source := term.copied()) is not None]
+        return reduce(lambda first, other: torch.where(first >= 0, first, other), told) if told else None
 
     def energies(self, x: Tensor) -> list[tuple[str, float]]:
         """Every term's name and value for the image x (C, *S)."""

@@ -61,7 +61,9 @@ class HardPixels(Term):
 
     target: the values (C, *S) at the output's resolution; what it holds elsewhere does not matter. where: (C or 1,
     *S), True where a value is given; on a coarser level the share, 0 to 1, of each block that is. weight: how much
-    more a hard pixel counts in the search than another (thesis equation 26), >= 0.
+    more a hard pixel counts in the search than another (thesis equation 26), >= 0. source: (n, *S) whole numbers,
+    where on the exemplar's canvas given pixels are copied from, with all channels, or None: blocks that a still begins
+    with are then laid beside them as beside each other, not only where they are like them.
     """
 
     target: Tensor
@@ -69,11 +71,15 @@ class HardPixels(Term):
     weight: float = 1.0
     label: str = "hard pixels"
     mask: Tensor | None = None
+    source: Tensor | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "target", floats_of(self.target))
         object.__setattr__(self, "where", tensor_of(self.where))
         _check_alike(self.label, "places", self.target, self.where)
+        if self.source is not None:
+            object.__setattr__(self, "source", tensor_of(self.source).to(self.target.device))
+            _check_source(self.label, self.target, self.source)
         if not (0 <= self.weight < float("inf")):
             raise InputError(f"the weight of hard pixels is {self.weight}; it is finite and >= 0")
 
@@ -92,7 +98,19 @@ class HardPixels(Term):
         value = resized(torch.where(given > 0, self.target, 0.0), factor, shape) / share.clamp(min=1e-12)
         if self.mask is not None:
             share = share / resized(self.mask[None].float(), factor, shape).clamp(min=1e-12)
-        return HardPixels(value, share, self.weight, self.label)
+        return HardPixels(value, share, self.weight, self.label, source=self._coarser(factor, shape))
+
+    def _coarser(self, factor: tuple[int, ...], shape: tuple[int, ...]) -> Tensor | None:
+        """The source of blocks, from that of their first pixels."""
+        if self.source is None:
+            return None
+        firsts = tuple(slice(None, f * size, f) for f, size in zip(factor, shape, strict=True))
+        scale = torch.tensor(factor, device=self.source.device).view(-1, *[1] * len(shape))
+        return self.source[(slice(None), *firsts)].div(scale, rounding_mode="floor")
+
+    def copied(self) -> Tensor | None:
+        """The source of pixels that are given whole, -1 of others; None where none is told."""
+        return None if self.source is None else torch.where((self.where == 1).all(0), self.source, -1)
 
     def within(self, mask: Tensor) -> "HardPixels":
         """Not given behind the mask; there a block's pixels do not count."""
@@ -110,6 +128,15 @@ def _check_alike(label: str, what: str, target: Tensor, other: Tensor) -> None:
         raise InputError(
             f"{label} have targets {tuple(target.shape)} but {what} {tuple(other.shape)}; give {what} of the same "
             "size with one channel or as many"
+        )
+
+
+def _check_source(label: str, target: Tensor, source: Tensor) -> None:
+    whole = not (source.is_floating_point() or source.is_complex() or source.dtype == torch.bool)
+    if not whole or tuple(source.shape) != (target.ndim - 1, *target.shape[1:]):
+        raise InputError(
+            f"{label} have a source {source.dtype} {tuple(source.shape)}; give whole numbers "
+            f"{(target.ndim - 1, *target.shape[1:])}, a row for each axis"
         )
 
 

@@ -82,7 +82,7 @@ class Candidates:
 
     def __init__(self, sheet: Sheet[Mosaic], corners: Corners, image: Array, variance: float, asked: Asked) -> None:
         self.sheet, self.corners, self.variance, self.asked = sheet, corners, variance, asked
-        self._gaps = None if asked.wish is not None and asked.wish.everywhere else asked.gaps
+        self._image, self._gaps = image, None if asked.wish is not None and asked.wish.everywhere else asked.gaps
         depths = [] if self._gaps is None else [(self._gaps.depth[None], 1.0)]
         self.agreement = Agreement([(image, variance), *depths], corners)
         still = len(corners.block) == 2
@@ -96,6 +96,10 @@ class Candidates:
         other = copy(self)
         other.sheet = sheet
         return other
+
+    def of(self, corners: Corners) -> "Candidates":
+        """The same for blocks at other corners of the same image."""
+        return Candidates(self.sheet, corners, self._image, self.variance, self.asked)
 
     def worn(self, used: Array) -> Array:
         """What blocks cost (*n) for how often they were used; used (*cell): how often each place of the mosaic was."""
@@ -162,7 +166,7 @@ class Candidates:
         if beside > 0:
             near = shown_near(self.sheet, boxes, self.corners, self.asked.twins)
         if self.steps is not None:
-            steps = np.zeros(same.shape)
+            steps, some = np.zeros(same.shape), some | bool(self.sheet.patches)
             for at in np.flatnonzero(some).tolist():
                 steps[at] = self.steps.at(self._from_most(boxes[at], known[at]))
         gaps = 0.0 if self._gaps is None else self._gaps.weight
@@ -211,7 +215,10 @@ class Candidates:
         return np.round(mismatch + missed / (count * self.variance), DIGITS)
 
     def _from_most(self, box: Box, known: Array) -> list[int]:
-        """The offset of the first corner's block, less that of the copy which most of what is known of a box is."""
+        """The offset of the first corner's block, less that of the copy which most of what is known of a box is.
+
+        Where nothing is known, less that of the first copy.
+        """
         label = self.sheet.label[self.sheet.indices(box)][known]
-        most = self.sheet.patches[int(np.bincount(label).argmax())]
+        most = self.sheet.patches[int(np.bincount(label, minlength=1).argmax())]
         return [b - s + h for b, s, h in zip(box.start, most.shift, self.corners.hang, strict=True)]

@@ -94,14 +94,15 @@ class Sheet(Generic[S]):
         other.fixed, other.patches, other.total = self.fixed.copy(), [*self.patches], self.total
         return other
 
-    def clear(self, box: Box) -> None:
-        """Take away what lies in a box, which leaves no seams there nor around it."""
-        at = self.indices(box)
-        self.label[at], self.fixed[at] = -1, False
+    def clear(self, box: Box, keep: np.ndarray | None = None) -> None:
+        """Take away what lies in a box, but for the pixels to keep (*shape), which leaves no seams of its own."""
+        cleared = np.zeros(self.shape, bool)
+        cleared[self.indices(box)] = True
+        if keep is not None:
+            cleared &= ~keep
+        self.label[cleared], self.fixed[cleared] = -1, False
         for axis, seams in enumerate(self.seams):
-            start = tuple(s - (d == axis) for d, s in enumerate(box.start))
-            extent = tuple(e + (d == axis) for d, e in enumerate(box.extent))
-            seams[self.indices(Box(start, extent).clipped(self.shape, self.periodic))] = 0
+            seams[cleared | np.roll(cleared, -1, axis)] = 0
         self.total = summed(self.seams)
 
     @property

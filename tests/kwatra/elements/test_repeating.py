@@ -79,3 +79,12 @@ def test_translations_on_a_grain_are_those_of_the_full_map():
     lattice = Lattice(torch.tensor([[10.3, 2.0], [-3.0, 12.8]], dtype=torch.float64), 1.0)
     full = out_of_step(lattice, (4, -7), (40, 40))
     assert torch.equal(out_of_step(lattice, (4, -7), (10, 5), grain=(4, 8)), full[::4, ::8])
+
+
+@pytest.mark.parametrize("first", [(0, 0), (-37, 12), (70, -101)])
+def test_a_periodic_picture_is_continued_from_any_place_on(first):
+    whole = periodic((300, 300), (13, 20), (0, 31))
+    exemplar = Exemplar.of(whole[:, 130:226, 120:210])
+    where = continued(exemplar, find_lattice(exemplar), (50, 60), first)
+    top, left = 130 + first[0], 120 + first[1]
+    assert torch.equal(look_up(exemplar.canvas, where), whole[:, top : top + 50, left : left + 60])

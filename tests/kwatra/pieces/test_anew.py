@@ -40,3 +40,17 @@ def test_a_sheet_is_cleared_of_what_lies_in_a_box_and_of_the_seams_around_it(rec
     assert sheet.total == sheet.seams.sum() < before.sum()
     np.testing.assert_array_equal(start.sheet.seams, before)
     assert start.sheet.filled.all()
+
+
+def test_what_is_to_be_kept_stays_when_a_box_is_cleared(recomputed_seams):
+    image = torch.rand(1, 32, 32, generator=generator_of(0))
+    start = BlockStart(Exemplar.of(image), (50, 60), (12, 12), (1, 1), generator_of(0), usage=0.35, seams=2)
+    start.run()
+    keep = np.zeros((50, 60), bool)
+    keep[:, 25:] = True
+    sheet = start.sheet.copy()
+    sheet.clear(Box((10, 20), (15, 9)), keep)
+    empty = np.zeros((50, 60), bool)
+    empty[10:25, 20:25] = True
+    np.testing.assert_array_equal(sheet.filled, ~empty)
+    np.testing.assert_array_equal(sheet.seams, recomputed_seams(sheet))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from kwatra.pieces.boxes import Box
-from kwatra.pieces.fronts import fronts
+from kwatra.pieces.fronts import alike, fronts
 
 
 def apart(one, other, reach, shape, periodic):
@@ -37,3 +37,9 @@ def test_rows_of_blocks_that_touch_follow_each_other_three_apart():
     boxes = [Box((24 * row, 24 * column), (32, 32)) for row in range(4) for column in range(7)]
     found = fronts(boxes, 32, (200, 200), (False, False))
     assert found[6] == [6, 10, 14]  # (0, 6), (1, 3), (2, 0)
+
+
+def test_boxes_of_one_extent_come_together_a_few_at_a_time():
+    extents = [(4, 4), (4, 5), (4, 4), (4, 4), (4, 5)]
+    assert alike([Box((0, number), extent) for number, extent in enumerate(extents)], 2) == [[0, 2], [3], [1, 4]]
+    assert alike([], 2) == []

@@ -2,6 +2,7 @@ import pytest
 import torch
 
 from kwatra import HardPixels, InputError, SoftPixels
+from kwatra.terms import Controls
 
 
 def generator(seed=0):
@@ -66,3 +67,39 @@ def test_what_does_not_fit_is_said_in_a_sentence():
     for term in (SoftPixels(target, torch.ones(1, 4, 4)), HardPixels(target, torch.ones(1, 4, 4, dtype=torch.bool))):
         with pytest.raises(InputError, match=r"size \(4, 4\), but the output is \(4, 6\); crop or pad"):
             term.at((2, 2), (2, 3))
+
+
+def test_hard_pixels_tell_where_they_are_copied_from_at_every_resolution():
+    where = torch.ones(1, 4, 6, dtype=torch.bool)
+    where[0, 0, 0] = False
+    source = torch.stack(torch.meshgrid(torch.arange(8, 12), torch.arange(20, 26), indexing="ij"))
+    term = HardPixels(torch.zeros(3, 4, 6), where, source=source)
+    copied = term.copied()
+    assert torch.equal(copied[:, where[0]], source[:, where[0]])
+    assert copied[:, 0, 0].tolist() == [-1, -1]
+    coarse = term.at((2, 2), (2, 3)).copied()
+    assert coarse[0].tolist() == [[-1, 4, 4], [5, 5, 5]]
+    assert coarse[1].tolist() == [[-1, 11, 12], [10, 11, 12]]
+    assert HardPixels(torch.zeros(3, 4, 6), where).copied() is None
+
+
+@pytest.mark.parametrize("source", [torch.zeros(2, 4, 4), torch.zeros(3, 4, 4, dtype=torch.long)])
+def test_a_source_that_is_none_is_refused(source):
+    with pytest.raises(InputError, match=r"hard pixels have a source .*give whole numbers \(2, 4, 4\)"):
+        HardPixels(torch.zeros(3, 4, 4), torch.ones(1, 4, 4, dtype=torch.bool), source=source)
+
+
+def test_of_what_is_copied_from_the_exemplar_nothing_is_wished_and_the_first_term_tells_from_where():
+    first, second = (torch.zeros(1, 4, 4, dtype=torch.bool) for _ in range(2))
+    first[:, :2], second[:, 1:3] = True, True
+    one, other = torch.full((2, 4, 4), 5), torch.full((2, 4, 4), 9)
+    target = torch.full((1, 4, 4), 0.5)
+    terms = (HardPixels(target, first, source=one), HardPixels(target, second, source=other))
+    soft = SoftPixels(target, torch.ones(1, 4, 4))
+    controls = Controls((*terms, soft), None, (1, 1), (4, 4), 1, "cpu")
+    copied = controls.copied()
+    assert copied[0, :, 0].tolist() == [5, 5, 9, -1]
+    wish = controls.wish((copied >= 0).all(0))
+    assert wish.weight[0, :, 0].tolist() == [0, 0, 0, 1]
+    assert Controls(terms, None, (1, 1), (4, 4), 1, "cpu").wish((copied >= 0).all(0)) is None
+    assert Controls((soft,), None, (1, 1), (4, 4), 1, "cpu").copied() is None
