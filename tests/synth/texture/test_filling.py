@@ -5,6 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 import torch
+from made import MADE
 from scipy.ndimage import gaussian_filter
 from skimage import data
 from torch import Tensor
@@ -12,6 +13,7 @@ from torch import Tensor
 import kwatra
 from kwatra import InputError
 from synth import fill
+from synth.texture.filling import AROUND
 from synth.texture.work import PRESETS
 
 
@@ -132,18 +134,82 @@ def test_best_is_the_run_that_measures_best_and_tells_its_own_energies(monkeypat
 
 
 def test_lines_of_a_grain_go_on_better_in_strips(monkeypatch: pytest.MonkeyPatch) -> None:
-    hole = np.zeros((96, 96), bool)
-    hole[36:60, 36:60] = True
+    hole = np.ones((128, 96), bool)
+    hole[16:112] = False
 
     def ends() -> float:
-        """Steps at the hole's ends, over those that are usual, of two textures."""
+        """Steps at the ends of what is known, over those that are usual, of two textures."""
         found = 0.0
         for seed in (1, 2):
-            grain = gaussian_filter(np.random.default_rng(seed).random((96, 96)), (24, 1.5))
+            grain = gaussian_filter(np.random.default_rng(seed).random((128, 96)), (24, 1.5))
             steps = np.abs(np.diff(fill(grain, hole).image, axis=0))
-            found += float(steps[[35, 59], 36:60].mean() / np.abs(np.diff(grain, axis=0)).mean())
+            found += float(steps[[15, 111]].mean() / np.abs(np.diff(grain, axis=0)).mean())
         return found
 
     in_strips = ends()
     monkeypatch.setattr("synth.texture.filling.strips_along", lambda source: None)
-    assert in_strips < 0.5 * ends()
+    assert in_strips < 0.7 * ends()
+
+
+def extended(image: Tensor, margin: int) -> tuple[Tensor, Tensor]:
+    """An image (C, H, W) with a margin to be filled all around it, and where that is (H, W)."""
+    wide = torch.nn.functional.pad(image, (margin,) * 4)
+    return wide, torch.nn.functional.pad(torch.zeros(image.shape[1:], dtype=torch.bool), (margin,) * 4, value=True)
+
+
+def border(image: Tensor, hole: Tensor) -> float:
+    """Mean difference across the hole's border, over that between all neighbors that are known."""
+    found = []
+    for axis in (0, 1):
+        steps, meet = image.diff(dim=axis + 1).abs().mean(0), hole.int().diff(dim=axis)
+        known = (~hole).int()
+        both = known.narrow(axis, 1, known.shape[axis] - 1) * known.narrow(axis, 0, known.shape[axis] - 1) > 0
+        found.append((steps[meet != 0].mean(), steps[both].mean()))
+    return float(sum(across for across, _ in found) / sum(usual for _, usual in found))
+
+
+@pytest.mark.parametrize(("name", "most"), [("patches", 2.5), ("stones", 1.6), ("mosaic", 1.7), ("coins", 1.7)])
+def test_elements_that_the_border_cuts_go_on_beyond_it(name: str, most: float) -> None:
+    """Laid to be like what is known, but not as beside it, blocks had 2.9, 2.4, 3.2 and 3.1."""
+    image, hole = extended(MADE[name](128, 20, 0).image, 32)
+    assert border(fill(image, hole).image, hole) < most
+
+
+def test_a_checkerboard_is_extended_exactly() -> None:
+    y, x = torch.meshgrid(torch.arange(160), torch.arange(150), indexing="ij")
+    board = (((y + 7) // 32 + (x + 1) // 32) % 2).float()[None]
+    hole = torch.ones(160, 150, dtype=torch.bool)
+    hole[40:125, 30:115] = False
+    filled = fill(torch.where(hole, 0.5, board), hole)
+    assert torch.equal(filled.image, board)
+    assert not bool(hole[tuple(filled.source[1:])].any())
+
+
+def test_tiles_are_extended_in_step() -> None:
+    whole = MADE["tiles"](160, 20, 0).image
+    hole = torch.ones(160, 160, dtype=torch.bool)
+    hole[30:126, 34:130] = False
+    joints = whole.amin(0) > 0.75
+    filled = fill(torch.where(hole, 0.5, whole), hole).image.amin(0) > 0.75
+    assert float((filled == joints)[hole].float().mean()) > 0.98
+
+
+def test_another_picture_goes_on_from_what_is_known() -> None:
+    gravel = torch.from_numpy(data.gravel()).float()[None] / 255
+    image, hole = extended(gravel[:, :96, :96], 24)
+    filled = fill(image, hole, exemplar=[gravel[:, 200:300, 200:310], gravel[:, 400:490, :90]])
+    assert border(filled.image, hole) < 1.3
+    assert set(np.unique(filled.source[0][hole.numpy()])) == {0, 1}
+
+
+def test_a_hole_is_filled_from_what_is_near_it_and_the_source_tells_the_place_in_the_whole_image() -> None:
+    image = np.tile(data.gravel()[:80, :200], (1, 4))
+    image[:, :300] = 255
+    hole = disc(image.shape, (40, 700), 9)
+    filled = fill(np.where(hole, np.uint8(0), image), hole, preset="fast")
+    _, _, column = filled.source
+    assert column[hole].min() >= 700 - 9 - AROUND - 8
+    assert not hole[filled.source[1], filled.source[2]].any()
+    assert np.array_equal(filled.take(image)[~hole], image[~hole])
+    apart = filled.image[hole].astype(float) - filled.take(image)[hole]
+    assert np.abs(apart).mean() < 25  # of up to 255: nearly what it is copied from
