@@ -93,7 +93,7 @@ def task_of(
     per_axis(settings.wrap, len(shape))
     task.check_start()
     if parts:
-        check_controls(task.controls((1,) * len(shape)))
+        check_controls(task.controls((1,) * len(shape)), None if texture.exemplar is None else texture.exemplar.shape)
     return task
 
 

@@ -3,6 +3,7 @@
 A seam beside them cannot move, so blocks have to agree all along it, and the larger one is the less it does. So they
 are laid first, then small blocks along their border; the narrow strip of these that is beside them stays as well, for
 a large block laid over it would cost less on the whole, all of that in one straight line. Then blocks are laid as ever.
+Where elements stand on a lattice there is no need of small ones: what is in step with what is given agrees with it.
 """
 
 from collections.abc import Iterable, Sequence

@@ -182,8 +182,12 @@ def _given(quadratics: Sequence[Quadratic], mask: Tensor | None, blank: Tensor) 
     return Given(fixed, value, mask) if bool(fixed.any()) else None
 
 
-def check_controls(controls: Controls) -> None:
-    """InputError for terms of another size, wishes that are no numbers, and hard pixels that contradict each other."""
+def check_controls(controls: Controls, canvas: Sequence[int] | None = None) -> None:
+    """InputError for terms of another size, wishes that are no numbers, and hard pixels that contradict each other.
+
+    canvas: the exemplar's shape, None if there is none; also for pixels that are copied from beyond it.
+    """
+    _check_copied(controls.copied(), canvas)
     x = controls.blank()
     fixed, value = torch.zeros_like(x, dtype=torch.bool), x.clone()
     for term, q in zip(controls.terms, controls.quadratics(x), strict=True):
@@ -210,3 +214,14 @@ def check_controls(controls: Controls) -> None:
                     f"{where}, that another term fixes at other values; keep one of them or make one soft"
                 )
             value, fixed = torch.where(q.fixed, q.target, value), fixed | q.fixed
+
+
+def _check_copied(source: Tensor | None, canvas: Sequence[int] | None) -> None:
+    if source is None or canvas is None:
+        return
+    last = [int(line.max()) for line in source]
+    if any(at >= size for at, size in zip(last, canvas, strict=True)):
+        raise InputError(
+            f"hard pixels are copied from places up to {tuple(last)}, but the exemplar's canvas has the shape "
+            f"{tuple(canvas)}; give places on it, or below 0 where a pixel is copied from nowhere"
+        )

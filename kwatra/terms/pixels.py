@@ -62,8 +62,8 @@ class HardPixels(Term):
     target: the values (C, *S) at the output's resolution; what it holds elsewhere does not matter. where: (C or 1,
     *S), True where a value is given; on a coarser level the share, 0 to 1, of each block that is. weight: how much
     more a hard pixel counts in the search than another (thesis equation 26), >= 0. source: (n, *S) whole numbers,
-    where on the exemplar's canvas given pixels are copied from, with all channels, or None: blocks that a still begins
-    with are then laid beside them as beside each other, not only where they are like them.
+    where on the exemplar's canvas given pixels are copied from, with all channels, below 0 from nowhere; or None.
+    Blocks that a still begins with are then laid beside them as beside each other, not only where they are like them.
     """
 
     target: Tensor

@@ -1,7 +1,7 @@
 import pytest
 import torch
 
-from kwatra import HardPixels, InputError, SoftPixels
+from kwatra import Exemplar, HardPixels, InputError, SoftPixels, optimize
 from kwatra.terms import Controls
 
 
@@ -103,3 +103,10 @@ def test_of_what_is_copied_from_the_exemplar_nothing_is_wished_and_the_first_ter
     assert wish.weight[0, :, 0].tolist() == [0, 0, 0, 1]
     assert Controls(terms, None, (1, 1), (4, 4), 1, "cpu").wish((copied >= 0).all(0)) is None
     assert Controls((soft,), None, (1, 1), (4, 4), 1, "cpu").copied() is None
+
+
+def test_pixels_that_are_copied_from_beyond_the_exemplar_are_refused():
+    where, source = torch.ones(1, 16, 16, dtype=torch.bool), torch.full((2, 16, 16), 32)
+    term = HardPixels(torch.zeros(1, 16, 16), where, source=source)
+    with pytest.raises(InputError, match=r"copied from places up to \(32, 32\), but the exemplar's canvas"):
+        optimize(Exemplar.of(torch.rand(1, 32, 32, generator=generator())), (16, 16), terms=term)
