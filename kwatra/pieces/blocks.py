@@ -8,16 +8,14 @@ block, and mend older seams. When all is laid, blocks are laid again where seams
 apart are laid at once (`fronts`). Offsets between output and exemplar are multiples of `grain`, the coarsest level's
 pixel, so that every level of the pyramid can represent the start exactly. Blocks may hang over the exemplar's border,
 or it would hardly be shown, and lie on its holes, or hardly any would fit between them (see `Corners`); what they leave
-empty others fill.
-
-What is given of the output is laid first, and blocks go on from it (`Given`).
+empty others fill. What is given of the output is laid first, and blocks go on from it (`GivenCopies`).
 
 Where there are gaps between elements seams are hidden in them; blocks are chosen also for how well their gaps lie on
 those that are there, and are larger and overlap by so much that a seam can go around an element.
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from copy import copy
 from dataclasses import replace
 from functools import partial
@@ -44,7 +42,7 @@ from kwatra.pieces.choosing import (
 )  # fmt: skip
 from kwatra.pieces.choosing.candidates import LUCK
 from kwatra.pieces.fronts import alike, fronts
-from kwatra.pieces.given import SMALL, Given
+from kwatra.pieces.given import SMALL, GivenCopies
 from kwatra.pieces.offers import Offers
 from kwatra.pieces.seams import Array, Gaps, Mosaic, eased, find_gaps
 from kwatra.pieces.seams.gaps import LARGEST
@@ -100,7 +98,7 @@ class BlockStart:
     ) -> None:
         self.exemplar, self.shape, self.grain = exemplar, tuple(shape), tuple(grain)
         self.generator, self.seams, self.aligned, self.lattice = generator, seams, aligned, lattice
-        self.given = Given(self.shape, given)
+        self.given = GivenCopies(self.shape, given)
         owner = self.given.owned(exemplar.owner)
         share, colors = exemplar.share.cpu(), continued(exemplar.canvas, owner).cpu()
         middle = torch.stack([mean(channel) for channel in colors]).double().view(share.shape)
@@ -118,7 +116,7 @@ class BlockStart:
         self.gaps = find_gaps(unasked, mosaic, deviation) if still and own and along is None else None
         free = still and self.wish is None and not places and bool((exemplar.owner <= 0).all())
         self._spread_out(block, along, free)
-        luck = LUCK if self.scene or self.given.where.any() else 0.0
+        luck = LUCK if self.scene or self.given.any else 0.0
         twins = twin_places(exemplar, mosaic) if still else NO_TWINS
         asked = Asked(usage, lattice, places, exemplar.canvas.device, self.wish, self.gaps, aligned, luck, twins)
         self.candidates = Candidates(self.sheet, self.corners, self.image, var, asked)
@@ -193,14 +191,13 @@ class BlockStart:
 
     def _fill(self) -> None:
         """Lay blocks where nothing lies, first beside what is given, then row by row; again where seams cost most."""
-        if self.given.where.any() and self.lattice is None:
+        if self.given.any and self.lattice is None:
             self._go_on()
-        boxes = self._unfilled(self.given.nearest_first(map(self._box, self.spread.corners)))
-        for front in self._fronts(boxes):
-            self._lay([boxes[number] for number in front])
-        while rest := self._unfilled(boxes):
-            for front in self._fronts(rest):
-                self._lay([rest[number] for number in front], rest=True)
+        in_turn = self.given.nearest_first(map(self._box, self.spread.corners))
+        boxes = [box for box in in_turn if not self.sheet.full(box)]
+        self._lay_all(boxes)
+        while rest := [box for box in boxes if not self.sheet.full(box)]:
+            self._lay_all(rest, rest=True)
         self._lay_again(len(boxes))
 
     def _go_on(self) -> None:
@@ -208,17 +205,19 @@ class BlockStart:
         small, size = copy(self), tuple(max(round(SMALL * b), 1) for b in self.corners.block)
         small.corners = Corners.fitting(self.exemplar, size, self.grain)
         small.overlap, small.spread = _overlap(small.corners.block), replace(self.spread, block=small.corners.block)
-        small.candidates = self.candidates.of(small.corners)
+        candidates = self.candidates
+        small.candidates = Candidates(self.sheet, small.corners, self.image, candidates.variance, candidates.asked)
         small.offers = replace(self.offers, overlap=min(small.overlap))
-        boxes = self._unfilled(self.given.beside(small.corners.block, small.overlap, self.grain))
-        for front in small._fronts(boxes):
-            small._lay([boxes[number] for number in front])
+        beside = self.given.beside(small.corners.block, small.overlap, self.grain)
+        boxes = [box for box in beside if not self.sheet.full(box)]
+        small._lay_all(boxes)
         small._lay_again(len(boxes))
         self.sheet.fixed |= self.given.near(min(small.overlap)) & self.sheet.filled
 
-    def _unfilled(self, boxes: Iterable[Box]) -> list[Box]:
-        """Those in which something is empty."""
-        return [box for box in boxes if not self.sheet.filled_at(self.sheet.indices(box)).all()]
+    def _lay_all(self, boxes: Sequence[Box], rest: bool = False) -> None:
+        """Lay blocks in boxes, those that lie apart at once; rest: as in `_lay`."""
+        for front in self._fronts(boxes):
+            self._lay([boxes[number] for number in front], rest=rest)
 
     def _lay_again(self, count: int) -> None:
         """Lay blocks again where seams cost most, the more often the more of them there are."""

@@ -24,32 +24,40 @@ across the borders of eight made textures as in them, and 1.3 times across those
 with .25, 2.4 and 1.1 with .4, 2.6 and 1.2 with .6; 3.2 and 1.4 where the strip beside them need not stay."""
 
 
-class Given:
+class GivenCopies:
     """Given pixels of an output of some shape, and where in the exemplar they are copied from.
 
-    source (n, *shape): below 0 where none is given; None where none is anywhere. where (*shape): which are.
+    source (n, *shape): below 0 where none is given; None where none is anywhere. where (*shape): which are; source (n,
+    k): that of these k.
     """
 
     def __init__(self, shape: Sequence[int], source: Tensor | None) -> None:
-        self.source = np.full((len(shape), *shape), -1) if source is None else source.cpu().numpy()
-        self.where: Array = np.all(self.source >= 0, axis=0)
+        if source is None:
+            self.where, self.source = np.zeros(shape, bool), np.empty((len(shape), 0), int)
+        else:
+            self.where = (source >= 0).all(0).cpu().numpy()
+            self.source = source.cpu().numpy()[:, self.where]
+
+    @property
+    def any(self) -> bool:
+        """Whether there are some."""
+        return self.source.size > 0
 
     def owned(self, owner: Tensor) -> Tensor:
         """Whose each place of the canvas is (*canvas), with those as well that given pixels are copied from.
 
         The same tensor where they are somebody's.
         """
-        at = tuple(torch.from_numpy(line).to(owner.device) for line in self.source[:, self.where])
+        at = tuple(torch.from_numpy(line).to(owner.device) for line in self.source)
         return owner if bool((owner[at] >= 0).all()) else owner.index_put(at, owner.new_zeros(()))
 
     def lay(self, sheet: Sheet[Mosaic]) -> None:
         """Have a sheet on which nothing lies show them, and keep them."""
-        offset = np.indices(sheet.shape) - self.source
-        shifts, which = np.unique(offset[:, self.where], axis=1, return_inverse=True)
+        shifts, which = np.unique(np.argwhere(self.where).T - self.source, axis=1, return_inverse=True)
         whole = Box((0,) * len(sheet.shape), sheet.shape)
         sheet.label[self.where] = len(sheet.patches) + which.reshape(-1)
         sheet.patches.extend(Patch(0, tuple(shift), whole) for shift in shifts.T.tolist())
-        sheet.places[self.where] = sheet.sources.places_of(list(self.source[:, self.where]))
+        sheet.places[self.where] = sheet.sources.places_of(list(self.source))
         sheet.fixed |= self.where
 
     def beside(self, block: Sequence[int], overlap: Sequence[int], grain: Sequence[int]) -> list[Box]:
@@ -67,7 +75,7 @@ class Given:
 
     def nearest_first(self, boxes: Iterable[Box]) -> list[Box]:
         """Boxes by how far the middle of each is from what is given, so that all go on from it."""
-        if not self.where.any():
+        if not self.any:
             return list(boxes)
         far = ndimage.distance_transform_edt(~self.where)
         ends = [size - 1 for size in self.where.shape]
@@ -83,7 +91,7 @@ class Given:
 
         Windows across the border are then matched first with the copy that they are to continue it with.
         """
-        if not self.where.any() or self.where.all():
+        if not self.any or self.where.all():
             return where
         near = nearest_known(torch.from_numpy(~self.where)).to(where.device)
         here = torch.from_numpy(np.indices(self.where.shape)).to(where.device)

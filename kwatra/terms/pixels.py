@@ -13,6 +13,7 @@ import torch
 from torch import Tensor
 
 from kwatra.base import InputError, coarse_shape, floats_of, resized, tensor_of
+from kwatra.source.sourcemap import coarser
 from kwatra.terms.algebra import Quadratic, Term
 
 
@@ -98,15 +99,8 @@ class HardPixels(Term):
         value = resized(torch.where(given > 0, self.target, 0.0), factor, shape) / share.clamp(min=1e-12)
         if self.mask is not None:
             share = share / resized(self.mask[None].float(), factor, shape).clamp(min=1e-12)
-        return HardPixels(value, share, self.weight, self.label, source=self._coarser(factor, shape))
-
-    def _coarser(self, factor: tuple[int, ...], shape: tuple[int, ...]) -> Tensor | None:
-        """The source of blocks, from that of their first pixels."""
-        if self.source is None:
-            return None
-        firsts = tuple(slice(None, f * size, f) for f, size in zip(factor, shape, strict=True))
-        scale = torch.tensor(factor, device=self.source.device).view(-1, *[1] * len(shape))
-        return self.source[(slice(None), *firsts)].div(scale, rounding_mode="floor")
+        source = None if self.source is None else coarser(self.source, factor, shape)
+        return HardPixels(value, share, self.weight, self.label, source=source)
 
     def copied(self) -> Tensor | None:
         """The source of pixels that are given whole, -1 of others; None where none is told."""

@@ -94,7 +94,7 @@ class Sewing:
         for turn in range(turns):
             for number, box in enumerate(boxes):
                 cut = self._cheapest(box)
-                empty = turn == 0 and not self.sheet.filled_at(self.sheet.indices(box)).all()
+                empty = turn == 0 and not self.sheet.full(box)
                 if empty or cut.price < 0:
                     self.sheet.commit(cut)
                 report((turn + (number + 1) / len(boxes)) / turns)

@@ -82,7 +82,7 @@ class Candidates:
 
     def __init__(self, sheet: Sheet[Mosaic], corners: Corners, image: Array, variance: float, asked: Asked) -> None:
         self.sheet, self.corners, self.variance, self.asked = sheet, corners, variance, asked
-        self._image, self._gaps = image, None if asked.wish is not None and asked.wish.everywhere else asked.gaps
+        self._gaps = None if asked.wish is not None and asked.wish.everywhere else asked.gaps
         depths = [] if self._gaps is None else [(self._gaps.depth[None], 1.0)]
         self.agreement = Agreement([(image, variance), *depths], corners)
         still = len(corners.block) == 2
@@ -96,10 +96,6 @@ class Candidates:
         other = copy(self)
         other.sheet = sheet
         return other
-
-    def of(self, corners: Corners) -> "Candidates":
-        """The same for blocks at other corners of the same image."""
-        return Candidates(self.sheet, corners, self._image, self.variance, self.asked)
 
     def worn(self, used: Array) -> Array:
         """What blocks cost (*n) for how often they were used; used (*cell): how often each place of the mosaic was."""

@@ -115,6 +115,10 @@ class Sheet(Generic[S]):
         there: np.ndarray = self.label[at] >= 0
         return there
 
+    def full(self, box: Box) -> bool:
+        """Whether all pixels of a box have a patch."""
+        return bool(self.filled_at(self.indices(box)).all())
+
     def shown(self, boxes: Sequence[Box]) -> tuple[Array, Array]:
         """The places (b, *E) that are shown in boxes of one extent, and which are known, of a mosaic's sheet."""
         from kwatra.pieces.sheet.pixels import look

@@ -9,7 +9,7 @@ from torch import Tensor
 from kwatra import Exemplar
 from kwatra.base import generator_of
 from kwatra.pieces import BlockStart, Box
-from kwatra.pieces.given import Given
+from kwatra.pieces.given import GivenCopies
 
 
 def stripes(height: int, width: int, begin: int = 0) -> Tensor:
@@ -56,7 +56,7 @@ def test_stripes_go_on_in_the_phase_of_those_that_are_given(phase: int) -> None:
 
 def test_all_along_the_border_small_blocks_lie_with_it_in_their_middle() -> None:
     source = shown(50, 60, slice(13, 31), slice(22, 41), (0, 0))
-    given = Given((50, 60), source)
+    given = GivenCopies((50, 60), source)
     boxes = given.beside((8, 10), (2, 3), (1, 1))
     covered = np.zeros((50, 60), bool)
     for box in boxes:
@@ -71,17 +71,17 @@ def test_all_along_the_border_small_blocks_lie_with_it_in_their_middle() -> None
 
 
 def test_pixels_are_near_by_steps() -> None:
-    given = Given((9, 9), shown(9, 9, slice(4, 5), slice(4, 5), (0, 0)))
+    given = GivenCopies((9, 9), shown(9, 9, slice(4, 5), slice(4, 5), (0, 0)))
     y, x = np.indices((9, 9))
     np.testing.assert_array_equal(given.near(3), abs(y - 4) + abs(x - 4) <= 3)
 
 
 def test_copies_beside_what_is_given_go_on_under_it() -> None:
-    given = Given((1, 6), shown(1, 6, slice(0, 1), slice(2, 4), (0, 0)))
+    given = GivenCopies((1, 6), shown(1, 6, slice(0, 1), slice(2, 4), (0, 0)))
     where = torch.tensor([[[0, 0, 9, 9, 5, 5]], [[7, 8, 0, 0, 1, 2]]])
     covered = given.covered(where, (8, 10))
     assert covered.tolist() == [[[0, 0, 0, 5, 5, 5]], [[7, 8, 9, 0, 1, 2]]]
-    assert torch.equal(Given((1, 6), None).covered(where, (8, 10)), where)
+    assert torch.equal(GivenCopies((1, 6), None).covered(where, (8, 10)), where)
     assert int(given.covered(where + 1, (8, 10))[1].max()) == 9  # as far as the canvas goes
 
 
@@ -136,7 +136,7 @@ def test_a_part_is_laid_anew_around_what_is_given(recomputed_seams) -> None:  # 
 
 
 def test_boxes_come_nearest_first() -> None:
-    given = Given((40, 40), shown(40, 40, slice(0, 4), slice(0, 40), (0, 0)))
+    given = GivenCopies((40, 40), shown(40, 40, slice(0, 4), slice(0, 40), (0, 0)))
     boxes = [Box((row, 8), (6, 6)) for row in (30, 2, 20, 10)]
     assert [box.start[0] for box in given.nearest_first(boxes)] == [2, 10, 20, 30]
-    assert Given((40, 40), None).nearest_first(boxes) == boxes
+    assert GivenCopies((40, 40), None).nearest_first(boxes) == boxes

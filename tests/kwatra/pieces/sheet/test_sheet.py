@@ -103,6 +103,16 @@ def test_of_a_bag_of_four_colors_the_seam_runs_where_the_colors_are_nearest() ->
     assert set(sheet.places.ravel() // sources.cell_size) == {0}
 
 
+def test_a_box_is_full_if_nothing_in_it_is_empty() -> None:
+    mosaic = Mosaic([np.random.default_rng(0).random((1, 9, 9))])
+    sheet = Sheet(mosaic, (6, 8), (False, True), SeamCost(mosaic))
+    sheet.lay(Patch(0, (0, 5), Box((0, 5), (6, 5))))
+    assert sheet.full(Box((0, 6), (6, 4)))
+    assert sheet.full(Box((2, -3), (3, 5)))
+    assert not sheet.full(Box((2, -4), (3, 5)))
+    assert not sheet.full(Box((0, 1), (1, 2)))
+
+
 def test_taking_has_its_price() -> None:
     sources = bag(0.0, 1.0, side=6)
     for price, takes in ((-LEVELS * 9, True), (-LEVELS * 2, False)):
