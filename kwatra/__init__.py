@@ -8,7 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from kwatra.base import InputError
-    from kwatra.elements import Lattice, direction_dependence, element_size, find_lattice, place_dependence
+    from kwatra.elements import (
+        Lattice,
+        Rows,
+        direction_dependence,
+        element_size,
+        find_lattice,
+        find_rows,
+        place_dependence,
+    )
     from kwatra.exemplar import Exemplar
     from kwatra.levels import THESIS, Level, planned_levels
     from kwatra.loop import Beginning, begin, improve, optimize
@@ -44,6 +52,7 @@ __all__ = [
     "Pull",
     "Quadratic",
     "Result",
+    "Rows",
     "Scaled",
     "Settings",
     "SoftPixels",
@@ -58,6 +67,7 @@ __all__ = [
     "direction_dependence",
     "element_size",
     "find_lattice",
+    "find_rows",
     "gradient",
     "improve",
     "match_histogram",
@@ -92,6 +102,7 @@ _HOMES = {
     "Pull": "kwatra.steps",
     "Quadratic": "kwatra.terms",
     "Result": "kwatra.result",
+    "Rows": "kwatra.elements",
     "Scaled": "kwatra.terms",
     "Settings": "kwatra.settings",
     "Solver": "kwatra.settings",
@@ -107,6 +118,7 @@ _HOMES = {
     "direction_dependence": "kwatra.elements",
     "element_size": "kwatra.elements",
     "find_lattice": "kwatra.elements",
+    "find_rows": "kwatra.elements",
     "gradient": "kwatra.windows",
     "improve": "kwatra.loop",
     "match_histogram": "kwatra.steps",

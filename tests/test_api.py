@@ -10,9 +10,10 @@ import synth
 
 PUBLIC = {
     kwatra: """THESIS Bags Ballot Beginning Charge CheapestSeams Decisive Exemplar Feature FreeWindows Grid HardPixels
-        InputError Lattice Level Mode PlaceCharge Prepared Progress Pull Quadratic Result Scaled Settings SoftPixels
-        Solver Stage Stay Step Sum Term TermLike begin direction_dependence element_size find_lattice gradient
-        improve match_histogram mean measure optimize place_dependence planned_levels regular winner""",
+        InputError Lattice Level Mode PlaceCharge Prepared Progress Pull Quadratic Result Rows Scaled Settings
+        SoftPixels Solver Stage Stay Step Sum Term TermLike begin direction_dependence element_size find_lattice
+        find_rows gradient improve match_histogram mean measure optimize place_dependence planned_levels
+        regular winner""",
     flow: """NAMES PRESETS Field Frame Lookup Renewing State VolumeFlow Warp animate around at_speed disc disc_mask
         VIDEO_PRESETS end_point_error filled flow_term lookup loop named noise picture published resampled rotation
         saddle sampled seen shear sink source stream uniform vortices warp waves wheel""",

@@ -1,4 +1,4 @@
-"""The elements of a texture: how large they are, the ground between them, the lattice they stand on, and lines."""
+"""The elements of a texture: how large they are, what is between them, the lattice or rows they stand on, and lines."""
 
 from kwatra.elements.anisotropy import STRAIGHT, anisotropy, drawn_sides, easier, runs_along
 from kwatra.elements.direction import direction_dependence
@@ -7,6 +7,7 @@ from kwatra.elements.lattice import Lattice, find_lattice
 from kwatra.elements.outlines import Outlines, find_outlines
 from kwatra.elements.place import place_dependence
 from kwatra.elements.repeating import continued, out_of_step
+from kwatra.elements.rows import Rows, find_rows
 from kwatra.elements.size import element_size
 from kwatra.elements.slant import Slant, find_slant
 from kwatra.elements.translation import translation
@@ -17,6 +18,7 @@ __all__ = [
     "Ground",
     "Lattice",
     "Outlines",
+    "Rows",
     "Slant",
     "anisotropy",
     "continued",
@@ -28,6 +30,7 @@ __all__ = [
     "find_ground",
     "find_lattice",
     "find_outlines",
+    "find_rows",
     "find_slant",
     "find_weave",
     "lines_through",

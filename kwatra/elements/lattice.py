@@ -63,6 +63,11 @@ class Lattice:
     vectors: Tensor
     regularity: float
 
+    @property
+    def shortest(self) -> float:
+        """The length of the shorter vector, in pixels."""
+        return float(self.vectors.norm(dim=1).min())
+
     def rest(self, offsets: Tensor) -> Tensor:
         """What is left (2, ...) of offsets (2, ...) in pixels after the nearest lattice point; 0 is in step."""
         from kwatra.elements.loops import take_nearest

@@ -1,4 +1,4 @@
-"""What a lattice is good for: pieces laid in step with it, and a periodic picture continued exactly."""
+"""What lattices and rows are good for: pieces laid in step, and a periodic picture continued exactly."""
 
 from collections.abc import Sequence
 
@@ -7,6 +7,7 @@ from torch import Tensor
 
 from kwatra.elements.correlation import LEAST_OVERLAP
 from kwatra.elements.lattice import Lattice, reduced
+from kwatra.elements.rows import Rows
 from kwatra.exemplar import Exemplar
 
 SAME = 1 / 255
@@ -17,19 +18,19 @@ MULTIPLES = 4
 
 
 def out_of_step(
-    lattice: Lattice, first: Sequence[float], shape: Sequence[int], grain: Sequence[int] = (1, 1)
+    repeats: Lattice | Rows, first: Sequence[float], shape: Sequence[int], grain: Sequence[int] = (1, 1)
 ) -> Tensor:
     """How far translations are from the nearest one in step, in pixels, (*shape).
 
     The map's translation at (i, j) is `first` + (i, j) * grain, an offset (down, right) between output and exemplar
     less one that is known to be in step: that of the piece laid first, or of a neighbor. It says nothing of offsets
-    into another image of the exemplar, whose lattice stands elsewhere.
+    into another image of the exemplar, in which all stands elsewhere.
     """
     axes = [
         start + step * torch.arange(size, dtype=torch.float32)
         for start, size, step in zip(first, shape, grain, strict=True)
     ]
-    rest = lattice.rest(torch.stack(torch.meshgrid(*axes, indexing="ij")))
+    rest = repeats.rest(torch.stack(torch.meshgrid(*axes, indexing="ij")))
     return rest.square().sum(0).sqrt()  # `norm` takes many times as long
 
 

@@ -9,12 +9,14 @@ from torch import Tensor
 from kwatra.base import factors_of
 from kwatra.elements import (
     Lattice,
+    Rows,
     Slant,
     anisotropy,
     continued,
     continued_weave,
     easier,
     find_lattice,
+    find_rows,
     find_slant,
     runs_along,
     translation,
@@ -99,14 +101,14 @@ def block_start(task: Task, exemplar: Exemplar) -> Laid:
     size, along = block_size(here, controls.shape, settings.block, grain, frames), None
     given = controls.copied() if task.start == "aligned" and axes == 2 else None
     in_step = given is None or _begins(given, here) is not None
-    lattice = _lattice(task, exemplar, factor) if in_step else None
+    repeats = _repeats(task, exemplar, factor) if in_step else None
     wish = controls.wish(None if given is None else (given >= 0).all(0))
     usage = settings.even * _usage(exemplar, task.shape, wish is not None)
-    slant = _slant(task, exemplar) if lattice is None else None
+    slant = None if isinstance(repeats, Lattice) else _slant(task, exemplar)
     if slant is not None:
         slanted = _slanted_start(task, here, controls.shape, slant, size, grain, usage)
         return Laid(slanted.run(), factors, slanted)
-    if axes == 2 and lattice is None:
+    if axes == 2 and not isinstance(repeats, Lattice):
         size, along = narrowed(size, anisotropy(exemplar), grain)
     blocks = BlockStart(
         here,
@@ -118,7 +120,7 @@ def block_start(task: Task, exemplar: Exemplar) -> Laid:
         usage=usage,
         seams=settings.seams,
         aligned=task.start == "aligned",
-        lattice=lattice,
+        repeats=repeats,
         along=along,
         easier=(1.0,) * axes if along is None else easier(anisotropy(here), along),
         places=[charge for _, charge in controls.place_charges(here, size)],
@@ -205,18 +207,23 @@ def looks(exemplar: Exemplar) -> list[Callable[[Exemplar], object]]:
     wanted: list[Callable[[Exemplar], object]] = [hidden_seams] if min(exemplar.extent) <= LAID_FINE else []
     wanted.append(find_slant)
     if exemplar.owner.numel() <= LOOKED_AT:
-        wanted.append(find_lattice)
+        wanted += [find_lattice, find_rows]
     return wanted
 
 
-def _lattice(task: Task, exemplar: Exemplar, factor: int) -> Lattice | None:
-    """The lattice of a single image, a factor coarser, None where terms decide.
+def _repeats(task: Task, exemplar: Exemplar, factor: int) -> Lattice | Rows | None:
+    """The lattice of a single image, a factor coarser, or else its rows; None where terms decide.
 
-    Offsets from one image into another say nothing of it.
+    Offsets from one image into another say nothing of them.
     """
     single = int(exemplar.owner.max()) == 0 and exemplar.owner.numel() <= LOOKED_AT
-    lattice = find_lattice(exemplar) if _unsteered(task, given=True) and single else None
-    return None if lattice is None else Lattice(lattice.vectors / factor, lattice.regularity)
+    if not single or not _unsteered(task, given=True):
+        return None
+    lattice = find_lattice(exemplar)
+    if lattice is not None:
+        return Lattice(lattice.vectors / factor, lattice.regularity)
+    rows = find_rows(exemplar)
+    return None if rows is None else Rows(rows.closed(task.shape, task.wraps).across / factor)
 
 
 def repeated(task: Task, exemplar: Exemplar) -> Tensor | None:

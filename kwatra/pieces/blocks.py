@@ -26,7 +26,7 @@ import torch
 from torch import Tensor
 
 from kwatra.base import continued, mean, shared
-from kwatra.elements import Lattice
+from kwatra.elements import Lattice, Rows
 from kwatra.exemplar import Exemplar
 from kwatra.pieces.boxes import Box
 from kwatra.pieces.choosing import (
@@ -70,11 +70,11 @@ class BlockStart:
 
     block: its size; grain: what offsets are multiples of. wraps: along which axes the output is periodic; None for
     none. usage: what a block costs whose pixels were used once more than all on average. seams: of how many blocks the
-    seams are compared. aligned: False takes whole blocks at random. lattice: on which elements stand, if they do.
-    along: the axis the texture runs along, if it does; easier: by how many times less seams cost then along each axis
-    (`kwatra.elements.easier`). places: what is charged for where in the exemplar a block comes
-    from. wish: values that pixels should have, with weights; a weight of 1 counts fully, as what is laid already. given
-    (n, *shape): where in the exemplar's canvas pixels come from that are given and stay, below 0 where none is.
+    seams are compared. aligned: False takes whole blocks at random. repeats: with which blocks are laid in step, if
+    any. along: the axis the texture runs along, if it does; easier: by how many times less seams cost then along each
+    axis (`kwatra.elements.easier`). places: what is charged for where in the exemplar a block comes from. wish: values
+    that pixels should have, with weights; a weight of 1 counts fully, as what is laid already. given (n, *shape): where
+    in the exemplar's canvas pixels come from that are given and stay, below 0 where none is.
     """
 
     def __init__(
@@ -89,7 +89,7 @@ class BlockStart:
         usage: float,
         seams: int,
         aligned: bool = True,
-        lattice: Lattice | None = None,
+        repeats: Lattice | Rows | None = None,
         along: int | None = None,
         easier: Sequence[float] = (1.0, 1.0),
         places: Sequence[PlaceCharge] = (),
@@ -97,7 +97,8 @@ class BlockStart:
         given: Tensor | None = None,
     ) -> None:
         self.exemplar, self.shape, self.grain = exemplar, tuple(shape), tuple(grain)
-        self.generator, self.seams, self.aligned, self.lattice = generator, seams, aligned, lattice
+        self.generator, self.seams, self.aligned = generator, seams, aligned
+        self.lattice = repeats if isinstance(repeats, Lattice) else None
         self.given = GivenCopies(self.shape, given)
         owner = self.given.owned(exemplar.owner)
         share, colors = exemplar.share.cpu(), continued(exemplar.canvas, owner).cpu()
@@ -118,7 +119,7 @@ class BlockStart:
         self._spread_out(block, along, free)
         luck = LUCK if self.scene or self.given.any else 0.0
         twins = twin_places(exemplar, mosaic) if still else NO_TWINS
-        asked = Asked(usage, lattice, places, exemplar.canvas.device, self.wish, self.gaps, aligned, luck, twins)
+        asked = Asked(usage, repeats, places, exemplar.canvas.device, self.wish, self.gaps, aligned, luck, twins)
         self.candidates = Candidates(self.sheet, self.corners, self.image, var, asked)
         self.offers = Offers(self.sheet, self.image, self.wish, var, min(self.overlap), not aligned)
 

@@ -9,7 +9,7 @@ import numpy as np
 import torch
 from scipy import ndimage
 
-from kwatra.elements import Lattice
+from kwatra.elements import Lattice, Rows
 from kwatra.pieces.boxes import Box
 from kwatra.pieces.choosing.agreement import DIGITS, Agreement
 from kwatra.pieces.choosing.charges import NEAR, StepCosts, charged, shown_near
@@ -59,15 +59,15 @@ their pixels twice within 72, with neither .16; scores are as before. Three time
 class Asked(NamedTuple):
     """What is asked of blocks beside that they agree.
 
-    usage: what a block costs whose pixels were used once more than all on average. lattice: on which elements stand, if
-    they do. places: what is charged for where in the exemplar a block comes from, on a device. wish: what pixels should
+    usage: what a block costs whose pixels were used once more than all on average. repeats: with which blocks are laid
+    in step. places: what is charged for where in the exemplar a block comes from, on a device. wish: what pixels should
     show. gaps: those that are to go on, unless something is wished for everywhere. aligned: False takes blocks at
     random. luck: up to what each block costs more, drawn at random. twins: for each place others that show the same
     (`kwatra.pieces.choosing.twins`).
     """
 
     usage: float
-    lattice: Lattice | None
+    repeats: Lattice | Rows | None
     places: Sequence[PlaceCharge]
     device: torch.device
     wish: Wished | None
@@ -89,7 +89,7 @@ class Candidates:
         again = CONTINUATION if still else CONTINUATION_IN_TIME
         self._prices = again, NEAR if still and asked.aligned else 0.0
         lines = corners.valid.shape, corners.grain
-        self.steps = None if asked.lattice is None else StepCosts(asked.lattice, *lines)
+        self.steps = None if asked.repeats is None else StepCosts(asked.repeats, *lines)
 
     def on(self, sheet: Sheet[Mosaic]) -> "Candidates":
         """The same for boxes of another sheet of the same mosaic."""
@@ -147,7 +147,7 @@ class Candidates:
 
         Less where they agree with what is `known` (b, *E), in what agreement this texture affords: rows that can line
         up are not torn for the sake of even use. More for where in the exemplar they come from, for what was shown
-        before, and where they leave the lattice. places (b, *E): where what is known comes from; some (b,): where
+        before, and where they are out of step. places (b, *E): where what is known comes from; some (b,): where
         anything is.
         """
         from kwatra.pieces.choosing.weighing import weigh

@@ -1,4 +1,4 @@
-"""What blocks cost for where in the exemplar they come from: as terms charge, shown nearby, out of a lattice's step."""
+"""What blocks cost for where in the exemplar they come from: as terms charge, shown nearby, out of step."""
 
 import math
 from collections.abc import Sequence
@@ -8,7 +8,7 @@ import torch
 from scipy import ndimage
 
 from kwatra.base.spans import of_volume
-from kwatra.elements import Lattice, out_of_step
+from kwatra.elements import Lattice, Rows, out_of_step
 from kwatra.pieces.boxes import Box
 from kwatra.pieces.choosing.corners import Corners
 from kwatra.pieces.seams import Array, Mosaic, each
@@ -18,7 +18,10 @@ from kwatra.terms import PlaceCharge
 STEP, IN_STEP = 0.5, 0.04
 """What a block costs more that is out of step with a periodic texture, by more than this part of its shorter vector.
 
-Set on made tiles, of which then hardly any is cut; twice as much joins pieces of brick walls to longer copies.
+Set on made tiles, of which then hardly any is cut; twice as much joins pieces of brick walls to longer copies. By a
+lattice it counts as that is regular, by rows in full: three walls, two pages and three of made letters, 400x400, three
+seeds, have .33 pixels of seams out of step by .15 of a row's height among 100 pixels without, .02 with (.11 with .4 of
+it), and score .0585 and .0577.
 """
 
 NEAR = 0.3
@@ -65,16 +68,17 @@ def charged(
 
 
 class StepCosts:
-    """What blocks cost that are copied from corners on the grain, (*shape): 0 in a lattice's step, to STEP out of it.
+    """What blocks cost that are copied from corners on the grain, (*shape): 0 in step with what repeats, else to STEP.
 
-    It counts by how regular the texture is. What boxes ask for overlaps: it is found once for spans of offsets. To find
-    it for each box took a quarter of the time of a wall of bricks. Memory: four times the corners for each span, of
-    which there are about four.
+    A lattice counts by how regular it is, rows in full. What boxes ask for overlaps: it is found once for spans of
+    offsets. To find it for each box took a quarter of the time of a wall of bricks. Memory: four times the corners for
+    each span, of which there are about four.
     """
 
-    def __init__(self, lattice: Lattice, shape: Sequence[int], grain: Sequence[int]) -> None:
-        self.lattice, self.shape, self.grain = lattice, tuple(shape), tuple(grain)
-        self.in_step = STEP * lattice.regularity / 2  # what does not cost more is
+    def __init__(self, repeats: Lattice | Rows, shape: Sequence[int], grain: Sequence[int]) -> None:
+        self.repeats, self.shape, self.grain = repeats, tuple(shape), tuple(grain)
+        self.most = STEP * (repeats.regularity if isinstance(repeats, Lattice) else 1.0)
+        self.in_step = self.most / 2  # what does not cost more is
         self._spans: dict[tuple[int, ...], Array] = {}
 
     def at(self, first: Sequence[int]) -> Array:
@@ -90,9 +94,9 @@ class StepCosts:
         """For offsets on the grain that fall from the last of as many from a first one on as there are corners."""
         sides = list(zip(span, self.shape, self.grain, strict=True))
         last, sizes = [float(offset + (n - 1) * g) for offset, n, g in sides], [2 * n - 1 for n in self.shape]
-        rest = out_of_step(self.lattice, last, sizes, [-g for g in self.grain]).numpy()
-        near = max(IN_STEP * float(self.lattice.vectors.norm(dim=1).min()), 1.0)
-        cost: Array = STEP * self.lattice.regularity * (1 - np.exp(-((rest / near) ** 2)))
+        rest = out_of_step(self.repeats, last, sizes, [-g for g in self.grain]).numpy()
+        near = max(IN_STEP * self.repeats.shortest, 1.0)
+        cost: Array = self.most * (1 - np.exp(-((rest / near) ** 2)))
         return cost
 
 

@@ -3,10 +3,11 @@ from weakref import ref
 
 import pytest
 import torch
+from made import MADE
 
 from kwatra import Exemplar, InputError, Level, Settings, SoftPixels, begin, improve, optimize
 from kwatra.base import generator_of
-from kwatra.elements import find_weave
+from kwatra.elements import find_rows, find_weave
 from kwatra.loop import laying, looks
 from kwatra.pieces import BlockStart, Box
 
@@ -82,19 +83,20 @@ def test_blocks_are_not_kept_while_the_levels_improve_what_they_are_of(monkeypat
         beginning.without_blocks().anew(Box((0, 0), (8, 8)), seed=0)
 
 
+LOOKED_FOR = ("hidden_seams", "find_lattice", "find_rows", "find_slant")
+
+
 @pytest.mark.parametrize("side", [150, 320, 400])
 def test_what_is_looked_for_beforehand_is_asked_for_later(side, monkeypatch):
     """All of it by the same exemplar: what is laid at half the resolution asks for the ground there."""
     asked, exemplar = list[str](), Exemplar.of(torch.rand(1, side, side))
     for module in (laying, import_module("kwatra.pieces.seams.gaps")):
-        for name in ("hidden_seams", "find_lattice", "find_slant"):
+        for name in LOOKED_FOR:
             find = getattr(module, name, None)
             if find is not None:
                 find = noted(asked, name, find, exemplar)
                 monkeypatch.setattr(module, name, find)
-    wanted = {
-        name for name in ("hidden_seams", "find_lattice", "find_slant") if getattr(laying, name) in looks(exemplar)
-    }
+    wanted = {name for name in LOOKED_FOR if getattr(laying, name) in looks(exemplar)}
     assert ("hidden_seams" in wanted) == (side <= laying.LAID_FINE)
     begin(exemplar, (64, 64))
     assert set(asked) == wanted
@@ -146,6 +148,21 @@ def test_what_is_woven_but_has_a_lattice_is_laid_in_step_with_it():
     tiles = torch.where((line % 14 < 2)[:, None] | (line % 14 < 2), 0.1, tones[line[:, None] // 14, line // 14])[None]
     assert find_weave(Exemplar.of(tiles)) is not None
     assert begin(Exemplar.of(tiles), (90, 90), SMALL).blocks.lattice is not None
+
+
+@pytest.mark.parametrize("wrap", [False, True])
+def test_rows_go_on(wrap):
+    """Lines of letters of many widths, each 24 px below the last; what wraps is 21 of them, each a little closer."""
+    letters, shape = Exemplar.of(MADE["letters"](128, 20, 0).image), (500 if wrap else 256, 256)
+    where = begin(letters, shape, Settings(wrap=wrap), seed=1).where.double()
+    rows = find_rows(letters).closed(shape, (wrap, wrap))
+    for axis in (1, 2):
+        after = where.roll(-1, axis) if wrap else where.narrow(axis, 1, where.shape[axis] - 1)
+        jump = after - where.narrow(axis, 0, after.shape[axis])
+        jump[axis - 1] -= 1
+        seam = jump.abs().amax(0) > 2
+        assert 0 < float(seam.double().mean()) < 0.1
+        assert float((rows.rest(jump[:, seam]).norm(dim=0) > 0.1 * rows.shortest).double().mean()) < 0.01
 
 
 def test_cloth_that_terms_ask_something_of_is_laid_of_blocks():

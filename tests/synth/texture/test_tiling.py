@@ -108,6 +108,14 @@ def test_cropped_to_whole_periods() -> None:
     assert np.array_equal(made.image[20:-20, 20:-20], dots[top : top + 96, left : left + 100][20:-20, 20:-20])
 
 
+def test_rows_tile_in_whole_courses_and_in_any_length_along_them():
+    letters = MADE["letters"](128, 20, 0).image  # lines 24 px apart
+    assert whole_size([letters], (100, 107)) == (96, 107)
+    assert whole_size([letters], (100, 107), "x") == (100, 107)
+    assert whole_size([letters], (130, 128), crop=True) == (120, 128)
+    assert whole_size([letters.transpose(1, 2)], (107, 100)) == (107, 96)
+
+
 def test_cloth_has_whole_cells_to_the_pixel():
     lines = torch.tensor([0.1] * 5 + [0.9] * 8 + [0.4] * 11 + [0.65] * 7 + [0.2] * 17)
     cloth = (lines[:, None] + lines)[None] / 2

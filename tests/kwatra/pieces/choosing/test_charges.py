@@ -3,7 +3,7 @@ import pytest
 import torch
 
 from kwatra import Exemplar
-from kwatra.elements import Lattice
+from kwatra.elements import Lattice, Rows
 from kwatra.pieces import Box, Mosaic, Patch, SeamCost, Sheet
 from kwatra.pieces.choosing.charges import (
     AROUND,
@@ -44,6 +44,13 @@ def test_blocks_cost_the_same_at_an_offset_whichever_corner_has_it(grain):
                 assert costs.setdefault(offset, cost) == cost
     other = Lattice(GRID.vectors, 0.25)
     np.testing.assert_allclose(StepCosts(other, (5, 7), grain).at((3, 2)), steps.at((3, 2)) / 2)
+
+
+def test_blocks_out_of_step_with_rows_cost_the_full_price_wherever_they_lie_along_them():
+    cost = StepCosts(Rows(torch.tensor([6.0, 0.0], dtype=torch.float64)), (13, 17), (1, 1)).at((2, -2))
+    off = (2 - np.indices((13, 17))[0]) % 6
+    np.testing.assert_allclose(cost[off == 0], 0, atol=1e-12)
+    np.testing.assert_allclose(cost[off == 3], STEP, rtol=1e-3)
 
 
 def test_places_charge_for_each_corner_on_the_grain():

@@ -178,7 +178,7 @@ def test_blocks_do_not_grow_where_elements_stand_on_a_lattice():
     made = MADE["coins"](128, 24, 0)
     lattice, generator = Lattice(24 * torch.eye(2), 1.0), torch.Generator()
     start = BlockStart(
-        Exemplar.of(made.image), (96, 96), (32, 32), (4, 4), generator, usage=0.5, seams=6, lattice=lattice
+        Exemplar.of(made.image), (96, 96), (32, 32), (4, 4), generator, usage=0.5, seams=6, repeats=lattice
     )
     assert start.corners.block == (32, 32)
     assert start.overlap == (16, 16)
