@@ -6,7 +6,7 @@ from kwatra.elements.ground import Ground, find_ground
 from kwatra.elements.lattice import Lattice, find_lattice
 from kwatra.elements.outlines import Outlines, find_outlines
 from kwatra.elements.place import place_dependence
-from kwatra.elements.repeating import continued, out_of_step
+from kwatra.elements.repeating import LOOKED_AT, continued, find_repeats, out_of_step
 from kwatra.elements.rows import Rows, find_rows
 from kwatra.elements.size import element_size
 from kwatra.elements.slant import Slant, find_slant
@@ -14,6 +14,7 @@ from kwatra.elements.translation import translation
 from kwatra.elements.woven import continued_weave, find_weave, lines_through, weave_beside
 
 __all__ = [
+    "LOOKED_AT",
     "STRAIGHT",
     "Ground",
     "Lattice",
@@ -30,6 +31,7 @@ __all__ = [
     "find_ground",
     "find_lattice",
     "find_outlines",
+    "find_repeats",
     "find_rows",
     "find_slant",
     "find_weave",

@@ -8,7 +8,7 @@ wallpaper groups", section 3.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import torch
 import torch.nn.functional as F
@@ -67,6 +67,10 @@ class Lattice:
     def shortest(self) -> float:
         """The length of the shorter vector, in pixels."""
         return float(self.vectors.norm(dim=1).min())
+
+    def coarser(self, factor: float) -> "Lattice":
+        """The same where pixels are a factor coarser."""
+        return replace(self, vectors=self.vectors / factor)
 
     def rest(self, offsets: Tensor) -> Tensor:
         """What is left (2, ...) of offsets (2, ...) in pixels after the nearest lattice point; 0 is in step."""

@@ -1,4 +1,4 @@
-"""What lattices and rows are good for: pieces laid in step, and a periodic picture continued exactly."""
+"""What repeats, and what that is good for: pieces laid in step, and a periodic picture continued exactly."""
 
 from collections.abc import Sequence
 
@@ -6,15 +6,31 @@ import torch
 from torch import Tensor
 
 from kwatra.elements.correlation import LEAST_OVERLAP
-from kwatra.elements.lattice import Lattice, reduced
-from kwatra.elements.rows import Rows
+from kwatra.elements.kept import kept
+from kwatra.elements.lattice import Lattice, find_lattice, reduced
+from kwatra.elements.rows import Rows, find_rows
 from kwatra.exemplar import Exemplar
+
+LOOKED_AT = 2**17
+"""A larger picture is halved for finding how it repeats until it has so many pixels: what repeats in fewer then, every
+ten or so, hardly shows, and to find it would take longer than to lay its blocks."""
 
 SAME = 1 / 255
 """Colors that differ by no more are the same: a step of 8 bits."""
 
 MULTIPLES = 4
 """A picture whose lattice is no whole pixels is periodic in one of so many multiples of its vectors, or in none."""
+
+
+@kept
+def find_repeats(exemplar: Exemplar) -> Lattice | Rows | None:
+    """The lattice of an image's texture, or else its rows; of a large one it is sought at a coarser resolution."""
+    factor = 1
+    while exemplar.owner.numel() > LOOKED_AT * factor**2:
+        factor *= 2
+    seen = exemplar.coarser((factor, factor))
+    found = find_lattice(seen) or find_rows(seen)
+    return None if found is None else found.coarser(1 / factor)
 
 
 def out_of_step(

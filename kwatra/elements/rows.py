@@ -55,6 +55,10 @@ class Rows:
         times = (across * offsets).sum(0) / self.across.square().sum()
         return across * (times - times.round())
 
+    def coarser(self, factor: float) -> "Rows":
+        """The same where pixels are a factor coarser."""
+        return Rows(self.across / factor)
+
     def closed(self, shape: Sequence[int], wraps: Sequence[bool]) -> "Rows":
         """The nearest rows of which whole periods go around an output of a shape where it wraps.
 

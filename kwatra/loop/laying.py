@@ -8,6 +8,7 @@ from torch import Tensor
 
 from kwatra.base import factors_of
 from kwatra.elements import (
+    LOOKED_AT,
     Lattice,
     Rows,
     Slant,
@@ -16,7 +17,7 @@ from kwatra.elements import (
     continued_weave,
     easier,
     find_lattice,
-    find_rows,
+    find_repeats,
     find_slant,
     runs_along,
     translation,
@@ -34,9 +35,6 @@ LARGE = 160
 LARGE_CLIP = 2**16
 """Clips are halved in space until they have at most so many pixels: laid at full resolution, waterfalls scored the same
 and took ten times as long."""
-
-LOOKED_AT = 2**17
-"""Exemplars with more pixels are not looked at for a period: that would take longer than laying their blocks."""
 
 FRAMES, FRAMES_IN_PLACE = 12, 6
 """Length of a video's blocks, the second where they are charged for their place, so that fewer go together. EM joins
@@ -202,13 +200,10 @@ def _is_large(extent: tuple[int, ...], factor: int) -> bool:
 def looks(exemplar: Exemplar) -> list[Callable[[Exemplar], object]]:
     """What is looked for in an exemplar where blocks of it are laid that nothing steers, each of which is kept.
 
-    Of a large one they are laid at a coarser resolution, where its gaps are looked for; a lattice is in none.
+    Of a large one they are laid at a coarser resolution, where its gaps are looked for.
     """
-    wanted: list[Callable[[Exemplar], object]] = [hidden_seams] if min(exemplar.extent) <= LAID_FINE else []
-    wanted.append(find_slant)
-    if exemplar.owner.numel() <= LOOKED_AT:
-        wanted += [find_lattice, find_rows]
-    return wanted
+    wanted: list[Callable[[Exemplar], object]] = [hidden_seams] if exemplar.owner.numel() <= LAID_FINE else []
+    return [*wanted, find_slant, find_repeats]
 
 
 def _repeats(task: Task, exemplar: Exemplar, factor: int) -> Lattice | Rows | None:
@@ -216,14 +211,12 @@ def _repeats(task: Task, exemplar: Exemplar, factor: int) -> Lattice | Rows | No
 
     Offsets from one image into another say nothing of them.
     """
-    single = int(exemplar.owner.max()) == 0 and exemplar.owner.numel() <= LOOKED_AT
-    if not single or not _unsteered(task, given=True):
+    if int(exemplar.owner.max()) > 0 or not _unsteered(task, given=True):
         return None
-    lattice = find_lattice(exemplar)
-    if lattice is not None:
-        return Lattice(lattice.vectors / factor, lattice.regularity)
-    rows = find_rows(exemplar)
-    return None if rows is None else Rows(rows.closed(task.shape, task.wraps).across / factor)
+    found = find_repeats(exemplar)
+    if isinstance(found, Rows):
+        found = found.closed(task.shape, task.wraps)
+    return None if found is None else found.coarser(factor)
 
 
 def repeated(task: Task, exemplar: Exemplar) -> Tensor | None:

@@ -118,7 +118,7 @@ def _levels(texture: Texture, shape: tuple[int, ...], settings: Settings, steere
     if texture.exemplar is None:
         raise InputError("a texture without an exemplar has no levels of its own; give some in the settings")
     planned = planned_levels(texture.exemplar, shape, settings.iterations)
-    if steered or len(shape) > 2 or min(texture.exemplar.extent) > LAID_FINE:
+    if steered or len(shape) > 2 or texture.exemplar.owner.numel() > LAID_FINE:
         return planned
     return finishing(planned)
 

@@ -1,8 +1,9 @@
 import pytest
 import torch
+from made import MADE
 
 from kwatra import Exemplar
-from kwatra.elements import Lattice, continued, find_lattice, out_of_step
+from kwatra.elements import LOOKED_AT, Lattice, Rows, continued, find_lattice, find_repeats, out_of_step
 from kwatra.source import look_up
 
 
@@ -12,6 +13,19 @@ def periodic(shape, first, second, seed=0):
     y, x = torch.meshgrid(*(torch.arange(s) for s in shape), indexing="ij")
     step = y // first[0]
     return cell[:, y % first[0], (x - step * first[1]) % second[1]]
+
+
+def test_a_texture_repeats_by_its_lattice_or_else_by_its_rows_however_large_it_is():
+    """What is found in a part is found in the whole, which is looked at with a half of the resolution."""
+    for kind, repeats in (("bricks", Lattice), ("letters", Rows)):
+        image = MADE[kind](400, 32, 0).image
+        assert image[0].numel() > LOOKED_AT
+        part, whole = find_repeats(Exemplar.of(image[:, :200, :200])), find_repeats(Exemplar.of(image))
+        assert type(part) is type(whole) is repeats
+        vectors = whole.vectors if isinstance(whole, Lattice) else whole.across[None]
+        assert float(part.rest(vectors.T).norm(dim=0).max()) < 0.5
+        assert float(whole.coarser(4).rest(vectors.T / 4).norm(dim=0).max()) < 1e-9
+    assert find_repeats(Exemplar.of(MADE["stones"](400, 32, 0).image)) is None
 
 
 @pytest.mark.parametrize(
