@@ -51,6 +51,13 @@ class Offers:
         assert isinstance(mosaic, Mosaic)
         return 2 * self.variance**0.5 / mosaic.step
 
+    def missed(self, box: Box) -> float:
+        """What the pixels of a box miss of the wish, in the mean, in variances."""
+        assert self.wish is not None
+        at = self.sheet.indices(box)
+        shown = self.image[each(self.sheet.sources.coordinates(self.sheet.places[at])[1])]
+        return float(self.wish.missed(at, shown, self.variance).mean())
+
     def _lengths(self, window: Window, starts: Array, stops: Array) -> Array:
         """How long the seams of patches are, about, (n,), which lie from starts (n, axes) to before stops."""
         return np.maximum(window.known(starts, stops) / self.overlap, 1.0)

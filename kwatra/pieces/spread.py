@@ -12,9 +12,15 @@ from itertools import chain, product
 import numpy as np
 
 from kwatra.pieces.boxes import Box
+from kwatra.pieces.seams import Array
 
 GOLDEN = (math.sqrt(5) - 1) / 2
 """By this part of a step each line of blocks starts later than the one before: no few lines are then in step."""
+
+
+OVERLAP = 0.25
+"""The part of a block that lies on those before it: within it the seam is free to run. Eight photographs score .051
+with it and with .15, which lays as many blocks, and .058 with .35, which lays more."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +60,17 @@ class Spread:
         )
         return cls(block, grain, corners, tuple(map(int, strides)), [{line[-1] for line in some} for some in lines])
 
+    def needed(self, boxes: Sequence[Box], hang: Sequence[int]) -> Array:
+        """Which pixels of boxes of one extent (b, *E) a block that hangs over so far has to fill, if they are empty.
+
+        It may hang over towards later blocks, by half of that, so that something is known under those.
+        """
+        needed = np.ones((len(boxes), *boxes[0].extent), bool)
+        for axis, (far, last) in enumerate(zip(hang, self.last, strict=True)):
+            before = [box.start[axis] not in last for box in boxes]
+            needed.swapaxes(1, axis + 1)[before, boxes[0].extent[axis] - far // 2 :] = False
+        return needed
+
     def overhang(self, needed: Sequence[int]) -> tuple[int, ...]:
         """How far blocks may hang over, axis by axis: by what they overlap each other, less what is needed of that."""
         sides = zip(self.block, self.strides, needed, self.grain, strict=True)
@@ -84,3 +101,8 @@ def _line(size: int, block: int, overlap: int, grain: int, periodic: bool, phase
     step = (size - block) / max(count - 1, 1)
     line = {math.ceil(min((i + phase) * step, size - block) / grain) * grain for i in range(count)}
     return sorted(start for start in {0, *line} if start < size)
+
+
+def overlap_of(block: Sequence[int]) -> tuple[int, ...]:
+    """By how much blocks of some size overlap."""
+    return tuple(max(round(b * OVERLAP), 1) for b in block)

@@ -25,6 +25,8 @@ from kwatra import (
     TermLike,
     planned_levels,
 )
+from kwatra.levels import finishing
+from kwatra.pieces import hidden_seams
 from kwatra.terms import charge_of, parts_of, place_charge_of, within
 from synth.texture.form import Form
 
@@ -35,6 +37,12 @@ BLOCK = 0.2
 
 Of three pairs of photographs in one (brick and grass, rocks and bricks, onyx and radishes) .88 of the pixels follow the
 labels, at a score of .195; .89 and .209 with .1, .86 and .162 with .4."""
+
+BLOCK_OF_ELEMENTS = 0.4
+"""The same where seams are hidden between elements: over these, smaller ones are laid where they miss the guide, and
+the last level alone is done after. Of made tiles, stones, coins and letters of 20 and 48 pixels, with a gradient that
+is to run round a center (weight .3, two seeds), .40 of the elements are cut where .65 were, and they are off by .054 of
+it where they were by .060. Where there are no gaps this shows ramps 1.3 times as steep as they are wanted."""
 
 
 @dataclass(frozen=True)
@@ -121,9 +129,12 @@ class Guide:
         return [*(OnImage(term, channels) for term in parts_of(others)), guide]
 
     def settings(self, settings: Settings, pictures: Sequence[Tensor], size: Sequence[int]) -> Settings:
-        """Settings that suit a guide: levels planned from the pictures without it, and small blocks."""
-        levels = settings.levels or planned_levels(Exemplar.of(list(pictures)), size, settings.iterations)
-        return replace(settings, levels=levels, block=BLOCK)
+        """Settings that suit a guide: its blocks, and levels planned without it."""
+        exemplar = Exemplar.of(list(pictures))
+        planned, block = planned_levels(exemplar, size, settings.iterations), BLOCK
+        if len(size) == 2 and hidden_seams(exemplar) is not None:
+            planned, block = finishing(planned), BLOCK_OF_ELEMENTS
+        return replace(settings, levels=settings.levels or planned, block=block)
 
 
 @dataclass(frozen=True)

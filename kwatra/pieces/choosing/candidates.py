@@ -61,9 +61,9 @@ class Asked(NamedTuple):
 
     usage: what a block costs whose pixels were used once more than all on average. repeats: with which blocks are laid
     in step. places: what is charged for where in the exemplar a block comes from, on a device. wish: what pixels should
-    show. gaps: those that are to go on, unless something is wished for everywhere. aligned: False takes blocks at
-    random. luck: up to what each block costs more, drawn at random. twins: for each place others that show the same
-    (`kwatra.pieces.choosing.twins`).
+    show. gaps: those that are to go on, unless a wish for what is seen itself says everywhere. aligned: False takes
+    blocks at random. luck: up to what each block costs more, drawn at random. twins: for each place others that show
+    the same (`kwatra.pieces.choosing.twins`).
     """
 
     usage: float
@@ -82,7 +82,8 @@ class Candidates:
 
     def __init__(self, sheet: Sheet[Mosaic], corners: Corners, image: Array, variance: float, asked: Asked) -> None:
         self.sheet, self.corners, self.variance, self.asked = sheet, corners, variance, asked
-        self._gaps = None if asked.wish is not None and asked.wish.everywhere else asked.gaps
+        decides = asked.wish is not None and asked.wish.everywhere and not asked.wish.guided
+        self._gaps = None if decides else asked.gaps
         depths = [] if self._gaps is None else [(self._gaps.depth[None], 1.0)]
         self.agreement = Agreement([(image, variance), *depths], corners)
         still = len(corners.block) == 2
@@ -133,7 +134,7 @@ class Candidates:
         wish = self.asked.wish
         if not self.asked.aligned:
             most = np.ones_like(most)
-        elif wish is not None:
+        elif wish is not None and not (wish.guided and self._gaps is not None):
             most = np.where([wish.anything(self.sheet.indices(box)) for box in boxes], 1, most)
         picked = np.empty((len(boxes), max(most)), np.int64)
         pick_each(costs, most, ACCEPTABLE, TOLERANCE, np.array(luck), picked)

@@ -49,6 +49,11 @@ class Wished(NamedTuple):
         """Whether something is wished for everywhere."""
         return bool(self.guides.any())
 
+    @property
+    def guided(self) -> bool:
+        """Whether there are channels of guidance, beside those that are copied for what they look like."""
+        return bool(self.guides.any() and not self.guides.all())
+
     def at(self, at: Any) -> tuple[Array, Array, float]:
         """Weights and values (C, *E) at some pixels (open mesh), and how many pixels that counts as."""
         weight, value = self.weight[each(at)], self.value[each(at)]
@@ -67,7 +72,7 @@ class Wished(NamedTuple):
 
 def unguided(exemplar: Exemplar, wish: Wished | None) -> Exemplar:
     """The exemplar without channels of guidance, which says where a texture goes, not what it looks like."""
-    if wish is None or wish.guides.all() or not wish.guides.any():
+    if wish is None or not wish.guided:
         return exemplar
     seen = torch.from_numpy(~wish.guides).to(exemplar.canvas.device)
     return replace(exemplar, canvas=exemplar.canvas[seen], weights=exemplar.weights[seen])

@@ -9,6 +9,16 @@ from kwatra.pieces.boxes import Box
 from kwatra.pieces.spread import Spread
 
 
+def test_a_block_may_hang_over_by_half_towards_those_that_follow_alone():
+    spread = Spread.over((40, 60), (20, 20), (5, 5), (1, 1), (False, False))
+    first, last = Box((0, 0), (20, 20)), Box((20, 40), (20, 20))
+    needed = spread.needed([first, last], (4, 6))
+    assert needed[1].all()
+    assert needed[0, :18, :17].all()
+    assert needed[0].sum() == 18 * 17
+    assert spread.needed([first, last], (0, 0)).all()
+
+
 def test_blocks_are_spread_evenly_and_hang_over_by_what_they_overlap_more_than_needed():
     found = Spread.over((100, 90), (40, 30), (10, 6), (4, 4), (False, True))
     assert found.corners == [(row, column) for row in (0, 32, 60) for column in (0, 24, 44, 68)]
