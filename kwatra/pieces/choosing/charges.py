@@ -20,7 +20,7 @@ STEP, IN_STEP = 0.5, 0.04
 
 Set on made tiles, of which then hardly any is cut; twice as much joins pieces of brick walls to longer copies. By a
 lattice it counts as that is regular, by rows in full: three walls, two pages and three of made letters, 400x400, three
-seeds, have .33 pixels of seams out of step by .15 of a row's height among 100 pixels without, .02 with (.11 with .4 of
+seeds, have .33 pixels of seams out of step by .15 of a row's height among 100 pixels without, .01 with (.11 with .4 of
 it), and score .0585 and .0577.
 """
 
