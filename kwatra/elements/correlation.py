@@ -51,6 +51,25 @@ class Correlation:
         middle = tuple(slice(far - reach, far + reach + 1) for far in self.reach)
         return Correlation(self.value[middle], self.overlap[middle])
 
+    def trusted(self) -> "Correlation":
+        """The same, 0 without overlap where too little overlaps."""
+        known = self.overlap >= LEAST_OVERLAP * self.overlap.max()
+        return Correlation(torch.where(known, self.value, 0.0), torch.where(known, self.overlap, 0.0))
+
+    def mean_by(self, distance: Tensor, count: int) -> tuple[Tensor, Tensor]:
+        """The mean value (n,) by a distance of lags (2 R + 1, 2 Q + 1), and how much overlaps there; n <= `count`.
+
+        Lags count by what overlaps at them, and between two whole distances for both.
+        """
+        distance, overlap = distance.flatten(), self.overlap.flatten()
+        low = distance.floor().long()
+        share, sums = distance - low, []
+        for values in (self.value.flatten() * overlap, overlap):
+            bins = torch.zeros(int(low.max()) + 2, dtype=values.dtype)
+            bins.index_add_(0, low, values * (1 - share)).index_add_(0, low + 1, values * share)
+            sums.append(bins[:count])
+        return sums[0] / sums[1].clamp(min=1e-9), sums[1]
+
     @cached_property
     def highest_near(self) -> Tensor:
         """The highest value (2 R + 1, 2 Q + 1) within a pixel of each lag: a repetition need not be whole pixels."""

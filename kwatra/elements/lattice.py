@@ -15,7 +15,7 @@ import torch.nn.functional as F
 from torch import Tensor
 
 from kwatra.base import running, total
-from kwatra.elements.correlation import LEAST_OVERLAP, Correlation, of_colors, of_edges
+from kwatra.elements.correlation import Correlation, of_colors, of_edges
 from kwatra.elements.kept import kept
 from kwatra.elements.size import radial, unlike
 from kwatra.exemplar import Exemplar
@@ -89,19 +89,13 @@ def find_lattice(exemplar: Exemplar) -> Lattice | None:
     It is sought in the colors, and where these have none (tiles of many colors) in the edges. It is found from one and
     a half periods on, whatever the angle; the more periods, the finer its vectors.
     """
-    color = _trusted(of_colors(exemplar))
+    color = of_colors(exemplar).trusted()
     blob = _blob(color)
     lattice = _lattice(color, blob, REGULAR)
     if lattice is not None:
         return lattice
     # edges are thin, but there are no more of them than there are elements
-    return _lattice(_trusted(of_edges(exemplar)), blob, REGULAR_EDGES)
-
-
-def _trusted(found: Correlation) -> Correlation:
-    """An autocorrelation, 0 without overlap where too little overlaps."""
-    known = found.overlap >= LEAST_OVERLAP * found.overlap.max()
-    return Correlation(torch.where(known, found.value, 0.0), torch.where(known, found.overlap, 0.0))
+    return _lattice(of_edges(exemplar).trusted(), blob, REGULAR_EDGES)
 
 
 def _lattice(found: Correlation, noise: float, least: float) -> Lattice | None:

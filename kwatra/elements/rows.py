@@ -7,14 +7,14 @@ lags at one distance from that line.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
 from scipy import ndimage
 from torch import Tensor
 
-from kwatra.elements.correlation import LEAST_OVERLAP, Correlation, of_colors
+from kwatra.elements.correlation import Correlation, of_colors
 from kwatra.elements.kept import kept
 from kwatra.elements.lattice import AS_GOOD, SHORTEST
 from kwatra.elements.size import radial, unlike
@@ -102,24 +102,19 @@ def _along(found: Correlation, angle: float, beyond: float) -> float:
 
 
 def _across(found: Correlation, angle: float, beyond: float) -> tuple[np.ndarray, np.ndarray]:
-    """The mean correlation (D,) by distance from the line in a direction, and by how much overlaps there."""
+    """The mean correlation (D,) by distance from the line in a direction, up to where it is known, and the overlap."""
     down, right = (torch.arange(-r, r + 1, dtype=torch.float64) for r in found.reach)
     along = down[:, None] * math.sin(angle) + right * math.cos(angle)
-    across = (down[:, None] * math.cos(angle) - right * math.sin(angle)).abs().flatten()
-    enough = (along.abs() >= beyond) & (found.overlap >= LEAST_OVERLAP * found.overlap.max())
-    overlap = torch.where(enough, found.overlap, 0.0).double().flatten()
-    low, sums = across.long(), []
-    for values in (overlap, found.value.flatten() * overlap):
-        bins = torch.bincount(low, values * (1 - across.frac()), min(found.reach) + 2)
-        bins[1:] += torch.bincount(low, values * across.frac(), len(bins))[:-1]
-        sums.append(bins[: min(found.reach)].numpy())
-    return sums[1] / np.maximum(sums[0], 1e-9), sums[0]
+    across = down[:, None] * math.cos(angle) - right * math.sin(angle)
+    seen = replace(found, overlap=torch.where(along.abs() >= beyond, found.trusted().overlap, 0.0))
+    value, overlap = (part.numpy() for part in seen.mean_by(across.abs(), min(found.reach)))
+    known = np.flatnonzero(overlap).max(initial=-1) + 1
+    return value[:known], overlap[:known]
 
 
 def _period(curve: np.ndarray, overlap: np.ndarray) -> float | None:
     """The period of a curve (D,) that is 1 at 0, None where it has none: the finest that is about as clear as any."""
-    longest = float(np.flatnonzero(overlap).max(initial=0)) / PERIODS
-    coarse = np.arange(SHORTEST, longest, 0.1)
+    coarse = np.arange(SHORTEST, (len(curve) - 1) / PERIODS, 0.1)
     clear = np.array([_clear(curve, overlap, one) for one in coarse])
     if not len(clear) or clear.max() < CLEAR:
         return None
@@ -132,8 +127,8 @@ def _period(curve: np.ndarray, overlap: np.ndarray) -> float | None:
 
 def _clear(curve: np.ndarray, overlap: np.ndarray, period: float) -> float:
     """How much higher a curve is at whole periods than half-way between, in the mean."""
-    last = int(np.flatnonzero(overlap).max(initial=0))
-    whole, lags = period * np.arange(1, int(last / period) + 1), np.arange(len(curve))
+    lags = np.arange(len(curve))
+    whole = period * np.arange(1, int(lags[-1] / period) + 1)
     weight = np.interp(whole, lags, overlap)
     rise = np.interp(whole, lags, curve) - np.interp(whole - period / 2, lags, curve)
     return float((weight * rise).sum() / weight.sum())

@@ -64,16 +64,8 @@ def element_size(exemplar: Exemplar) -> float:
 def radial(correlation: Correlation) -> Tensor:
     """Mean correlation (R + 1,) over all directions, by the lag's length; lags count by what overlaps at them."""
     down, right = (torch.arange(-r, r + 1) for r in correlation.reach)
-    length = (down[:, None].square() + right.square()).double().sqrt().flatten()
-    low = length.floor().long()
-    share = length - low
-    count = correlation.overlap.flatten()
-    sums = []
-    for values in (correlation.value.flatten() * count, count):
-        bins = torch.zeros(int(low.max()) + 2, dtype=values.dtype)
-        bins.index_add_(0, low, values * (1 - share)).index_add_(0, low + 1, values * share)
-        sums.append(bins[: min(correlation.reach) + 1])
-    return sums[0] / sums[1].clamp(min=1e-9)
+    length = (down[:, None].square() + right.square()).double().sqrt()
+    return correlation.mean_by(length, min(correlation.reach) + 1)[0]
 
 
 def _ring(curve: Tensor, side: int) -> float | None:

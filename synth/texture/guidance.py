@@ -131,10 +131,12 @@ class Guide:
     def settings(self, settings: Settings, pictures: Sequence[Tensor], size: Sequence[int]) -> Settings:
         """Settings that suit a guide: its blocks, and levels planned without it."""
         exemplar = Exemplar.of(list(pictures))
-        planned, block = planned_levels(exemplar, size, settings.iterations), BLOCK
-        if len(size) == 2 and hidden_seams(exemplar) is not None:
-            planned, block = finishing(planned), BLOCK_OF_ELEMENTS
-        return replace(settings, levels=settings.levels or planned, block=block)
+        of_elements = len(size) == 2 and hidden_seams(exemplar) is not None
+        levels = settings.levels
+        if levels is None:
+            planned = planned_levels(exemplar, size, settings.iterations)
+            levels = finishing(planned) if of_elements else planned
+        return replace(settings, levels=levels, block=BLOCK_OF_ELEMENTS if of_elements else BLOCK)
 
 
 @dataclass(frozen=True)

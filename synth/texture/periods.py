@@ -39,11 +39,10 @@ def whole_size(
     weave = weave_beside(lattice, exemplar)
     if weave is not None:
         nearest = [partial(_whole, cell.length) for cell in weave.cells]
-    else:
-        repeats = find_rows(exemplar) if lattice is None else lattice
-        if repeats is None:
-            return None
+    elif (repeats := lattice or find_rows(exemplar)) is not None:
         nearest = [partial(_nearest, repeats, axis) for axis in (0, 1)]
+    else:
+        return None
     height, width = size
     down = nearest[0](height, crop) if "y" in axes else height
     across = nearest[1](width, crop) if "x" in axes else width

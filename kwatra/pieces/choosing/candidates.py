@@ -82,8 +82,9 @@ class Candidates:
 
     def __init__(self, sheet: Sheet[Mosaic], corners: Corners, image: Array, variance: float, asked: Asked) -> None:
         self.sheet, self.corners, self.variance, self.asked = sheet, corners, variance, asked
-        decides = asked.wish is not None and asked.wish.everywhere and not asked.wish.guided
-        self._gaps = None if decides else asked.gaps
+        guided = asked.wish is not None and asked.wish.guided
+        self._gaps = asked.gaps if guided or asked.wish is None or not asked.wish.everywhere else None
+        self._deciding = None if guided and self._gaps is not None else asked.wish  # without seams that are compared
         depths = [] if self._gaps is None else [(self._gaps.depth[None], 1.0)]
         self.agreement = Agreement([(image, variance), *depths], corners)
         still = len(corners.block) == 2
@@ -131,10 +132,10 @@ class Candidates:
         """Of each box at most so many (b,) of the blocks, of which one drawn by luck (b,), given costs (b, n)."""
         from kwatra.pieces.choosing.weighing import pick_each
 
-        wish = self.asked.wish
+        wish = self._deciding
         if not self.asked.aligned:
             most = np.ones_like(most)
-        elif wish is not None and not (wish.guided and self._gaps is not None):
+        elif wish is not None:
             most = np.where([wish.anything(self.sheet.indices(box)) for box in boxes], 1, most)
         picked = np.empty((len(boxes), max(most)), np.int64)
         pick_each(costs, most, ACCEPTABLE, TOLERANCE, np.array(luck), picked)

@@ -5,7 +5,7 @@ import torch
 from torch import Tensor
 
 from kwatra import Exemplar
-from kwatra.elements.correlation import LEAST_OVERLAP, of_colors
+from kwatra.elements.correlation import LEAST_OVERLAP, Correlation, of_colors
 
 
 def picture(*shape: int) -> Tensor:
@@ -47,3 +47,16 @@ def test_a_lag_has_the_correlation_of_what_overlaps(shape: tuple[int, ...], hole
         assert float(found.value[at]) == pytest.approx(value, abs=1e-9)
         assert float(found.overlap[at]) == overlap
     assert found.reach == tuple(int((1 - LEAST_OVERLAP) * side) for side in shape[-2:])
+
+
+def test_means_by_distance_weigh_by_overlap_and_by_nearness_to_whole_distances():
+    found = Correlation(torch.tensor([[0.2, 0.6, 1.0]]), torch.tensor([[1.0, 3.0, 2.0]]))
+    mean, overlap = found.mean_by(torch.tensor([[0.0, 0.25, 2.0]]), 3)
+    assert overlap.tolist() == pytest.approx([1 + 2.25, 0.75, 2])
+    assert mean.tolist() == pytest.approx([(0.2 + 2.25 * 0.6) / 3.25, 0.6, 1.0])
+    assert found.mean_by(torch.tensor([[0.0, 0.25, 2.0]]), 1)[0].shape == (1,)
+
+
+def test_what_hardly_overlaps_is_not_trusted():
+    found = Correlation(torch.tensor([[0.5, 1.0, 0.5]]), torch.tensor([[0.9, 10.0, 1.0]])).trusted()
+    assert (found.value.tolist(), found.overlap.tolist()) == ([[0.0, 1.0, 0.5]], [[0.0, 10.0, 1.0]])
