@@ -5,27 +5,14 @@ may be copied when all its pixels belong to the same image. Holes, gaps, and the
 empty are then one thing, and the search needs to know of none of them.
 """
 
-import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import torch
-import torch.nn.functional as F
 from torch import Tensor
 
-from kwatra.base import (
-    AVERAGE,
-    LARGEST,
-    InputError,
-    device_of,
-    floats_of,
-    mean,
-    nearest_known,
-    running,
-    tensor_of,
-    turned,
-)
+from kwatra.base import AVERAGE, LARGEST, InputError, device_of, floats_of, mean, running, tensor_of
+from kwatra.variants import Piece, original, variants
 
 ALIGNMENT = 8
 """Images start at multiples of this on the canvas, so that their pyramids sample them in phase."""
@@ -71,10 +58,10 @@ class Exemplar:
         masks = [None] * len(images) if masks is None else [None if m is None else tensor_of(m) for m in masks]
         _check(images, masks)
         device = images[0].device if device is None else device_of(device)
-        pieces = []
+        pieces = list[Piece]()
         for index, (image, mask) in enumerate(zip(images, masks, strict=True)):
-            piece = _original(image.to(device, torch.float32), mask, index)
-            pieces += _variants(piece, mirror, rotate, scale)
+            piece = original(image.to(device, torch.float32), mask, index)
+            pieces += variants(piece, mirror, rotate, scale)
         channels = images[0].shape[0]
         weight = torch.ones(channels, dtype=torch.float32) if weights is None else floats_of(weights)
         if weight.shape != (channels,) or bool((weight < 0).any()) or not bool(weight.isfinite().all()):
@@ -167,21 +154,6 @@ class Exemplar:
         return (high == low) & (low >= 0)
 
 
-@dataclass(frozen=True)
-class _Piece:
-    image: Tensor
-    mask: Tensor
-    origin: Tensor
-    turn: Tensor
-
-    @cached_property
-    def whole(self) -> Tensor:
-        """The image with each hole filled with the nearest pixels: what holes hold is nobody's."""
-        if bool(self.mask.all()) or not bool(self.mask.any()):
-            return self.image
-        return self.image[(slice(None), *nearest_known(self.mask))]
-
-
 def _check(images: Sequence[Tensor], masks: Sequence[Tensor | None]) -> None:
     if not images:
         raise InputError("no exemplar was given; give at least one image")
@@ -208,67 +180,7 @@ def _check(images: Sequence[Tensor], masks: Sequence[Tensor | None]) -> None:
             raise InputError(f"an exemplar's mask holds {mask.dtype}; give booleans, True where it may be copied from")
 
 
-def _original(image: Tensor, mask: Tensor | None, index: int) -> _Piece:
-    axes = [torch.arange(s, device=image.device) for s in image.shape[1:]]
-    place = torch.stack(torch.meshgrid(*axes, indexing="ij"))
-    number = torch.full_like(place[:1], index)
-    whole = torch.ones(image.shape[1:], dtype=torch.bool, device=image.device)
-    return _Piece(
-        image,
-        whole if mask is None else mask.to(image.device),
-        torch.cat([number, place]),
-        torch.eye(2, dtype=torch.float32),
-    )
-
-
-def _variants(piece: _Piece, mirror: bool, rotate: Sequence[float], scale: Sequence[float]) -> list[_Piece]:
-    """The piece itself, and mirrored, turned and resized variants of it."""
-    for name, values in (("turned by", rotate), ("scaled by", scale)):
-        if tensor_of(values).ndim != 1:
-            raise InputError(f"variants are {name} {values}; give several numbers, ({values},) for one")
-    pieces = [piece]
-    if mirror:
-        image, mask, origin = (t.flip(-1) for t in (piece.image, piece.mask, piece.origin))
-        pieces.append(_Piece(image, mask, origin, torch.tensor([[-1.0, 0.0], [0.0, 1.0]], dtype=torch.float32)))
-    rotated = [_resampled(p, angle, 1.0) for angle in rotate for p in pieces]
-    sized = [_resampled(p, 0.0, factor) for factor in scale for p in pieces]
-    return pieces + rotated + sized
-
-
-def _resampled(piece: _Piece, degrees: float, factor: float) -> _Piece:
-    """The piece turned by `degrees` counterclockwise and enlarged by `factor`, on a canvas that holds all of it."""
-    if not (math.isfinite(degrees) and math.isfinite(factor) and 0.1 <= factor <= 10):
-        raise InputError(f"a variant is turned by {degrees} and scaled by {factor}; scales are 0.1 to 10")
-    angle = math.radians(degrees)
-    cos, sin = (round(value, 12) for value in (math.cos(angle), math.sin(angle)))  # quarter turns are exact
-    turn = torch.tensor([[cos, sin], [-sin, cos]], dtype=torch.float32) @ piece.turn
-    if degrees % 90 == 0 and factor == 1:
-        turns = int(degrees // 90)
-        image, mask, origin = (torch.rot90(t, turns, (-2, -1)) for t in (piece.image, piece.mask, piece.origin))
-        return _Piece(image, mask, origin, turn)
-    height, width = piece.mask.shape[-2:]
-    out_h = max(round(factor * (height * abs(cos) + width * abs(sin))), 1)
-    out_w = max(round(factor * (width * abs(cos) + height * abs(sin))), 1)
-    size = (out_h, out_w)
-    inside = turned(piece.mask.float(), size, degrees, factor, "bilinear") > 1 - 1e-3
-    # nearest sampling of coordinates stays exact in float32 up to 2^24
-    origin = turned(piece.origin.float(), size, degrees, factor, "nearest").round().long()
-    whole = piece.whole  # what is read between pixels is read from four a side
-    image = turned(_smoothed(whole, factor), size, degrees, factor, beyond="border", span=(height, width))
-    return _Piece(image.clamp(whole.amin(), whole.amax()), inside, origin, turn)
-
-
-def _smoothed(image: Tensor, factor: float) -> Tensor:
-    """An image (..., H, W) averaged down to where it is to be made smaller, so that detail does not alias."""
-    if factor >= 1:
-        return image
-    height, width = image.shape[-2:]
-    size = [max(math.floor(side * factor), 1) for side in (height, width)]
-    small = F.interpolate(image.reshape(1, -1, height, width), size, mode="area")
-    return small.view(*image.shape[:-2], *small.shape[-2:])
-
-
-def _packed(pieces: Sequence[_Piece], weights: Tensor) -> Exemplar:
+def _packed(pieces: Sequence[Piece], weights: Tensor) -> Exemplar:
     """Lay the pieces out under each other along the next-to-last axis, an alignment's gap or more between them."""
     shape = torch.tensor([p.mask.shape for p in pieces]).amax(0).tolist()
     starts, rows = [], 0
