@@ -7,6 +7,7 @@ empty are then one thing, and the search needs to know of none of them.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import torch
 from torch import Tensor
@@ -134,10 +135,31 @@ class Exemplar:
         return [self.canvas[(slice(None), *box)] for box, _ in self.places()]
 
     def coarser(self, factor: Sequence[int]) -> "Exemplar":
-        """The exemplar averaged over blocks of `factor` pixels per axis; a block is kept when it is whole."""
+        """The exemplar averaged over blocks of `factor` pixels per axis; a block is kept when it is whole.
+
+        It is kept, and with it what is found of it.
+        """
         factor = tuple(factor)
         if all(f == 1 for f in factor):
             return self
+        if factor not in self._pyramid:
+            self._pyramid[factor] = self._averaged(factor)
+        return self._pyramid[factor]
+
+    @cached_property
+    def _pyramid(self) -> dict[tuple[int, ...], "Exemplar"]:
+        return {}
+
+    def halved_to(self, pixels: int) -> tuple["Exemplar", int]:
+        """An image's exemplar, its height and width halved until its canvas has at most so many pixels; and how much
+        coarser it then is.
+        """
+        factor = 1
+        while self.owner.numel() > pixels * factor**2:
+            factor *= 2
+        return self.coarser((factor,) * len(self.shape)), factor
+
+    def _averaged(self, factor: tuple[int, ...]) -> "Exemplar":
         average, largest = AVERAGE[len(self.shape)], LARGEST[len(self.shape)]
         high = largest(self.owner[None], factor)[0]
         low = -largest(-self.owner[None], factor)[0]

@@ -25,10 +25,7 @@ MULTIPLES = 4
 @kept
 def find_repeats(exemplar: Exemplar) -> Lattice | Rows | None:
     """The lattice of an image's texture, or else its rows; of a large one it is sought at a coarser resolution."""
-    factor = 1
-    while exemplar.owner.numel() > LOOKED_AT * factor**2:
-        factor *= 2
-    seen = exemplar.coarser((factor, factor))
+    seen, factor = exemplar.halved_to(LOOKED_AT)
     found = find_lattice(seen) or find_rows(seen)
     return None if found is None else found.coarser(1 / factor)
 

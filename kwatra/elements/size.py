@@ -19,6 +19,10 @@ from kwatra.exemplar import Exemplar
 SMALLEST = 2.0
 """Size, in pixels, of the elements of a texture without any."""
 
+LOOKED_AT = 2**20
+"""A larger image is halved for finding the size of its elements until it has so many pixels: of twelve times as many it
+would take 40 s, and blocks are laid of no more (`kwatra.levels.LAID_FINE`)."""
+
 ALTERNATING = -0.27
 """At this correlation elements and what lies between them trade places: cells and stripes, of which neither is ground.
 
@@ -44,8 +48,12 @@ def element_size(exemplar: Exemplar) -> float:
     Where two kinds of elements alternate (a checkerboard, equal stripes) it is the lag at which they trade places, a
     cell's side. Otherwise it is the lag of the first ring, in colors or else in edges. Where there is none (noise,
     grass, patches), it is twice the lag at which colors have become unlike: a blob and the space beside it. Elements
-    up to a third of the smaller side are found. Of a video, all frames are looked at; what nobody owns never is.
+    up to a third of the smaller side are found. Of a video, all frames are looked at; what nobody owns never is. An
+    image of more than `LOOKED_AT` pixels is looked at coarser.
     """
+    if len(exemplar.shape) == 2 and exemplar.owner.numel() > LOOKED_AT:
+        seen, factor = exemplar.halved_to(LOOKED_AT)
+        return factor * element_size(seen)
     side = min(max(picture.shape[axis] for picture in exemplar.pictures()) for axis in (-2, -1))
     color = radial(of_colors(exemplar).within(side // 2))
     if float(color[0]) == 0:

@@ -13,6 +13,7 @@ from torch import Tensor
 from kwatra.base import by_one_thread
 from kwatra.elements.kept import kept
 from kwatra.elements.lattice import Lattice
+from kwatra.elements.repeating import LOOKED_AT
 from kwatra.exemplar import Exemplar
 
 WOVEN, CROSSED = 0.85, 0.1
@@ -70,18 +71,26 @@ class Weave(NamedTuple):
 def find_weave(exemplar: Exemplar) -> Weave | None:
     """The rows and columns of an exemplar that go on for ever, None if it is not woven, or none of them join.
 
-    An exemplar is of one image without holes.
+    An exemplar is of one image without holes. A large one is woven where it is so of fewer pixels, too.
     """
     if exemplar.owner.ndim != 2 or bool((exemplar.owner != 0).any()):
         return None
-    image = (exemplar.canvas * exemplar.share.sqrt()).double()
-    lines = lines_through(image, torch.ones(image.shape[1:], dtype=torch.bool))
+    few = exemplar.halved_to(LOOKED_AT)[0]
+    if few is not exemplar and _lines(few) is None:
+        return None
+    lines = _lines(exemplar)
     if lines is None:
         return None
+    image = exemplar.canvas * exemplar.share.sqrt()
     down, across = (_cell(each.T) for each in lines)
     if down is None or across is None:
         return None
     return Weave((down, across), (_alike(image.movedim(1, 0)), _alike(image.movedim(2, 0))))
+
+
+def _lines(exemplar: Exemplar) -> tuple[Tensor, Tensor] | None:
+    """The rows and columns through all of an exemplar, see `lines_through`."""
+    return lines_through(exemplar.canvas * exemplar.share.sqrt(), torch.ones(exemplar.shape, dtype=torch.bool))
 
 
 @by_one_thread()  # which sums in one order

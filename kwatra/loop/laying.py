@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import NamedTuple
 
 from torch import Tensor
@@ -88,12 +89,9 @@ def block_start(task: Task, exemplar: Exemplar) -> Laid:
 
     Blocks agree with what the terms want; a mask only hides that, blocks run on behind it.
     """
-    settings = task.settings
-    coarsest = max(level.factor for level in task.levels)
-    axes, factor = len(task.shape), 1
-    while factor < coarsest and _is_large(exemplar.extent, factor):
-        factor *= 2
-    factors, grain = factors_of(factor, axes), factors_of(coarsest // factor, axes)
+    settings, axes = task.settings, len(task.shape)
+    factor, steps = _resolution(exemplar, max(level.factor for level in task.levels))
+    factors, grain = factors_of(factor, axes), factors_of(steps, axes)
     here, controls = exemplar.coarser(factors), task.controls(factors)
     frames = FRAMES_IN_PLACE if controls.place_charges(here, (1,) * axes) else FRAMES
     size, along = block_size(here, controls.shape, settings.block, grain, frames), None
@@ -102,12 +100,13 @@ def block_start(task: Task, exemplar: Exemplar) -> Laid:
     repeats = _repeats(task, exemplar, factor) if in_step else None
     wish = controls.wish(None if given is None else (given >= 0).all(0))
     usage = settings.even * _usage(exemplar, task.shape, wish is not None)
-    slant = None if isinstance(repeats, Lattice) else _slant(task, exemplar)
+    seen, _ = exemplar.halved_to(LAID_FINE)
+    slant = None if isinstance(repeats, Lattice) else _slant(task, seen)
     if slant is not None:
         slanted = _slanted_start(task, here, controls.shape, slant, size, grain, usage)
         return Laid(slanted.run(), factors, slanted)
     if axes == 2 and not isinstance(repeats, Lattice):
-        size, along = narrowed(size, anisotropy(exemplar), grain)
+        size, along = narrowed(size, anisotropy(seen), grain)
     blocks = BlockStart(
         here,
         controls.shape,
@@ -126,6 +125,20 @@ def block_start(task: Task, exemplar: Exemplar) -> Laid:
         given=given,
     )
     return Laid(blocks.run(), factors, blocks)
+
+
+def _resolution(exemplar: Exemplar, coarsest: int) -> tuple[int, int]:
+    """How much coarser than the output blocks are laid, and of how many pixels then what their offsets are multiples.
+
+    coarsest: the factor of the coarsest level. Where all that follows is at full resolution, so they are laid, or at
+    the finest one at which a still has `LAID_FINE` pixels; else every level can represent them exactly.
+    """
+    if coarsest == 1:
+        return (exemplar.halved_to(LAID_FINE)[1] if len(exemplar.shape) == 2 else 1), 1
+    factor = 1
+    while factor < coarsest and _is_large(exemplar.extent, factor):
+        factor *= 2
+    return factor, coarsest // factor
 
 
 def _begins(given: Tensor, exemplar: Exemplar) -> list[int] | None:
@@ -197,13 +210,10 @@ def _is_large(extent: tuple[int, ...], factor: int) -> bool:
     return min(extent) / factor > LARGE
 
 
-def looks(exemplar: Exemplar) -> list[Callable[[Exemplar], object]]:
-    """What is looked for in an exemplar where blocks of it are laid that nothing steers, each of which is kept.
-
-    Of a large one they are laid at a coarser resolution, where its gaps are looked for.
-    """
-    wanted: list[Callable[[Exemplar], object]] = [hidden_seams] if exemplar.owner.numel() <= LAID_FINE else []
-    return [*wanted, find_slant, find_repeats]
+def looks(exemplar: Exemplar) -> list[Callable[[], object]]:
+    """What finds in an exemplar what is looked for where blocks of it are laid that nothing steers, each kept."""
+    seen = exemplar.halved_to(LAID_FINE)[0]
+    return [partial(hidden_seams, seen), partial(find_slant, seen), partial(find_repeats, exemplar)]
 
 
 def _repeats(task: Task, exemplar: Exemplar, factor: int) -> Lattice | Rows | None:

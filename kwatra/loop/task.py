@@ -8,7 +8,7 @@ from torch import Tensor
 
 from kwatra.base import InputError, check_mask, floats_of, generator_of, whole_sizes
 from kwatra.exemplar import Exemplar
-from kwatra.levels import LAID_FINE, Level, finishing, planned_levels
+from kwatra.levels import Level, finishing, planned_levels
 from kwatra.settings import Settings
 from kwatra.source import Bags, Prepared, Texture
 from kwatra.terms import Controls, Sum, TermLike, check_controls, parts_of
@@ -118,9 +118,7 @@ def _levels(texture: Texture, shape: tuple[int, ...], settings: Settings, steere
     if texture.exemplar is None:
         raise InputError("a texture without an exemplar has no levels of its own; give some in the settings")
     planned = planned_levels(texture.exemplar, shape, settings.iterations)
-    if steered or len(shape) > 2 or texture.exemplar.owner.numel() > LAID_FINE:
-        return planned
-    return finishing(planned)
+    return planned if steered or len(shape) > 2 else finishing(planned)
 
 
 def _check_levels(levels: Sequence[Level], extent: tuple[int, ...]) -> None:

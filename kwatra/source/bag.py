@@ -1,6 +1,6 @@
 """Sources that are no exemplar: bags of made-up windows."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import torch
@@ -36,6 +36,11 @@ class Bag(Described):
         metric = Metric(windows.shape[1:-1], weights.to(windows.device), features)
         super().__init__(metric, torch.arange(len(windows), device=windows.device), dims, generator)
 
+    @property
+    def count(self) -> int:
+        """See `Source.count`."""
+        return len(self.held)
+
     def windows(self, numbers: Tensor) -> Tensor:
         """See `Source.windows`."""
         return self.held[numbers]
@@ -44,14 +49,11 @@ class Bag(Described):
         """See `Source.values`."""
         return self.held[(numbers, *inside)].movedim(-1, 0)
 
-    def projections(self, basis: Tensor, mean: Tensor) -> tuple[Tensor, Tensor]:
-        """See `Source.projections`."""
-        along, length = [], []
+    def projections(self, basis: Tensor, mean: Tensor) -> Iterator[tuple[Tensor, Tensor]]:
+        """See `Described.projections`."""
         for part in self.held.split(max(chunk(self.held.device) // mean.numel(), 1)):
             embedded = self.metric.embed(part)
-            along.append(product(embedded, basis))
-            length.append((embedded - mean).square().sum(1))
-        return torch.cat(along), torch.cat(length)
+            yield product(embedded, basis), (embedded - mean).square().sum(1)
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ every window is a convolution of the canvas with the principal components, so no
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import torch
 from torch import Tensor
@@ -15,6 +15,11 @@ from kwatra.exemplar import Exemplar
 from kwatra.source.described import DIMS, Described
 from kwatra.source.protocol import chunk
 from kwatra.windows import Feature, Metric, channels_last, windows_at
+
+TOGETHER, OVERLAPS = 2**22, 8
+"""So many components of windows are found at once, 16 MiB, or those along so many times a window's width: the pages of
+larger temporaries are given back each time. Of twelve megapixels that takes 9 s, of 2^25 components at once 12, and
+17 of all."""
 
 
 class SourceWindows(Described):
@@ -42,6 +47,11 @@ class SourceWindows(Described):
         self._snap = self.number(nearest_known(valid).flatten(1).T)
         metric = Metric(self.width, exemplar.weights, features)
         super().__init__(metric, valid.flatten().nonzero()[:, 0], dims, generator)
+
+    @property
+    def count(self) -> int:
+        """See `Source.count`."""
+        return math.prod(self.positions)
 
     def number(self, corners: Tensor) -> Tensor:
         """Window numbers of corners (..., n) that are positions."""
@@ -71,24 +81,32 @@ class SourceWindows(Described):
         place = [c + i for c, i in zip(self.corners(numbers).unbind(-1), inside, strict=True)]
         return self.pixels[tuple(place)].movedim(-1, 0)
 
-    def projections(self, basis: Tensor, mean: Tensor) -> tuple[Tensor, Tensor]:
-        """See `Source.projections`."""
+    def projections(self, basis: Tensor, mean: Tensor) -> Iterator[tuple[Tensor, Tensor]]:
+        """See `Described.projections`."""
         components = self.metric.transposed(basis.T.contiguous())
-        return self._correlated(components).T.contiguous(), self._lengths(mean)
+        lengths = None if self.metric.plain else self._lengths(mean)
+        line = math.prod(self.positions[1:])
+        lines = max(TOGETHER // (line * len(components)), OVERLAPS * self.width[0])
+        for first in range(0, self.positions[0], lines):
+            part = self.exemplar.canvas[:, first : first + lines + self.width[0] - 1]
+            along = self._correlated(part, components).T
+            if lengths is None:
+                yield along, self._plain_lengths(part, mean)
+            else:
+                yield along, lengths[first * line : first * line + len(along)]
 
-    def _correlated(self, kernels: Tensor, squared: bool = False) -> Tensor:
-        """Inner products (K, positions) of window-shaped kernels (K, *width, C) with every window of the canvas."""
-        canvas = self.exemplar.canvas[None]
-        convolve = CONVOLUTION[len(self.width)]
-        return convolve(canvas.square() if squared else canvas, kernels.movedim(-1, 1).contiguous())[0].flatten(1)
+    def _correlated(self, part: Tensor, kernels: Tensor) -> Tensor:
+        """Inner products (K, positions) of window-shaped kernels (K, *width, C) with every window of a part (C, *S)."""
+        return CONVOLUTION[len(self.width)](part[None], kernels.movedim(-1, 1).contiguous())[0].flatten(1)
+
+    def _plain_lengths(self, part: Tensor, mean: Tensor) -> Tensor:
+        """|E z - mean|^2 for the window at every position of a part (C, *S) of the canvas, where E has no features."""
+        square = self._correlated(part.square(), self.metric.weight[None])[0]
+        return square - 2 * self._correlated(part, self.metric.transposed(mean[None]))[0] + (mean**2).sum()
 
     def _lengths(self, mean: Tensor) -> Tensor:
-        """|E z - mean|^2 for the window at every position."""
-        if self.metric.plain:
-            kernel = self.metric.transposed(mean[None])
-            square = self._correlated(self.metric.weight[None], squared=True)[0]
-            return square - 2 * self._correlated(kernel)[0] + (mean**2).sum()
-        lengths = mean.new_zeros(math.prod(self.positions))
+        """|E z - mean|^2 for the window at every position that counts, 0 elsewhere."""
+        lengths = mean.new_zeros(self.count)
         for numbers in self.numbers.split(max(chunk(mean.device) // mean.numel(), 1)):
             lengths[numbers] = (self.metric.embed(self.windows(numbers)) - mean).square().sum(1)
         return lengths

@@ -8,7 +8,7 @@ inverted lists (faiss), finds the nearest; on other devices than the CPU, where 
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 
 import faiss
@@ -41,15 +41,18 @@ class Described(ABC):
         sample = metric.embed(self.windows(numbers[pick]))
         self._mean = sample.mean(0)
         self._basis = randomized_basis(sample - self._mean, dims, generator)
-        along, length = self.projections(self._basis, self._mean)
-        self.descriptors = along - product(self._mean[None], self._basis)
-        # squared length of each centered window, to know what the descriptor leaves out
-        self.remainder = (length - (self.descriptors**2).sum(1)).clamp(min=0).sqrt()
+        shift, count, first = product(self._mean[None], self._basis), self.count, 0
+        self.descriptors, self.remainder = sample.new_empty(count, self._basis.shape[1]), sample.new_empty(count)
+        for along, length in self.projections(self._basis, self._mean):
+            some = slice(first, first := first + len(along))
+            descriptors = torch.sub(along, shift, out=self.descriptors[some])
+            # squared length of each centered window, to know what the descriptor leaves out
+            self.remainder[some] = (length - descriptors.square().sum(1)).clamp(min=0).sqrt()
 
     @property
+    @abstractmethod
     def count(self) -> int:
         """See `Source.count`."""
-        return len(self.descriptors)
 
     @abstractmethod
     def windows(self, numbers: Tensor) -> Tensor:
@@ -60,8 +63,11 @@ class Described(ABC):
         """See `Source.values`."""
 
     @abstractmethod
-    def projections(self, basis: Tensor, mean: Tensor) -> tuple[Tensor, Tensor]:
-        """See `Source.projections`."""
+    def projections(self, basis: Tensor, mean: Tensor) -> Iterator[tuple[Tensor, Tensor]]:
+        """Every window z below `count` seen under E, the metric's embedding, in order, some at a time.
+
+        basis (M, K), mean (M,). Gives (E z)^T basis (n, K) and |E z - mean|^2 (n,) of the next n.
+        """
 
     def describe(self, windows: Tensor) -> Description:
         """See `Source.describe`."""

@@ -58,12 +58,6 @@ class Source(Protocol):
     def values(self, numbers: Tensor, inside: Sequence[Tensor]) -> Tensor:
         """For numbers (*S), the value of each window at the place `inside`, n tensors (*S): (C, *S)."""
 
-    def projections(self, basis: Tensor, mean: Tensor) -> tuple[Tensor, Tensor]:
-        """Every window z below `count` seen under E, the metric's embedding.
-
-        basis (M, K), mean (M,). Returns (E z)^T basis (count, K) and |E z - mean|^2 (count,).
-        """
-
     def describe(self, windows: Tensor) -> Description:
         """Any windows (N, *width, C) in short, as the source's own are described."""
 

@@ -126,7 +126,7 @@ class Search:
 
     def _look(self) -> None:
         """Look at the texture in the ways that tries are going to ask for, side by side."""
-        ways: list[Callable[[], object]] = [partial(look, self.source) for look in looks(self.source)]
+        ways = looks(self.source)
         if self.effort.tries > 1:
             ways.insert(0, partial(self._ranking.describe, (self._channels, *self.size)))
         shared(lambda way: way(), ways)

@@ -101,6 +101,16 @@ def test_coarser_averages_blocks_and_drops_broken_ones():
     assert int((owner == 0).sum()) == 4 * 3 - 1
 
 
+def test_an_exemplar_is_halved_until_it_has_so_many_pixels_and_what_is_coarser_is_kept():
+    exemplar = Exemplar.of(image(2, 40, 50))
+    assert exemplar.halved_to(2000) == (exemplar, 1)
+    for pixels, factor in ((1999, 2), (500, 2), (499, 4), (100, 8)):
+        seen, much = exemplar.halved_to(pixels)
+        assert much == factor
+        assert seen is exemplar.coarser((factor, factor))
+        assert torch.equal(seen.canvas, torch.nn.functional.avg_pool2d(exemplar.canvas, factor))
+
+
 def test_extent_is_the_largest_image_not_the_canvas():
     assert Exemplar.of([image(1, 20, 30), image(1, 25, 9)]).extent == (25, 30)
 

@@ -1,4 +1,5 @@
 import math
+from importlib import import_module
 
 import pytest
 import torch
@@ -8,6 +9,7 @@ from scipy.ndimage import gaussian_filter
 from kwatra import Exemplar
 from kwatra.elements import element_size
 
+size_module = import_module("kwatra.elements.size")
 SIZES = (6, 12, 24, 32)
 """Up to a quarter of the exemplars' side."""
 
@@ -31,6 +33,15 @@ def noise(seed, channels=3):
 def test_elements_are_as_large_as_they_were_made(name, pitch, side, size):
     found = size_of(MADE[name](side, size).image)
     assert pitch * size * 0.88 < found < pitch * size * 1.15
+
+
+@pytest.mark.parametrize("name", ["stones", "coins", "tiles"])
+def test_elements_of_a_large_image_are_measured_where_it_is_coarser(name, monkeypatch):
+    image = MADE[name](160, 24).image
+    whole = size_of(image)
+    monkeypatch.setattr(size_module, "LOOKED_AT", 160**2 - 1)
+    assert whole != size_of(image.clone()) == 2 * size_of(Exemplar.of(image).coarser((2, 2)).canvas)
+    assert size_of(image.clone()) == pytest.approx(whole, rel=0.05)
 
 
 @pytest.mark.parametrize("size", SIZES)

@@ -3,8 +3,8 @@ import torch
 
 from kwatra import Exemplar
 from kwatra.base import generator_of
-from kwatra.elements import Lattice, continued_weave, find_weave, lines_through
-from kwatra.elements.woven import Cell, Weave, in_step
+from kwatra.elements import Lattice, continued_weave, find_weave, lines_through, woven
+from kwatra.elements.woven import Cell, Weave, _lines, in_step
 from kwatra.source import look_up
 
 SETT = torch.tensor([0] * 10 + [1] * 4 + [2] * 12 + [1] * 3 + [0] * 6 + [3] * 13)
@@ -120,6 +120,20 @@ def other(name: str) -> Exemplar:
 @pytest.mark.parametrize("name", ["ramp", "stripes", "one color", "noise", "discs", "oblique", "two", "hole", "video"])
 def test_what_is_no_cloth(name):
     assert find_weave(other(name)) is None
+
+
+@pytest.mark.parametrize("name", ["tartan", "ramp", "noise", "discs", "oblique"])
+def test_a_large_picture_is_cloth_if_it_is_so_at_full_resolution_and_at_half(name, monkeypatch):
+    exemplar = Exemplar.of(tartan(96, 96)) if name == "tartan" else other(name)
+    here = find_weave(exemplar)
+    monkeypatch.setattr(woven, "LOOKED_AT", 96**2 - 1)
+    seen = []
+    monkeypatch.setattr(woven, "_lines", lambda one: seen.append(one.shape) or _lines(one))
+    again = find_weave(Exemplar.of(exemplar.canvas.clone()))
+    assert (here is None) == (again is None) == (name != "tartan")
+    assert seen == ([(48, 48), (96, 96)] if name in ("tartan", "ramp") else [(48, 48)])
+    if here is not None:
+        assert here.cells == again.cells
 
 
 def test_a_lattice_is_believed_if_it_is_regular_or_lines_are_in_step():

@@ -3,6 +3,7 @@ from weakref import ref
 
 import pytest
 import torch
+from bench_elements import cut_elements
 from made import MADE
 
 from kwatra import Exemplar, InputError, Level, Settings, SoftPixels, begin, improve, optimize
@@ -89,30 +90,44 @@ LOOKED_FOR = ("hidden_seams", "find_repeats", "find_slant")
 @pytest.mark.parametrize("side", [150, 400])
 def test_what_is_looked_for_beforehand_is_asked_for_later(side, monkeypatch):
     """All of it by the same exemplar: what is laid at half the resolution asks for the ground there."""
-    for module in (laying, import_module("kwatra.loop.task")):
-        monkeypatch.setattr(module, "LAID_FINE", 320**2)
-    asked, exemplar = list[str](), Exemplar.of(torch.rand(1, side, side))
+    monkeypatch.setattr(laying, "LAID_FINE", 320**2)
+    asked, exemplar = set[tuple[str, int]](), Exemplar.of(torch.rand(1, side, side))
     for module in (laying, import_module("kwatra.pieces.seams.gaps")):
         for name in LOOKED_FOR:
             find = getattr(module, name, None)
             if find is not None:
-                find = noted(asked, name, find, exemplar)
-                monkeypatch.setattr(module, name, find)
-    wanted = {name for name in LOOKED_FOR if getattr(laying, name) in looks(exemplar)}
-    assert ("hidden_seams" in wanted) == (side <= 320)
+                monkeypatch.setattr(module, name, noted(asked, name, find))
+    for look in looks(exemplar):
+        look()
+    wanted, _ = set(asked), asked.clear()
+    assert {name for name, _ in wanted} == set(LOOKED_FOR)
     begin(exemplar, (64, 64))
-    assert set(asked) == wanted
+    assert asked == wanted
 
 
-def noted(asked, name, find, exemplar):
-    """A search that notes its name if it is asked of an exemplar."""
+def noted(asked, name, find):
+    """A search that notes its name and of which canvas it was asked."""
 
-    def found(other):
-        if other.canvas is exemplar.canvas:
-            asked.append(name)
-        return find(other)
+    def found(exemplar):
+        asked.add((name, id(exemplar.canvas)))
+        return find(exemplar)
 
     return found
+
+
+def test_blocks_of_a_large_exemplar_are_laid_at_half_the_resolution_with_seams_between_its_elements(monkeypatch):
+    made, cut = MADE["coins"](280, 40, 0), {}
+    exemplar = Exemplar.of(made.image)
+    for pixels in (280**2, 280**2 - 1):
+        monkeypatch.setattr(laying, "LAID_FINE", pixels)
+        beginning = begin(exemplar, (300, 301), seed=1)
+        assert beginning.factors == ((1, 1) if pixels == 280**2 else (2, 2))
+        result = improve(beginning)
+        assert result.where.shape == (2, 300, 301)
+        assert (result.image - exemplar.canvas[(slice(None), *result.where)]).abs().mean() < 0.01
+        flat = result.where[0] * 280 + result.where[1]
+        cut[pixels] = cut_elements(made.numbers.numpy(), flat.numpy())["cut"]
+    assert max(cut.values()) < 0.1  # .04 and .02
 
 
 def stripes_across_stripes(height, width):

@@ -53,6 +53,19 @@ def test_estimates_with_every_component_are_exact(features):
     assert torch.allclose(estimated, brute_force(source, windows), atol=1e-4)
 
 
+@pytest.mark.parametrize("features", [(), (Feature(gradient, 1.0),)])
+@pytest.mark.parametrize(("shape", "width"), [((41, 23), (4, 4)), ((12, 14, 15), (2, 4, 4))])
+def test_windows_described_some_at_a_time_are_described_the_same(features, shape, width, monkeypatch):
+    image = torch.rand(2, *shape, generator=generator())
+    together = source_of(image, width, features=features)
+    monkeypatch.setattr("kwatra.source.canvas.TOGETHER", 1)
+    monkeypatch.setattr("kwatra.source.canvas.OVERLAPS", 1)
+    parts = source_of(image, width, features=features)
+    assert parts.count == together.count == len(parts.descriptors)
+    assert torch.allclose(parts.descriptors, together.descriptors, atol=1e-6)
+    assert torch.allclose(parts.remainder, together.remainder, atol=1e-3)
+
+
 def test_what_descriptors_leave_out_counts_by_its_length():
     source = source_of(blobs(1, 24, 24), (6, 6), dims=2)
     described = source.describe(torch.rand(3, 6, 6, 1, generator=generator()))
