@@ -15,11 +15,12 @@ from kwatra.source import ROUTES
 FINISHING = 2
 """Iterations after blocks laid at full resolution; four changed no score by more than .0003 on eight textures."""
 
-LAID_FINE = 2**20
-"""Images with up to so many pixels have their blocks laid at full resolution; of larger ones that takes long: of 2048
-across 38 s, of 1024 9, where a quarter of the resolution takes 20 and 4. At that joints are too thin to be seen,
-elements are cut along straight lines (of tiles, letters, stones, coins and mosaics of 48 to 100 pixels in 512 and 600
-.127, here .042), and more is copied (.242, here .157; three photographs score .0388, here .0335)."""
+LAID_FINE = 2**19
+"""A larger still is halved until it has so many pixels, and its blocks are laid there: one of 1024 pixels a side, of as
+many, takes 3.8 s, and 11 where they are laid at full resolution. Of 1024 to 768 pixels three photographs score .0137,
+.0135 at full resolution (`kwatra.measure`), and of six made textures with elements of 40 to 100 pixels .025 are cut,
+.028 there; but of 640 with elements of 14 to 20 .036, .024 there, and of 400 pixels of 512 four photographs score .054,
+.050 there."""
 
 DEPTH = 4
 """Frames of a video's window (thesis 5.5: about 4)."""

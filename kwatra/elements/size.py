@@ -19,9 +19,9 @@ from kwatra.exemplar import Exemplar
 SMALLEST = 2.0
 """Size, in pixels, of the elements of a texture without any."""
 
-LOOKED_AT = 2**20
-"""A larger image is halved for finding the size of its elements until it has so many pixels: of twelve times as many it
-would take 40 s, and blocks are laid of no more (`kwatra.levels.LAID_FINE`)."""
+LOOKED_AT = 2**19
+"""A larger image is halved for finding the size of its elements until it has so many pixels: of twelve million it would
+take 40 s, and blocks are laid of no more (`kwatra.levels.LAID_FINE`)."""
 
 ALTERNATING = -0.27
 """At this correlation elements and what lies between them trade places: cells and stripes, of which neither is ground.
