@@ -25,7 +25,7 @@ from kwatra import (
     TermLike,
     planned_levels,
 )
-from kwatra.levels import LAID_FINE, finishing
+from kwatra.levels import finishing
 from kwatra.pieces import hidden_seams
 from kwatra.terms import charge_of, parts_of, place_charge_of, within
 from synth.texture.form import Form
@@ -131,7 +131,7 @@ class Guide:
     def settings(self, settings: Settings, pictures: Sequence[Tensor], size: Sequence[int]) -> Settings:
         """Settings that suit a guide: its blocks, and levels planned without it."""
         exemplar = Exemplar.of(list(pictures))
-        of_elements = len(size) == 2 and hidden_seams(exemplar.halved_to(LAID_FINE)[0]) is not None
+        of_elements = len(size) == 2 and hidden_seams(exemplar) is not None
         levels = settings.levels
         if levels is None:
             planned = planned_levels(exemplar, size, settings.iterations)

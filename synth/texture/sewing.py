@@ -17,6 +17,7 @@ from functools import lru_cache, partial
 
 import numpy as np
 import torch
+import torch.nn.functional as F
 from torch import Tensor
 
 from kwatra import Exemplar
@@ -53,26 +54,27 @@ class Sewing:
     """What is laid of a picture of some `shape`, closed along some axes, and of an exemplar's patches.
 
     The picture is given (C, *shape), or what the exemplar's canvas begins with. near: patches are sought on so many
-    pixels about where they are laid, which bounds time and memory, as if the picture lay on the canvas from `first` on;
-    None: everywhere. sheet: what is laid; pixels that are `fixed` there stay. runs: the axis along which the texture
-    runs, None for none.
+    pixels about where they are laid, which bounds time and memory, as if the picture lay on the canvas from `first` on.
+    sheet: what is laid; pixels that are `fixed` there stay. laid: what was sewn in, in order: boxes, and where on the
+    canvas their patches begin. runs: the axis along which the texture runs, None for none.
     """
 
     def __init__(
         self,
         exemplar: Exemplar,
         shape: Sequence[int],
+        near: int,
         closed: Sequence[bool] = (False, False),
         picture: Tensor | None = None,
         first: Sequence[int] = (0, 0),
-        near: int | None = None,
     ) -> None:
-        self.exemplar, self.first, self.near = exemplar, tuple(first), near or max(exemplar.shape)
+        self.exemplar, self.first, self.near = exemplar, tuple(first), near
         self.runs = runs_along(anisotropy(exemplar), FIBROUS)
         self.closed, self.shape = tuple(closed), tuple(shape)
         self.mosaic = Mosaic([each.cpu().numpy() for each in (exemplar.canvas, picture) if each is not None])
         hidden = hidden_seams(exemplar) if picture is None and self.runs is None else None
         self.sheet = Sheet(self.mosaic, self.shape, self.closed, self._seam_cost(hidden))
+        self.laid = list[tuple[Box, tuple[int, ...]]]()
         self._fit = lru_cache(KEPT)(partial(_fit_of, self.mosaic.matching(0)))
         self._valid = lru_cache(KEPT)(partial(_places_of, exemplar))
 
@@ -93,21 +95,45 @@ class Sewing:
         """
         for turn in range(turns):
             for number, box in enumerate(boxes):
-                cut = self._cheapest(box)
-                empty = turn == 0 and not self.sheet.full(box)
-                if empty or cut.price < 0:
-                    self.sheet.commit(cut)
+                self._sew_in(box, *self._where_to_look(box), CANDIDATES, again=turn > 0)
                 report((turn + (number + 1) / len(boxes)) / turns)
 
-    def _cheapest(self, box: Box) -> Cut:
-        """Of the patches that fit a box best the one that can be cut in at the least price."""
+    def follow(self, coarse: "Sewing", factor: int, report: Callable[[float], None]) -> None:
+        """Sew in what was sewn of the same picture `factor` times coarser, each patch where it fits best nearby.
+
+        Boxes keep their distance to the border that is nearer: of the picture the last pixels may make no coarse one.
+        """
+        covered = set[Box]()
+        for number, (there, place) in enumerate(coarse.laid):
+            sides = zip(there.start, there.extent, coarse.shape, self.shape, strict=True)
+            start = [factor * a if 2 * a + e <= n else size - factor * (n - a) for a, e, n, size in sides]
+            box = Box(tuple(start), tuple(factor * e for e in there.extent))
+            low = tuple(max(factor * p - factor, 0) for p in place)
+            lines = zip(low, place, box.extent, self.exemplar.shape, strict=True)
+            part = Box(low, tuple(min(factor * (p + 1) + e, size) - a for a, p, e, size in lines))
+            valid = self._valid(box.extent)[Box((0, 0), self.exemplar.shape).part(_begins_of(part, box))]
+            self._sew_in(box, part, valid, 1, again=box in covered)
+            covered.add(box)
+            report((number + 1) / len(coarse.laid))
+
+    def _sew_in(self, box: Box, part: Box, valid: np.ndarray, count: int, again: bool) -> None:
+        """Cut in, of so many patches that fit a box best, the one of the least price; again: if that lowers all seams.
+
+        part: where on the canvas they are sought; valid: where in it they may begin.
+        """
+        cut = self._cheapest(box, part, valid, count)
+        if (not again and not self.sheet.full(box)) or cut.price < 0:
+            self.sheet.commit(cut)
+            self.laid.append((box, tuple(b - s for b, s in zip(box.start, cut.patch.shift, strict=True))))
+
+    def _cheapest(self, box: Box, part: Box, valid: np.ndarray, count: int) -> Cut:
+        """Of so many patches that fit a box best the one that can be cut in at the least price."""
         at = self.sheet.indices(box)
         known = self.sheet.filled_at(at).astype(np.float32)
-        part, valid = self._where_to_look(box)
         cost = self._fit(part).inside(self.mosaic.matching_at(self.sheet.places[at]) * known, known)
         cost[~valid] = np.inf
         shifts = list[tuple[int, ...]]()
-        while len(shifts) < CANDIDATES and np.isfinite(cost).any():
+        while len(shifts) < count and np.isfinite(cost).any():
             place = np.unravel_index(int(cost.argmin()), cost.shape)
             shifts.append(tuple(int(b - s - p) for b, s, p in zip(box.start, part.start, place, strict=True)))
             cost[tuple(slice(max(p - APART, 0), p + APART + 1) for p in place)] = np.inf
@@ -122,8 +148,7 @@ class Sewing:
         everywhere, side = self._valid(box.extent), self.near
         while True:
             part = self._about(box, side)
-            lines = zip(part.start, part.stop, box.extent, strict=True)
-            valid = everywhere[tuple(slice(low, high - extent + 1) for low, high, extent in lines)]
+            valid = everywhere[Box((0, 0), self.exemplar.shape).part(_begins_of(part, box))]
             if part.extent == self.exemplar.shape or int(valid.sum()) >= ENOUGH:
                 return part, valid
             side *= 2
@@ -150,20 +175,32 @@ class Sewing:
         """The picture (C, H, W) that has, as nearly as can be, the patches' gradients and no steps between them."""
         colors = self.patches()
         steps = [self._missing(colors, axis) for axis in (0, 1)]
-        free = torch.from_numpy(~self.sheet.fixed).to(colors)
         pairs = [self._pairs(axis) for axis in (0, 1)]
+        pulls = [_divergence(pair * step, axis) for axis, (pair, step) in enumerate(zip(pairs, steps, strict=True), 1)]
+        count = torch.stack([pair + pair.roll(1, axis) for axis, pair in enumerate(pairs)]).sum(0)
+        free = torch.from_numpy(~self.sheet.fixed).flatten().nonzero()[:, 0]
+        diagonal, neighbors = count.flatten()[free] + 1 / REACH**2, self._neighbors(free)
 
         def system(change: Tensor) -> Tensor:
-            change = change * free
-            pull = change / REACH**2
-            for axis, pair in enumerate(pairs, 1):
-                pull = pull - _divergence(pair * (change.roll(-1, axis) - change), axis)
-            return pull * free
+            beside = F.pad(change, (0, 1))  # the last, 0, where a neighbor stays
+            return diagonal * change - beside[:, neighbors].sum(1)
 
-        pulls = [_divergence(pair * step, axis) for axis, (pair, step) in enumerate(zip(pairs, steps, strict=True), 1)]
-        diagonal = torch.stack([pair + pair.roll(1, axis) for axis, pair in enumerate(pairs)]).sum(0) + 1 / REACH**2
-        right = -(pulls[0] + pulls[1]) * free
-        return colors + conjugate_gradients(system, right, diagonal, torch.zeros_like(colors), 1e-3).x * free
+        right = -(pulls[0] + pulls[1]).flatten(1)[:, free]
+        change = conjugate_gradients(system, right, diagonal, torch.zeros_like(right), 1e-3).x
+        return colors.flatten(1).index_add(1, free, change).view_as(colors)
+
+    def _neighbors(self, free: Tensor) -> Tensor:
+        """Which of the free pixels (N,), flat numbers in the picture, are beside each, (4, N); N where that stays."""
+        number = torch.full(self.shape, len(free))
+        number.view(-1)[free] = torch.arange(len(free))
+        beside = []
+        for axis in (0, 1):
+            for step in (1, -1):
+                there = number.roll(-step, axis)
+                if not self.closed[axis]:
+                    there.select(axis, -1 if step > 0 else 0).fill_(len(free))
+                beside.append(there.flatten()[free])
+        return torch.stack(beside)
 
     def _pairs(self, axis: int) -> Tensor:
         """(H, W) 1 where a pixel and the next along an axis are neighbors."""
@@ -187,6 +224,11 @@ class Sewing:
         if depth is None:
             return missing
         return missing * torch.from_numpy(depth.of_seam(places, back, ahead, after))
+
+
+def _begins_of(part: Box, box: Box) -> Box:
+    """Where in a part of the canvas patches for a box may begin."""
+    return Box(part.start, tuple(there - here + 1 for there, here in zip(part.extent, box.extent, strict=True)))
 
 
 def _fit_of(canvas: np.ndarray, part: Box) -> Fit:

@@ -56,7 +56,7 @@ def filled_by_strips(
     box = tuple(slice(a, min(b, size)) for a, b, size in zip(low, high, missing.shape, strict=True))
     hole = missing[box].numpy()
     picture = _continued(known[(slice(None), *box)], hole, along)
-    sewing = Sewing(source, hole.shape, picture=picture, first=low, near=NEAR)
+    sewing = Sewing(source, hole.shape, NEAR, picture=picture, first=low)
     sewing.lay_picture(Box((0, 0), hole.shape), must_not=hole)
     sewing.sheet.fixed[~hole] = True
 

@@ -14,6 +14,7 @@ from torch import Tensor
 from kwatra import Exemplar, InputError, Result, element_size
 from kwatra.base import generator_of, is_whole
 from kwatra.elements import drawn_sides
+from kwatra.levels import LAID_FINE
 from kwatra.pieces import Box
 from synth.texture.filling import planes_of
 from synth.texture.form import Form, Image
@@ -23,7 +24,8 @@ from synth.texture.synthesis import Synthesis
 
 NARROWEST, WIDEST, PART = 12, 64, 8
 """Limits of the band's width on each side of a seam, in pixels, and as one of so many parts of the shorter side. Within
-them it is as wide as a texture element, which gives seams room to run around one."""
+them it is as wide as a texture element, which gives seams room to run around one. WIDEST is in the pixels of what is
+sewn, the picture halved until it has `LAID_FINE` of them: a bound on time."""
 
 CLEARED = 6
 """Of the band so many parts, next to the seam, are one that is always replaced."""
@@ -35,6 +37,9 @@ what columns usually are, with .5 7.6 and with squares 9.0; with .125 3.7, but b
 
 MENDING = 1
 """How often all patches are tried again; once more lowered the cost of all seams by no more than a hundredth."""
+
+NEAR = 1024
+"""Patches are sought on so many pixels about where they are laid: a bound on time and memory, not tuned."""
 
 SLIGHT = 1 / 256
 """What blending would change by less, as a part of the range of values, is not seen, and stays as it is."""
@@ -58,7 +63,8 @@ def tile(
 
     image: a tensor (C, H, W), or an array (H, W) or (H, W, C), as for `synthesize`. axes: where it is to repeat: "x"
     from left to right, "y" from top to bottom, or "xy". band: up to so many pixels from these borders may change, at
-    most a quarter of the shorter side; default: a texture element, 12 to 64, at most an eighth. crop: cut the picture
+    most a quarter of the shorter side; default: a texture element, 12 to 64 or, of over half a
+    megapixel, more, at most an eighth. crop: cut the picture
     first to whole periods of a texture that repeats. seed: another one, another seam. report: told what is being done
     and the part of it that is done.
 
@@ -74,8 +80,7 @@ def tile(
     down, across = _whole_periods(pixels, axes) if crop else (slice(0, side) for side in pixels.shape[1:])
     pixels = pixels[:, down, across].contiguous()
     exemplar = Exemplar.of([pixels])
-    band = _band_of(exemplar, band)
-    sewing = _Borders(exemplar, (("y" in axes), ("x" in axes)), band, seed).sew(report)
+    sewing = _sewn(exemplar, (("y" in axes), ("x" in axes)), band, seed, report)
     report("blending", 1.0)
     places = sewing.places.numpy() + np.array([down.start, across.start])[:, None, None]
     where = np.concatenate([np.zeros_like(places[:1]), places])
@@ -103,15 +108,30 @@ def _whole_periods(pixels: Tensor, axes: str) -> tuple[slice, ...]:
     return tuple(box)
 
 
-def _band_of(picture: Exemplar, band: int | None) -> int:
-    """The band's width, checked against the sides of the picture."""
+def _sewn(picture: Exemplar, closed: tuple[bool, bool], band: int | None, seed: int, report: Report) -> Sewing:
+    """A picture sewn to itself; a large one where it is coarser, and then at full resolution as there."""
+    seen, factor = picture.halved_to(LAID_FINE)
+    band = _band_of(picture, band, factor)
+    if band < factor * NARROWEST:
+        seen, factor = picture, 1
+    borders = _Borders(seen, closed, band // factor, seed)
+    first = borders.sew(lambda part: report("sewing", part if factor == 1 else part / 2))
+    if factor == 1:
+        return first
+    fine = _Borders(picture, closed, band, seed).sewing
+    fine.follow(first, factor, lambda part: report("sewing", (1 + part) / 2))
+    return fine
+
+
+def _band_of(picture: Exemplar, band: int | None, factor: int) -> int:
+    """The band's width, checked against the sides of the picture, which is sewn a factor coarser."""
     height, width = picture.extent
     if min(height, width) < LEAST:
         raise InputError(f"the picture is {width}x{height}; at least {LEAST}x{LEAST} are needed to tile it")
     most = min(height, width) // 4
     if band is None:
         wanted = max(round(element_size(picture)), NARROWEST)
-        return min(wanted, WIDEST, max(min(height, width) // PART, 4))
+        return min(wanted, factor * WIDEST, max(min(height, width) // PART, 4))
     if not (is_whole(band, 2) and band <= most):
         raise InputError(
             f"the band is {band} pixels; of {width}x{height} it is a whole number from 2 to {most}, a quarter of a side"
@@ -124,7 +144,7 @@ class _Borders:
 
     def __init__(self, picture: Exemplar, closed: tuple[bool, bool], band: int, seed: int) -> None:
         self.band, self.generator = band, generator_of(seed)
-        self.sewing = Sewing(picture, picture.extent, closed)
+        self.sewing = Sewing(picture, picture.extent, NEAR, closed)
         self._lay_picture()
 
     def _lay_picture(self) -> None:
@@ -141,9 +161,9 @@ class _Borders:
     def _axes(self) -> list[tuple[int, bool]]:
         return list(zip(self.sewing.shape, self.sewing.closed, strict=True))
 
-    def sew(self, report: Report) -> Sewing:
+    def sew(self, report: Callable[[float], None]) -> Sewing:
         """Cover the seams, then try all patches again."""
-        self.sewing.sew(list(self._stations()), 1 + MENDING, lambda part: report("sewing", part))
+        self.sewing.sew(list(self._stations()), 1 + MENDING, report)
         return self.sewing
 
     def _stations(self) -> Iterator[Box]:

@@ -5,9 +5,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import torch
+import torch.nn.functional as F
 from torch import Tensor
 
 from kwatra.elements import Ground, find_ground, find_outlines
+from kwatra.elements.size import LOOKED_AT
 from kwatra.exemplar import Exemplar
 from kwatra.pieces.seams.cost import Depth, SeamCost
 from kwatra.pieces.seams.keeping import cheaper
@@ -103,6 +105,17 @@ class Hidden(NamedTuple):
         unlike: Array = away / max(float(away.std()), 1e-9)
         return unlike
 
+    def finer(self, factor: int, shape: Sequence[int]) -> "Hidden":
+        """The same of an exemplar (*shape) of `factor` times the resolution; its last pixels may make no whole one."""
+        beyond = [(0, max(size - factor * there, 0)) for size, there in zip(shape, self.depth.shape, strict=True)]
+
+        def enlarged(values: Array) -> Array:
+            return np.pad(values, beyond, mode="edge")
+
+        depth = F.interpolate(torch.from_numpy(self.depth)[None, None], scale_factor=factor, mode="bilinear")[0, 0]
+        parts = None if self.parts is None else enlarged(self.parts.repeat(factor, 0).repeat(factor, 1))
+        return self._replace(depth=enlarged(depth.numpy()), size=factor * self.size, parts=parts)
+
     def cost(self, mosaic: Mosaic, sources: Sequence[Any], deviation: float) -> SeamCost:
         """What seams of a mosaic cost, more through elements.
 
@@ -119,7 +132,14 @@ class Hidden(NamedTuple):
 
 
 def hidden_seams(exemplar: Exemplar) -> Hidden | None:
-    """Where gaps between elements of still images hide seams, or else outlines; None if nothing does."""
+    """Where gaps between elements of still images hide seams, or else outlines; None if nothing does.
+
+    Images of more than `LOOKED_AT` pixels are looked at coarser, as for the size of their elements.
+    """
+    if len(exemplar.shape) == 2 and exemplar.owner.numel() > LOOKED_AT:
+        seen, factor = exemplar.halved_to(LOOKED_AT)
+        hidden = hidden_seams(seen)
+        return None if hidden is None else hidden.finer(factor, exemplar.shape)
     ground = find_ground(exemplar)
     hides = ground.sure * ground.plain
     if hides >= SURE:

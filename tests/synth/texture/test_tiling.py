@@ -187,3 +187,43 @@ def test_colors_do_not_run_across_hidden_seams(monkeypatch: pytest.MonkeyPatch) 
         apart = (tile(picture, band=12).image[None] - colors[:, :, None, None]).abs().amax(1).amin(0)
         others.append(float((apart > 0.02).float().mean()))
     assert others[0] < 0.02 < 0.5 * others[1]
+
+
+@pytest.mark.parametrize(("axes", "side"), [("xy", (202, 203)), ("x", (200, 201)), ("y", (203, 200))])
+def test_a_large_picture_is_sewn_where_it_is_coarser_and_then_as_there(
+    axes: str, side: tuple[int, int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its inside stays, nothing is left uncovered, and at its borders it is like itself; of an odd side, too."""
+    whole = MADE["coins"](203, 20, 1)
+    picture, numbers = whole.image[:, : side[0], : side[1]], whole.numbers[: side[0], : side[1]]
+    apart = {}
+    for pixels in (203**2, 203**2 // 2):
+        monkeypatch.setattr("synth.texture.tiling.LAID_FINE", pixels)
+        monkeypatch.setattr("kwatra.pieces.seams.gaps.LOOKED_AT", pixels)
+        told = list[float]()
+        made = tile(picture, axes=axes, band=24, report=lambda what, part, told=told: told.append(part))
+        assert told == sorted(told)
+        assert told[-1] == 1
+        down, right = 24 * ("y" in axes), 24 * ("x" in axes)
+        inside = (slice(None), slice(down, side[0] - down), slice(right, side[1] - right))
+        assert torch.equal(made.image[inside], picture[inside])
+        assert (made.take(picture) - made.image).abs().mean() < 0.02
+        for axis, name in enumerate("yx"):
+            if name in axes:
+                assert wrapped_step(made.image.numpy(), axis + 1) < 1.6 * usual_step(picture.numpy(), axis + 1)
+        row, column = np.asarray(made.source[-2:]).astype(int)
+        apart[pixels] = cut_elements(numbers.numpy(), row * side[1] + column)["mixed"]
+    assert max(apart.values()) < 0.2
+
+
+def test_what_is_sewn_at_full_resolution_lies_where_it_does_at_half(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a picture twice as large, each pixel twice, nearly all comes from twice as far, but for a coarse pixel."""
+    picture = MADE["coins"](96, 16, 2).image
+    double = picture.repeat_interleave(2, 1).repeat_interleave(2, 2)
+    monkeypatch.setattr("kwatra.pieces.seams.gaps.LOOKED_AT", 96**2)
+    small, again = np.asarray(tile(picture, band=16).source[1:]).astype(int), {}
+    for pixels in (96**2, 192**2):
+        monkeypatch.setattr("synth.texture.tiling.LAID_FINE", pixels)
+        large = np.asarray(tile(double, band=32).source[1:]).astype(int)
+        again[pixels] = (np.abs(large[:, ::2, ::2] - 2 * small).max(0) <= 2).mean()
+    assert again[96**2] > 0.85 > 0.7 > again[192**2]  # .91 and .62; .44 are inside and stay

@@ -115,6 +115,22 @@ def test_outlines_hide_seams_where_no_ground_does():
             assert np.allclose(hidden.depth, 1 - hidden.hides * (1 - outlines.depth))
 
 
+@pytest.mark.parametrize("name", ["stones", "patches"])
+def test_seams_of_a_large_image_are_hidden_where_they_are_at_half_the_resolution(name, monkeypatch):
+    image = MADE[name](201, 32, 0).image
+    monkeypatch.setattr("kwatra.pieces.seams.gaps.LOOKED_AT", 201**2 - 1)
+    exemplar = Exemplar.of(image)
+    hidden, seen = hidden_seams(exemplar), hidden_seams(exemplar.coarser((2, 2)))
+    assert hidden[1:5] == (seen.hides, 2 * seen.size, seen.aligned, seen.dearer)
+    assert hidden.depth.shape == (201, 201)
+    assert np.abs(hidden.depth[:200, :200].reshape(100, 2, 100, 2).mean((1, 3)) - seen.depth).mean() < 0.02
+    assert np.array_equal(hidden.depth[200], hidden.depth[199])
+    assert (hidden.parts is None) == (seen.parts is None) == (name == "stones")
+    if seen.parts is not None:
+        assert np.array_equal(hidden.parts[:200:2, 1:201:2], seen.parts)
+        assert np.array_equal(hidden.parts[:, 200], hidden.parts[:, 199])
+
+
 def test_noise_has_no_gaps():
     noise = torch.rand(3, 64, 64, generator=torch.Generator().manual_seed(0))
     start = BlockStart(
