@@ -33,6 +33,10 @@ CANDIDATES = 12
 """Of so many places that fit best the one whose cut costs least is taken. With 4 stones were cut that 12 left whole;
 tuned, as REACH, by eye on tiles of gravel, radishes, a stone wall and peeling plaster."""
 
+REFINED = 4
+"""The same of a patch whose place is known from a coarser resolution. Of tiles of five made textures, 1024 pixels a
+side, .033 of the elements are mixed, .038 with 1."""
+
 APART = 2
 """Candidates are further than so many pixels from each other."""
 
@@ -112,7 +116,7 @@ class Sewing:
             lines = zip(low, place, box.extent, self.exemplar.shape, strict=True)
             part = Box(low, tuple(min(factor * (p + 1) + e, size) - a for a, p, e, size in lines))
             valid = self._valid(box.extent)[Box((0, 0), self.exemplar.shape).part(_begins_of(part, box))]
-            self._sew_in(box, part, valid, 1, again=box in covered)
+            self._sew_in(box, part, valid, REFINED, again=box in covered)
             covered.add(box)
             report((number + 1) / len(coarse.laid))
 
