@@ -10,7 +10,7 @@ from torch import Tensor
 from kwatra.base import atan2, total
 from kwatra.elements.correlation import pictures
 from kwatra.elements.kept import kept
-from kwatra.elements.size import element_size
+from kwatra.elements.size import LOOKED_AT, element_size
 from kwatra.exemplar import Exemplar
 
 HARMONICS = 6
@@ -37,8 +37,11 @@ def direction_dependence(exemplar: Exemplar) -> float:
     coefficients around the circle, and the larger one of two scales: the first is large where light falls from a side,
     the second where lines run one way, the fourth for a grid, the sixth for hexagons. Of few elements each is large by
     chance, but differs from one element to the next: its variance is told from squares as large as an element, and
-    what chance makes is taken off. Of one square alone it is believed as it is.
+    what chance makes is taken off. Of one square alone it is believed as it is. Pictures of more than `LOOKED_AT`
+    pixels are looked at coarser, as for the size of their elements.
     """
+    if len(exemplar.shape) == 2:
+        exemplar, _ = exemplar.halved_to(LOOKED_AT)
     size = element_size(exemplar)
     return max(_largest(exemplar, sigma, size) for sigma in (SCALES[0], max(SCALES[1] * size, 1.5)))
 

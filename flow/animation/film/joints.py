@@ -7,9 +7,9 @@ too: to the colors alone a block without any mortar fits best, which lets the mo
 are hidden in joints as well, blocks hold whole elements, and where their joints lie counts more than their colors.
 """
 
-from kwatra import Exemplar
+from kwatra import Exemplar, element_size
 from kwatra.elements import find_ground
-from kwatra.pieces import Hidden, hidden_along, hidden_seams
+from kwatra.pieces import Hidden, found_coarser, hidden_along, hidden_seams
 
 _SURE = 0.6
 """Less sure ground is no joints. Walls of large bricks have .69 and more, radishes, which lie on leaves, .22: they move
@@ -36,7 +36,13 @@ joints. The above are then off by .63 .39 .53 .24 px, and with 3 by .59 .32 .37 
 
 def joints(exemplar: Exemplar) -> Hidden | None:
     """Where seams of what flows are hidden in a picture: in the gaps of stills, and in joints; None where nowhere."""
+    if element_size(exemplar) < _LARGE:
+        return hidden_seams(exemplar)
+    return found_coarser(_joints, exemplar)
+
+
+def _joints(exemplar: Exemplar) -> Hidden | None:
     ground = find_ground(exemplar)
-    if ground.sure < _SURE or ground.size < _LARGE or ground.plain >= _PLAIN:
+    if ground.sure < _SURE or ground.plain >= _PLAIN:
         return hidden_seams(exemplar)
     return hidden_along(ground, ground.sure, _ALIGNED, _DEARER)

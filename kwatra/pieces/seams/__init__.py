@@ -1,7 +1,7 @@
 """Seams: what copies of a stock cost where they meet, where gaps hide that, and how much of it is seen."""
 
 from kwatra.pieces.seams.cost import NORMALIZED_SCALE, Depth, SeamCost, eased, normalized, summed
-from kwatra.pieces.seams.gaps import Gaps, Hidden, find_gaps, hidden_along, hidden_seams
+from kwatra.pieces.seams.gaps import Gaps, Hidden, find_gaps, found_coarser, hidden_along, hidden_seams
 from kwatra.pieces.seams.keeping import cheaper
 from kwatra.pieces.seams.mosaic import LEVELS, Mosaic, by_place
 from kwatra.pieces.seams.prices import Prices
@@ -26,6 +26,7 @@ __all__ = [
     "each",
     "eased",
     "find_gaps",
+    "found_coarser",
     "hidden_along",
     "hidden_seams",
     "normalized",

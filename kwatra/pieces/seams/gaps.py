@@ -132,14 +132,23 @@ class Hidden(NamedTuple):
 
 
 def hidden_seams(exemplar: Exemplar) -> Hidden | None:
-    """Where gaps between elements of still images hide seams, or else outlines; None if nothing does.
+    """Where gaps between elements of still images hide seams, or else outlines; None if nothing does."""
+    return found_coarser(_hidden_seams, exemplar)
 
-    Images of more than `LOOKED_AT` pixels are looked at coarser, as for the size of their elements.
+
+def found_coarser(find: Callable[[Exemplar], Hidden | None], exemplar: Exemplar) -> Hidden | None:
+    """What is found to hide seams of still images; those of more than `LOOKED_AT` pixels are looked at coarser.
+
+    So the size of their elements is found, and so are they laid.
     """
-    if len(exemplar.shape) == 2 and exemplar.owner.numel() > LOOKED_AT:
-        seen, factor = exemplar.halved_to(LOOKED_AT)
-        hidden = hidden_seams(seen)
-        return None if hidden is None else hidden.finer(factor, exemplar.shape)
+    if len(exemplar.shape) > 2:
+        return find(exemplar)
+    seen, factor = exemplar.halved_to(LOOKED_AT)
+    hidden = find(seen)
+    return hidden if hidden is None or factor == 1 else hidden.finer(factor, exemplar.shape)
+
+
+def _hidden_seams(exemplar: Exemplar) -> Hidden | None:
     ground = find_ground(exemplar)
     hides = ground.sure * ground.plain
     if hides >= SURE:

@@ -71,6 +71,15 @@ def test_what_few_elements_have_by_chance_is_taken_off(monkeypatch: pytest.Monke
     assert one_way == pytest.approx(before, rel=0.01)
 
 
+def test_of_a_large_picture_directions_are_told_where_it_is_coarser(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = direction_dependence(Exemplar.of(waves(20.0, 70.0)))
+    monkeypatch.setattr(direction, "LOOKED_AT", SIDE**2)
+    large = waves(20.0, 70.0).repeat_interleave(2, 1).repeat_interleave(2, 2)
+    assert direction_dependence(Exemplar.of(large)) == found
+    monkeypatch.setattr(direction, "LOOKED_AT", 4 * SIDE**2)
+    assert direction_dependence(Exemplar.of(large)) != found
+
+
 def test_turning_an_exemplar_changes_nothing() -> None:
     found = direction_dependence(Exemplar.of(waves(20.0, 70.0)))
     assert direction_dependence(Exemplar.of(waves(20.0, 70.0).transpose(1, 2))) == pytest.approx(found, rel=1e-4)

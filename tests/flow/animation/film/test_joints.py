@@ -41,6 +41,21 @@ def test_rough_mortar_of_large_bricks_hides_seams_of_what_flows_and_not_of_still
     assert np.allclose(found.depth[ground.depth == 0], 1 - ground.sure)
 
 
+def test_joints_of_a_large_picture_are_found_where_it_is_coarser_and_size_counts_as_it_is(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    seen, small = joints(Exemplar.of(MADE["bricks"](128, 32, 0).image)), MADE["bricks"](128, 18, 0).image
+    assert seen is not None
+    large = MADE["bricks"](128, 32, 0).image.repeat_interleave(2, 1).repeat_interleave(2, 2)
+    monkeypatch.setattr("kwatra.pieces.seams.gaps.LOOKED_AT", 128**2)
+    found = joints(Exemplar.of(large))
+    assert found is not None
+    assert found[1:] == (seen.hides, 2 * seen.size, *seen[3:])
+    assert np.abs(found.depth.reshape(128, 2, 128, 2).mean((1, 3)) - seen.depth).max() < 0.2
+    assert joints(Exemplar.of(small)) is None
+    assert joints(Exemplar.of(small.repeat_interleave(2, 1).repeat_interleave(2, 2))) is not None
+
+
 def test_small_bricks_plain_ground_and_noise_are_left_as_they_are_in_stills() -> None:
     noise = torch.rand(3, 64, 64, generator=torch.Generator().manual_seed(0))
     assert joints(wall(20)) is None
