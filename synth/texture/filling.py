@@ -18,18 +18,7 @@ import torch
 from torch import Tensor
 
 import kwatra
-from kwatra import (
-    Exemplar,
-    Feature,
-    HardPixels,
-    InputError,
-    Level,
-    Prepared,
-    Progress,
-    Result,
-    Settings,
-    element_size,
-)
+from kwatra import Exemplar, Feature, HardPixels, InputError, Level, Prepared, Progress, Result, Settings
 from kwatra.base import tensor_of
 from kwatra.levels import finishing
 from kwatra.scoring import WINDOW, Ranking
@@ -59,10 +48,8 @@ the same discs have .90 of the sharpness of what was there; .91 with 0, .88 with
 BLOCK = 0.25
 """Size of the start's blocks as a share of the exemplar."""
 
-LARGEST, WHOLE = 64, 1.5
-"""They have at most so many pixels a side: a hole in a large picture is not much larger (not tuned); or so many times
-the elements', where that is more. Of made stones, coins, mosaics and tiles of 48 and 72 pixels in and around a hole of
-150 .51 are cut, with 2.5 .53, with 64 pixels .55; most are by the hole's border."""
+LARGEST = 64
+"""They have at most so many pixels a side: a hole in a large picture is not much larger. Not tuned."""
 
 AROUND = 256
 """A still is filled from what is at most so many pixels from the hole's bounding box: that looks most like what is
@@ -180,8 +167,7 @@ def _filled(
     axes = missing.ndim
     if place is not None:
         levels = finishing(levels)
-    largest = max(LARGEST, WHOLE * element_size(source)) if place is not None else LARGEST
-    settings = replace(settings, levels=levels, r=ROBUST, block=min(BLOCK, largest / max(source.extent)))
+    settings = replace(settings, levels=levels, r=ROBUST, block=min(BLOCK, LARGEST / max(source.extent)))
     box = box_around(missing, [max(level.factors(axes)[axis] * level.window(axes)[axis] for level in levels)
                          for axis in range(axes)])  # fmt: skip
     device, there = source.canvas.device, None if place is None else place[(slice(None), *box)]

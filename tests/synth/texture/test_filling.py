@@ -213,19 +213,3 @@ def test_a_hole_is_filled_from_what_is_near_it_and_the_source_tells_the_place_in
     assert np.array_equal(filled.take(image)[~hole], image[~hole])
     apart = filled.image[hole].astype(float) - filled.take(image)[hole]
     assert np.abs(apart).mean() < 25  # of up to 255: nearly what it is copied from
-
-
-@pytest.mark.parametrize(("size", "side"), [(16, 64), (60, 90)])
-def test_blocks_in_a_hole_hold_an_element(size: int, side: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """They are 64 px wide, or 1.5 times an element, of a picture so large that a quarter of it is no bound."""
-    begin, blocks = kwatra.begin, []
-
-    def noted(source, shape, settings, *given, **options):
-        blocks.append(settings.block * max(source.exemplar.extent))
-        return begin(source, shape, settings, *given, **options)
-
-    monkeypatch.setattr("synth.texture.filling.kwatra.begin", noted)
-    picture, hole = MADE["patches"](400, size, 0).image, torch.zeros(400, 400, dtype=torch.bool)
-    hole[180:200, 190:210] = True
-    fill(picture, hole)
-    assert blocks == pytest.approx([side], rel=0.15)
