@@ -18,6 +18,9 @@ from kwatra.variants import Piece, original, variants
 ALIGNMENT = 8
 """Images start at multiples of this on the canvas, so that their pyramids sample them in phase."""
 
+SLIMMEST = 32
+"""Of narrower strips little would be left to see or to copy: a guard, not tuned."""
+
 
 @dataclass(frozen=True)
 class Exemplar:
@@ -152,10 +155,10 @@ class Exemplar:
 
     def halved_to(self, pixels: int) -> tuple["Exemplar", int]:
         """An image's exemplar, its height and width halved until its canvas has at most so many pixels; and how much
-        coarser it then is.
+        coarser it then is. A strip stays at least `SLIMMEST` pixels wide.
         """
         factor = 1
-        while self.owner.numel() > pixels * factor**2:
+        while self.owner.numel() > pixels * factor**2 and min(self.shape) >= 2 * factor * SLIMMEST:
             factor *= 2
         return self.coarser((factor,) * len(self.shape)), factor
 
