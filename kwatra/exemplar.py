@@ -18,7 +18,7 @@ from kwatra.variants import Piece, original, variants
 ALIGNMENT = 8
 """Images start at multiples of this on the canvas, so that their pyramids sample them in phase."""
 
-SLIMMEST = 32
+SLIMMEST = 8
 """Of narrower strips little would be left to see or to copy: a guard, not tuned."""
 
 

@@ -104,12 +104,12 @@ def test_coarser_averages_blocks_and_drops_broken_ones():
 def test_an_exemplar_is_halved_until_it_has_so_many_pixels_and_what_is_coarser_is_kept():
     exemplar = Exemplar.of(image(2, 256, 280))
     assert exemplar.halved_to(256 * 280) == (exemplar, 1)
-    for pixels, factor in ((256 * 280 - 1, 2), (128 * 140, 2), (128 * 140 - 1, 4), (32 * 35, 8), (1, 8)):
+    for pixels, factor in ((256 * 280 - 1, 2), (128 * 140, 2), (128 * 140 - 1, 4), (32 * 35, 8), (1, 32)):
         seen, much = exemplar.halved_to(pixels)
         assert much == factor
         assert seen is exemplar.coarser((factor, factor))
         assert torch.equal(seen.canvas, torch.nn.functional.avg_pool2d(exemplar.canvas, factor))
-    assert Exemplar.of(image(2, 127, 300)).halved_to(1)[1] == 2  # a strip stays wide enough
+    assert Exemplar.of(image(2, 127, 300)).halved_to(1)[1] == 8  # a strip stays wide enough
 
 
 def test_extent_is_the_largest_image_not_the_canvas():

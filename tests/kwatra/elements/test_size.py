@@ -39,9 +39,11 @@ def test_elements_are_as_large_as_they_were_made(name, pitch, side, size):
 def test_elements_of_a_large_image_are_measured_where_it_is_coarser(name, monkeypatch):
     image = MADE[name](160, 24).image
     whole = size_of(image)
-    monkeypatch.setattr(size_module, "LOOKED_AT", 160**2 - 1)
+    monkeypatch.setattr(size_module, "LOOKED_AT", 80**2)
     assert whole != size_of(image.clone()) == 2 * size_of(Exemplar.of(image).coarser((2, 2)).canvas)
     assert size_of(image.clone()) == pytest.approx(whole, rel=0.05)
+    monkeypatch.setattr(size_module, "LOOKED_AT", 1000)
+    assert size_of(image[:, :12].clone()) > 0  # a strip, which is not made coarser
 
 
 @pytest.mark.parametrize("size", SIZES)
