@@ -155,12 +155,14 @@ class Exemplar:
 
     def halved_to(self, pixels: int) -> tuple["Exemplar", int]:
         """An image's exemplar, its height and width halved until its canvas has at most so many pixels; and how much
-        coarser it then is. A strip stays at least `SLIMMEST` pixels wide.
+        coarser it then is. A strip stays at least `SLIMMEST` pixels wide, and a video as it is.
         """
+        if len(self.shape) > 2:
+            return self, 1
         factor = 1
         while self.owner.numel() > pixels * factor**2 and min(self.shape) >= 2 * factor * SLIMMEST:
             factor *= 2
-        return self.coarser((factor,) * len(self.shape)), factor
+        return self.coarser((factor, factor)), factor
 
     def _averaged(self, factor: tuple[int, ...]) -> "Exemplar":
         average, largest = AVERAGE[len(self.shape)], LARGEST[len(self.shape)]

@@ -40,8 +40,7 @@ def direction_dependence(exemplar: Exemplar) -> float:
     what chance makes is taken off. Of one square alone it is believed as it is. Pictures of more than `LOOKED_AT`
     pixels are looked at coarser, as for the size of their elements.
     """
-    if len(exemplar.shape) == 2:
-        exemplar, _ = exemplar.halved_to(LOOKED_AT)
+    exemplar, _ = exemplar.halved_to(LOOKED_AT)
     size = element_size(exemplar)
     return max(_largest(exemplar, sigma, size) for sigma in (SCALES[0], max(SCALES[1] * size, 1.5)))
 

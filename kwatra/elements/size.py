@@ -51,10 +51,9 @@ def element_size(exemplar: Exemplar) -> float:
     up to a third of the smaller side are found. Of a video, all frames are looked at; what nobody owns never is. An
     image of more than `LOOKED_AT` pixels is looked at coarser.
     """
-    if len(exemplar.shape) == 2:
-        seen, factor = exemplar.halved_to(LOOKED_AT)
-        if factor > 1:
-            return factor * element_size(seen)
+    seen, factor = exemplar.halved_to(LOOKED_AT)
+    if factor > 1:
+        return factor * element_size(seen)
     side = min(max(picture.shape[axis] for picture in exemplar.pictures()) for axis in (-2, -1))
     color = radial(of_colors(exemplar).within(side // 2))
     if float(color[0]) == 0:

@@ -134,7 +134,7 @@ def _resolution(exemplar: Exemplar, coarsest: int) -> tuple[int, int]:
     the finest one at which a still has `LAID_FINE` pixels; else every level can represent them exactly.
     """
     if coarsest == 1:
-        return (exemplar.halved_to(LAID_FINE)[1] if len(exemplar.shape) == 2 else 1), 1
+        return exemplar.halved_to(LAID_FINE)[1], 1
     factor = 1
     while factor < coarsest and _is_large(exemplar.extent, factor):
         factor *= 2

@@ -63,10 +63,9 @@ def tile(
 
     image: a tensor (C, H, W), or an array (H, W) or (H, W, C), as for `synthesize`. axes: where it is to repeat: "x"
     from left to right, "y" from top to bottom, or "xy". band: up to so many pixels from these borders may change, at
-    most a quarter of the shorter side; default: a texture element, 12 to 64 or, of over half a
-    megapixel, more, at most an eighth. crop: cut the picture
-    first to whole periods of a texture that repeats. seed: another one, another seam. report: told what is being done
-    and the part of it that is done.
+    most a quarter of the shorter side; default: a texture element, 12 to 64 or, of over half a megapixel, more, at most
+    an eighth. crop: cut the picture first to whole periods of a texture that repeats. seed: another one, another seam.
+    report: told what is being done and the part of it that is done.
 
     The result's `source` says where each pixel comes from, also those that stayed; so `take` makes any map of the
     picture tile with it. Raises InputError for what cannot be used, and with `crop` for a picture without a period.

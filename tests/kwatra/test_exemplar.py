@@ -110,6 +110,8 @@ def test_an_exemplar_is_halved_until_it_has_so_many_pixels_and_what_is_coarser_i
         assert seen is exemplar.coarser((factor, factor))
         assert torch.equal(seen.canvas, torch.nn.functional.avg_pool2d(exemplar.canvas, factor))
     assert Exemplar.of(image(2, 127, 300)).halved_to(1)[1] == 8  # a strip stays wide enough
+    video = Exemplar.of(image(2, 6, 40, 50))
+    assert video.halved_to(1) == (video, 1)
 
 
 def test_extent_is_the_largest_image_not_the_canvas():

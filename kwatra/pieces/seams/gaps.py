@@ -141,8 +141,6 @@ def found_coarser(find: Callable[[Exemplar], Hidden | None], exemplar: Exemplar)
 
     So the size of their elements is found, and so are they laid.
     """
-    if len(exemplar.shape) > 2:
-        return find(exemplar)
     seen, factor = exemplar.halved_to(LOOKED_AT)
     hidden = find(seen)
     return hidden if hidden is None or factor == 1 else hidden.finer(factor, exemplar.shape)
