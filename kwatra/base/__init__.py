@@ -3,6 +3,7 @@
 from kwatra.base.axes import AVERAGE, CONVOLUTION, LARGEST, coarse_shape, enlarged, factors_of, resized, running
 from kwatra.base.derivatives import constant, differentiable
 from kwatra.base.errors import InputError, check_mask
+from kwatra.base.membrane import membrane
 from kwatra.base.nearest import continued, nearest_known, nearest_owned
 from kwatra.base.reductions import atan2, mean, over_channels, power, principal_axes, product, total
 from kwatra.base.resampling import turned
@@ -36,6 +37,7 @@ __all__ = [
     "generator_of",
     "is_whole",
     "mean",
+    "membrane",
     "nearest_known",
     "nearest_owned",
     "over_channels",

@@ -17,11 +17,10 @@ from functools import lru_cache, partial
 
 import numpy as np
 import torch
-import torch.nn.functional as F
 from torch import Tensor
 
 from kwatra import Exemplar
-from kwatra.base import conjugate_gradients
+from kwatra.base import membrane
 from kwatra.elements import anisotropy, easier, runs_along
 from kwatra.loop import FIBROUS
 from kwatra.pieces import Box, Cut, Hidden, Mosaic, Patch, SeamCost, Sheet, hidden_seams
@@ -177,37 +176,9 @@ class Sewing:
 
     def blended(self) -> Tensor:
         """The picture (C, H, W) that has, as nearly as can be, the patches' gradients and no steps between them."""
-        colors = self.patches()
-        steps = [self._missing(axis) for axis in (0, 1)]
-        pairs = [self._pairs(axis) for axis in (0, 1)]
-        pulls = [_divergence(pair * step, axis) for axis, (pair, step) in enumerate(zip(pairs, steps, strict=True), 1)]
-        count = torch.stack([pair + pair.roll(1, axis) for axis, pair in enumerate(pairs)]).sum(0)
-        free = torch.from_numpy(~self.sheet.fixed).flatten().nonzero()[:, 0]
-        diagonal, neighbors = count.flatten()[free] + 1 / REACH**2, self._neighbors(free)
-
-        def system(change: Tensor) -> Tensor:
-            beside = F.pad(change, (0, 1))  # the last, 0, where a neighbor stays
-            image = diagonal * change
-            for one in neighbors:
-                image -= beside.index_select(1, one)
-            return image
-
-        right = -(pulls[0] + pulls[1]).flatten(1)[:, free]
-        change = conjugate_gradients(system, right, diagonal, torch.zeros_like(right), 1e-3).x
-        return colors.flatten(1).index_add(1, free, change).view_as(colors)
-
-    def _neighbors(self, free: Tensor) -> Tensor:
-        """Which of the free pixels (N,), flat numbers in the picture, are beside each, (4, N); N where that stays."""
-        number = torch.full(self.shape, len(free))
-        number.view(-1)[free] = torch.arange(len(free))
-        beside = []
-        for axis in (0, 1):
-            for step in (1, -1):
-                there = number.roll(-step, axis)
-                if not self.closed[axis]:
-                    there.select(axis, -1 if step > 0 else 0).fill_(len(free))
-                beside.append(there.flatten()[free])
-        return torch.stack(beside)
+        axes, free = (0, 1), torch.from_numpy(~self.sheet.fixed)
+        pairs, steps = [self._pairs(axis) for axis in axes], [self._missing(axis) for axis in axes]
+        return self.patches() + membrane(free, pairs, steps, REACH)
 
     def _pairs(self, axis: int) -> Tensor:
         """(H, W) 1 where a pixel and the next along an axis are neighbors."""
@@ -248,7 +219,3 @@ def _fit_of(canvas: np.ndarray, part: Box) -> Fit:
 def _places_of(exemplar: Exemplar, extent: tuple[int, ...]) -> np.ndarray:
     """Where on the canvas patches of some extent may begin."""
     return exemplar.corners(extent).cpu().numpy()
-
-
-def _divergence(flow: Tensor, axis: int) -> Tensor:
-    return flow - flow.roll(1, axis)
