@@ -44,8 +44,8 @@ class Result:
     the exemplar's canvas.
     energies: one row per iteration with level, factor, width, iteration, route, changed (share of matches), texture,
     each term by name, total, and residual (what the blend's solver left over, as a share of the right side; missing
-    where the blend is exact). stages: the image after each level. Both are empty where the exemplar goes on by itself,
-    and nothing is left to iterate. stopped: why the last level ended.
+    where the blend is exact). stages: the image after each level. Both are empty where nothing is left to iterate, as
+    where the exemplar goes on by itself. stopped: why the last level ended.
     """
 
     image: Tensor

@@ -20,8 +20,8 @@ class Beginning:
     """What the first level of a task begins with: an image (C, *S), a source map (n, *S), neither or both.
 
     factors: the resolution that both have. gaps: those in which the source map's seams are hidden, where elements are
-    known. blocks: those that it is of, None if it is of none, or nothing of it is to be laid anew. goes_on: whether its
-    exemplar goes on by itself, so that nothing is left to improve.
+    known. blocks: those that it is of, None if it is of none, or nothing of it is to be laid anew. finished: whether
+    nothing is left to improve, as where its exemplar goes on by itself.
     """
 
     task: Task
@@ -30,7 +30,7 @@ class Beginning:
     factors: tuple[int, ...]
     gaps: Gaps | None = None
     blocks: BlockStart | SlantedStart | None = None
-    goes_on: bool = False
+    finished: bool = False
 
     def copied(self) -> tuple[Tensor, Tensor]:
         """The image (C, *shape) that is copied together, and its source map (n, *shape), at full resolution.
@@ -56,6 +56,11 @@ class Beginning:
         generator = generator_of(seed)
         blocks = self.blocks.anew(box.clipped(self.blocks.shape, self.blocks.wraps), generator)
         return replace(self, task=replace(self.task, generator=generator), where=blocks.where, blocks=blocks)
+
+    def as_copied(self) -> "Beginning":
+        """The same at full resolution, of which nothing is improved: all stays as it is copied together."""
+        image, where = self.copied()
+        return replace(self, image=image, where=where, factors=(1,) * len(self.factors), finished=True)
 
     def without_blocks(self) -> "Beginning":
         """The same, of which nothing is laid anew: the memory of its blocks is then free while it improves."""
@@ -83,6 +88,6 @@ def begin(
     if where is not None:
         finest = tuple(level for level in task.levels if level.factor == 1)
         image = sourcemap.look_up(exemplar.canvas, where)
-        return Beginning(replace(task, levels=finest), image, where, factors, goes_on=True)
+        return Beginning(replace(task, levels=finest), image, where, factors, finished=True)
     laid = block_start(task, exemplar)
     return Beginning(task, None, laid.where, laid.factors, laid.blocks.gaps, laid.blocks)

@@ -67,7 +67,7 @@ def improve(
     image, where, factors = beginning.image, beginning.where, beginning.factors
     task = replace(beginning.task, generator=beginning.task.generator.clone_state())
     report, stopped = _Report(task.levels, callback), ""
-    if beginning.goes_on and between is None and image is not None:
+    if beginning.finished and between is None and image is not None:
         return _as_begun(task, image, where, factors, report)
     for number, level in enumerate(task.levels):
         scene = Scene(task, number)
@@ -81,13 +81,13 @@ def improve(
 
 
 def _as_begun(task: Task, image: Tensor, where: Tensor | None, factors: tuple[int, ...], report: "_Report") -> Result:
-    """The result where the exemplar goes on by itself: no level is done.
+    """The result where nothing is left to improve: no level is done.
 
-    What meets where the exemplar ends is in none of its windows, so EM would only undo it.
+    Where an exemplar goes on by itself what meets where it ends is in none of its windows, so EM would only undo it.
     """
     report.done(image)
     image = task.controls(factors).held(image)
-    return _result(task, image, where, factors, report, "the exemplar goes on by itself")
+    return _result(task, image, where, factors, report, "nothing was left to improve")
 
 
 def _uncut(beginning: Beginning, image: Tensor, where: Tensor, factors: tuple[int, ...]) -> tuple[Tensor, Tensor]:

@@ -3,11 +3,13 @@
 from kwatra.pieces.blocks import BlockStart
 from kwatra.pieces.boxes import Box
 from kwatra.pieces.choosing import Fit, totals
+from kwatra.pieces.given import GivenCopies
 from kwatra.pieces.seams import (
     Depth,
     Gaps,
     Hidden,
     Mosaic,
+    Parts,
     SeamCost,
     Stock,
     cheaper,
@@ -15,6 +17,7 @@ from kwatra.pieces.seams import (
     found_coarser,
     hidden_along,
     hidden_seams,
+    parts_of,
     visible_seams,
 )
 from kwatra.pieces.sheet import Budget, Cut, Patch, Regions, Sheet, lay_again
@@ -28,8 +31,10 @@ __all__ = [
     "Depth",
     "Fit",
     "Gaps",
+    "GivenCopies",
     "Hidden",
     "Mosaic",
+    "Parts",
     "Patch",
     "Regions",
     "SeamCost",
@@ -42,6 +47,7 @@ __all__ = [
     "hidden_along",
     "hidden_seams",
     "lay_again",
+    "parts_of",
     "totals",
     "visible_seams",
 ]

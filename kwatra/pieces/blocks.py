@@ -6,9 +6,9 @@ under it and with what terms wish for there, and for how little its content has 
 `Candidates`). Of the best few that is laid whose seam is the cheapest (thesis 3.1): it may run anywhere within the
 block, and mend older seams. When all is laid, blocks are laid again where seams cost most (thesis 3.2). Blocks that lie
 apart are laid at once (`fronts`). Offsets between output and exemplar are multiples of `grain`, the coarsest level's
-pixel, so that every level of the pyramid can represent the start exactly. Blocks may hang over the exemplar's border,
-or it would hardly be shown, and lie on its holes, or hardly any would fit between them (see `Corners`); what they leave
-empty others fill. What is given of the output is laid first, and blocks go on from it (`GivenCopies`).
+pixel, so that every level of the pyramid can represent the start exactly. Blocks may hang over the exemplar's border
+and lie on its holes (see `Corners`); what they leave empty others fill. What is given of the output is laid first, and
+blocks go on from it (`GivenCopies`), elements that it shows a part of are completed (`complete`).
 
 Where there are gaps between elements seams are hidden in them; blocks are chosen also for how well their gaps lie on
 those that are there, and are larger and overlap by so much that a seam can go around an element.
@@ -41,6 +41,7 @@ from kwatra.pieces.choosing import (
     variance,
 )  # fmt: skip
 from kwatra.pieces.choosing.candidates import LUCK
+from kwatra.pieces.completion import complete
 from kwatra.pieces.fronts import alike, fronts
 from kwatra.pieces.given import BESIDE, GivenCopies
 from kwatra.pieces.offers import Offers
@@ -101,8 +102,8 @@ class BlockStart:
         self.generator, self.seams, self.aligned = generator, seams, aligned
         self.lattice = repeats if isinstance(repeats, Lattice) else None
         self.given = GivenCopies(self.shape, given)
-        owner = self.given.owned(exemplar.owner)
-        share, colors = exemplar.share.cpu(), continued(exemplar.canvas, owner).cpu()
+        owned = self.given.owned(exemplar)
+        share, colors = exemplar.share.cpu(), continued(exemplar.canvas, owned.owner).cpu()
         middle = torch.stack([mean(channel) for channel in colors]).double().view(share.shape)
         weights = share.double().sqrt()
         self.wish, still = Wished.of(wish, middle, weights), aligned and len(self.shape) == 2
@@ -113,9 +114,8 @@ class BlockStart:
         self.image, self.shown = ((colors - middle) * weights).numpy(), np.zeros(mosaic.cell)
         var = variance(exemplar, self.wish)
         self.scene = SceneUse.of(self.image, self.shape) if len(self.shape) > 2 and places else None
-        unasked, deviation = unguided(exemplar, self.wish), var**0.5 / mosaic.step
-        own = owner is exemplar.owner  # of pixels of another texture it is not known where its gaps lie
-        self.gaps = find_gaps(unasked, mosaic, deviation) if still and own and along is None else None
+        unasked, deviation = unguided(owned, self.wish), var**0.5 / mosaic.step
+        self.gaps = find_gaps(unasked, mosaic, deviation) if still and along is None else None
         free = still and self.wish is None and not places and bool((exemplar.owner <= 0).all())
         self._spread_out(block, along, free)
         luck = LUCK if self.scene or self.given.any else 0.0
@@ -147,9 +147,8 @@ class BlockStart:
     def _heed(self, found: Gaps) -> None:
         """Have seams hidden in gaps, and blocks overlap by enough for that; larger ones where they fit.
 
-        Around an axis that wraps a block meets itself: there it grows to at most half of it. Where elements stand on a
-        lattice, which keeps copies in step, none grows: tiles would be cut; nor does one where something is wished for
-        everywhere: the larger it is the less it follows.
+        Around an axis that wraps a block meets itself: there it grows to at most half of it. None grows where elements
+        stand on a lattice, or tiles would be cut, or where something is wished for everywhere: it would follow less.
         """
         self.sheet.cost = found.cost
         sides = zip(self.exemplar.extent, self.shape, self.wraps, strict=True)
@@ -185,16 +184,14 @@ class BlockStart:
         other = copy(self)
         other.generator, other.sheet = generator, self.sheet.copy()
         other.sheet.clear(part, self.given.where)
-        kept = self.sheet.places[other.sheet.filled & ~self.given.where]
-        other.shown = np.bincount(kept, minlength=self.shown.size).astype(float).reshape(self.shown.shape)
+        other.shown = self.sheet.sources.counted(self.sheet.places[other.sheet.filled & ~self.given.where])
         other.candidates, other.offers = self.candidates.on(other.sheet), replace(self.offers, sheet=other.sheet)
         other._fill()
         return other
 
     def _fill(self) -> None:
         """Lay blocks where nothing lies, first beside what is given, then row by row; again where seams cost most."""
-        if self.given.any and self.lattice is None:
-            self._go_on()
+        self._go_on()
         in_turn = self.given.nearest_first(map(self.box, self.spread.corners))
         boxes = [box for box in in_turn if not self.sheet.full(box)]
         self._lay_all(boxes)
@@ -216,7 +213,13 @@ class BlockStart:
         return small
 
     def _go_on(self) -> None:
-        """Lay small blocks along the border of what is given; what is right beside it then stays."""
+        """Complete elements that the border of what is given cuts; lay small blocks along it, unless on a lattice."""
+        if self.given.any and self.gaps is not None and self.gaps.hidden.parts is None:
+            asked = self.gaps.hidden, self.grain, self.candidates.asked.repeats
+            done = complete(self.sheet, self.given, self.exemplar, self.image, *asked)
+            self.shown += self.sheet.sources.counted(self.sheet.places[done])
+        if not self.given.any or self.lattice is not None:
+            return
         small = self.smaller(BESIDE)
         beside = self.given.beside(small.corners.block, small.overlap, self.grain)
         boxes = [box for box in beside if not self.sheet.full(box)]
@@ -228,8 +231,7 @@ class BlockStart:
         """Lay smaller blocks where those that are laid miss a guide, as far as that mends more than seams cost."""
         for share in FOLLOWING:
             small = self.smaller(share)
-            small.seams = 1
-            boxes = map(small.box, small.spread.corners)
+            small.seams, boxes = 1, map(small.box, small.spread.corners)
             small._lay_all([box for box in boxes if self.offers.missed(box) > MISSED], again=True)
 
     def _lay_all(self, boxes: Sequence[Box], again: bool = False, rest: bool = False) -> None:
@@ -262,8 +264,7 @@ class BlockStart:
         rest: whether they are the last that fill these.
 
         In each box the block is cut in that costs least with what is seen of its seams. Threads share the boxes, or
-        what is tried in one; blocks of some boxes of one extent are chosen together, for that is many short steps,
-        between which threads wait for each other. How often pixels are shown is counted when all are laid.
+        what is tried in one; some boxes of one extent are looked at together, as threads wait between short steps.
         """
         luck = torch.rand(len(boxes), generator=self.generator, dtype=torch.float64).tolist()
         often = None if self.scene is None else self.scene.prices(self.used)

@@ -7,6 +7,7 @@ Where elements stand on a lattice there is no need of small ones: what is in ste
 """
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 import numpy as np
 import torch
@@ -14,6 +15,7 @@ from scipy import ndimage
 from torch import Tensor
 
 from kwatra.base import nearest_known
+from kwatra.exemplar import Exemplar
 from kwatra.pieces.boxes import Box
 from kwatra.pieces.seams import Array, Mosaic
 from kwatra.pieces.sheet import Patch, Sheet
@@ -43,13 +45,21 @@ class GivenCopies:
         """Whether there are some."""
         return self.source.size > 0
 
-    def owned(self, owner: Tensor) -> Tensor:
-        """Whose each place of the canvas is (*canvas), with those as well that given pixels are copied from.
+    def owned(self, exemplar: Exemplar) -> Exemplar:
+        """An exemplar in which what given pixels are copied from is an image, too, though it be nobody's.
 
-        The same tensor where they are somebody's.
+        The same one where it is somebody's.
         """
-        at = tuple(torch.from_numpy(line).to(owner.device) for line in self.source)
-        return owner if bool((owner[at] >= 0).all()) else owner.index_put(at, owner.new_zeros(()))
+        at = tuple(torch.from_numpy(line).to(exemplar.owner.device) for line in self.source)
+        if bool((exemplar.owner[at] >= 0).all()):
+            return exemplar
+        return replace(exemplar, owner=exemplar.owner.index_put(at, exemplar.owner.max() + 1))
+
+    def shown(self, values: Array) -> Array:
+        """An exemplar's values (..., *S) where they are given, 0 elsewhere, (..., *shape)."""
+        there = np.zeros((*values.shape[: values.ndim - len(self.source)], *self.where.shape), values.dtype)
+        there[..., self.where] = values[(..., *self.source)]
+        return there
 
     def lay(self, sheet: Sheet[Mosaic]) -> None:
         """Have a sheet on which nothing lies show them, and keep them."""

@@ -5,7 +5,8 @@ control term. Three things make it good: blocks that a still begins with go on f
 exemplar that is laid already (`kwatra.pieces.given`); robust weights close to d^-2, by which nearly the best window
 takes all (where much is known no window matches well, and a mean of many would be a blur); and a last iteration that
 also compares gradients (thesis section 5.3), whose blend spreads what is left of a step at the hole's border over its
-inside. But what runs along an axis, as wood does, is sewn of strips (`synth.texture.strips`), and the lines of cloth go
+inside. Elements between which there is ground are completed first (`kwatra.pieces.completion`), and in place of that
+blend come in one color each (`synth.texture.evening`). What runs along an axis, as wood does, is sewn of strips (`synth.texture.strips`), and the lines of cloth go
 on by themselves (`synth.texture.cloth`).
 """
 
@@ -18,11 +19,14 @@ import torch
 from torch import Tensor
 
 import kwatra
-from kwatra import Exemplar, Feature, HardPixels, InputError, Level, Prepared, Progress, Result, Settings
+from kwatra import Exemplar, Feature, HardPixels, InputError, Level, Prepared, Progress, Result, Settings, element_size
 from kwatra.base import tensor_of
 from kwatra.levels import finishing
+from kwatra.loop import Beginning
+from kwatra.pieces import GivenCopies, hidden_seams, parts_of
 from kwatra.scoring import WINDOW, Ranking
 from synth.texture.cloth import filled_by_lines
+from synth.texture.evening import evened
 from synth.texture.form import Form, Image
 from synth.texture.holes import box_around, check_channels, checked_hole, in_time
 from synth.texture.illumination import find_light, under_even_light
@@ -168,8 +172,10 @@ def _filled(
     if place is not None:
         levels = finishing(levels)
     settings = replace(settings, levels=levels, r=ROBUST, block=min(BLOCK, LARGEST / max(source.extent)))
-    box = box_around(missing, [max(level.factors(axes)[axis] * level.window(axes)[axis] for level in levels)
-                         for axis in range(axes)])  # fmt: skip
+    widest = [max(level.factors(axes)[axis] * level.window(axes)[axis] for level in levels) for axis in range(axes)]
+    if place is not None and hidden_seams(source) is not None:
+        widest = [max(width, round(element_size(source))) for width in widest]
+    box = box_around(missing, widest)
     device, there = source.canvas.device, None if place is None else place[(slice(None), *box)]
     image = known[(slice(None), *box)].to(device)
     rest = HardPixels(image, ~missing[box][None].to(device), weight=MINDED, source=there)
@@ -198,11 +204,20 @@ class _Filling:
         return min(results, key=lambda result: figure(result.image.cpu()))
 
     def run(self, number: int, seed: int) -> Result:
-        """One filling, its seams smoothed; a periodic picture goes on by itself."""
+        """One filling, its seams smoothed; a periodic picture goes on by itself.
+
+        Where elements are apart they are evened in place of that, and EM is left to finish what was laid coarser: at a
+        hole's border, where colors part that are evened later, it puts strips of others.
+        """
         shape, levels = self.rest.target.shape[1:], self.settings.levels or ()
         beginning = kwatra.begin(self.source, shape, self.settings, self.rest, seed=seed_of(seed, number))
+        apart = beginning.gaps is not None and beginning.gaps.hidden.parts is None
+        if apart and max(beginning.factors) == 1:
+            beginning = beginning.as_copied()
         filled = kwatra.improve(beginning.without_blocks(), callback=self._part(number, 0.0, 0.8))
-        if beginning.goes_on:
+        if apart:
+            return replace(filled, image=self._evened(beginning, filled))
+        if beginning.finished:
             return filled
         width = min(8, *shape[-2:], *(level.width for level in levels))
         depth = min([shape[0], *(level.depth for level in levels)])
@@ -220,6 +235,17 @@ class _Filling:
         stages = [*filled.stages, *(replace(stage, level=level) for stage in smooth.stages)]
         energies = [*filled.energies, *({**row, "level": level} for row in smooth.energies)]
         return replace(smooth, energies=energies, stages=stages)
+
+    def _evened(self, beginning: Beginning, filled: Result) -> Tensor:
+        """The picture that was filled by copies, elements that are made up of several in one color."""
+        exemplar, rest = self.source.exemplar, self.rest
+        copied = rest.copied()
+        assert beginning.gaps is not None
+        assert copied is not None  # of a video no gaps are known
+        hidden = beginning.gaps.hidden.finer(max(beginning.factors), exemplar.shape)
+        inside = (GivenCopies(copied.shape[1:], copied).owned(exemplar).owner >= 0).cpu().numpy()
+        images = exemplar.canvas.cpu(), filled.where.cpu(), copied.cpu(), rest.target.cpu()
+        return evened(images[0], parts_of(hidden, inside), *images[1:]).to(exemplar.canvas.device)
 
     def _part(self, number: int, begin: float, share: float) -> Callable[[Progress], None] | None:
         """The callback for a part of the work."""

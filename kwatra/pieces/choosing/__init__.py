@@ -1,7 +1,7 @@
 """Which blocks of an exemplar are tried in a box: how well they agree with it, and what is charged for them."""
 
 from kwatra.pieces.choosing.candidates import Asked, Candidates
-from kwatra.pieces.choosing.charges import SceneUse
+from kwatra.pieces.choosing.charges import SceneUse, StepCosts
 from kwatra.pieces.choosing.corners import Corners
 from kwatra.pieces.choosing.fitting import Fit, totals
 from kwatra.pieces.choosing.twins import NO_TWINS, twin_places
@@ -14,6 +14,7 @@ __all__ = [
     "Corners",
     "Fit",
     "SceneUse",
+    "StepCosts",
     "Wished",
     "totals",
     "twin_places",

@@ -85,7 +85,7 @@ class Candidates:
         guided = asked.wish is not None and asked.wish.guided
         self._gaps = asked.gaps if guided or asked.wish is None or not asked.wish.everywhere else None
         self._deciding = None if guided and self._gaps is not None else asked.wish  # without seams that are compared
-        depths = [] if self._gaps is None else [(self._gaps.depth[None], 1.0)]
+        depths = [] if self._gaps is None else [(self._gaps.hidden.unlike[None], 1.0)]
         self.agreement = Agreement([(image, variance), *depths], corners)
         still = len(corners.block) == 2
         again = CONTINUATION if still else CONTINUATION_IN_TIME

@@ -4,6 +4,7 @@ from kwatra.pieces.seams.cost import NORMALIZED_SCALE, Depth, SeamCost, eased, n
 from kwatra.pieces.seams.gaps import Gaps, Hidden, find_gaps, found_coarser, hidden_along, hidden_seams
 from kwatra.pieces.seams.keeping import cheaper
 from kwatra.pieces.seams.mosaic import LEVELS, Mosaic, by_place
+from kwatra.pieces.seams.parts import Parts, parts_of
 from kwatra.pieces.seams.prices import Prices
 from kwatra.pieces.seams.stock import Array, Matches, Stock, beside, each
 from kwatra.pieces.seams.visible import visible_seams
@@ -17,6 +18,7 @@ __all__ = [
     "Hidden",
     "Matches",
     "Mosaic",
+    "Parts",
     "Prices",
     "SeamCost",
     "Stock",
@@ -30,6 +32,7 @@ __all__ = [
     "hidden_along",
     "hidden_seams",
     "normalized",
+    "parts_of",
     "summed",
     "visible_seams",
 ]

@@ -44,20 +44,18 @@ with 0, .061 with .5 and .057 with 2. Seven photographs with gaps score .0512 wi
 class Gaps(NamedTuple):
     """What seams of a mosaic cost that are hidden in gaps, and by how many pixels blocks overlap to reach one.
 
-    depth (*S): how deep in its element each place of the exemplar lies, in standard deviations about the mean; hides: 0
-    to 1, how well the gaps hide seams.
+    hidden: where in the exemplar that is.
     """
 
     mosaic: Mosaic
     cost: SeamCost
     overlap: int
-    depth: Array
-    hides: float
+    hidden: "Hidden"
 
     @property
     def weight(self) -> float:
         """What it counts beside the colors of blocks that their gaps disagree."""
-        return ALIGNED * self.hides
+        return ALIGNED * self.hidden.hides
 
     def widened(
         self, block: Sequence[int], overlap: Sequence[int], room: Sequence[float], grain: Sequence[int]
@@ -177,4 +175,4 @@ def find_gaps(exemplar: Exemplar, mosaic: Mosaic, deviation: float) -> Gaps | No
     if hidden is None:
         return None
     cost = hidden.cost(mosaic, [...], deviation)
-    return Gaps(mosaic, cost, round(AROUND * hidden.hides * hidden.size), hidden.unlike, hidden.hides)
+    return Gaps(mosaic, cost, round(AROUND * hidden.hides * hidden.size), hidden)

@@ -87,6 +87,10 @@ class Mosaic(Stock):
         there = sum((line + 1) * stride for line, stride in zip(at, self.strides, strict=True))
         return np.asarray(there, self.place_type)
 
+    def counted(self, places: np.ndarray) -> np.ndarray:
+        """How often each place of the first source is among some, (*cell)."""
+        return np.bincount(places, minlength=self.cell_size).astype(float).reshape(self.cell)
+
     def coordinates(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(source number, coordinates (dims, ...)) of places in the mosaic, both int32."""
         from kwatra.pieces.loops import locate

@@ -145,6 +145,17 @@ def test_cloth_goes_on_line_by_line_from_one_cell(seed):
     assert torch.allclose(optimize(exemplar, (48, 96), settings=wrapped).image, truth[:, :48, :96], atol=1e-5)
 
 
+def test_of_a_beginning_as_it_is_copied_nothing_is_improved():
+    exemplar = Exemplar.of(texture())
+    beginning = begin(exemplar, (70, 80), SMALL, seed=1)
+    made = improve(beginning.as_copied())
+    image, where = beginning.copied()
+    assert torch.equal(made.image, image)
+    assert torch.equal(made.where, where)
+    assert made.stopped == "nothing was left to improve"
+    assert not torch.equal(improve(beginning).image, image)
+
+
 def test_of_what_goes_on_by_itself_no_level_is_done_unless_something_is_to_be_done_between():
     exemplar, told = Exemplar.of(stripes_across_stripes(48, 48)), []
     mask = torch.ones(60, 70, dtype=torch.bool)
@@ -153,7 +164,7 @@ def test_of_what_goes_on_by_itself_no_level_is_done_unless_something_is_to_be_do
     assert torch.allclose(made.image, torch.where(mask, stripes_across_stripes(60, 70), 0.0), atol=1e-5)
     assert made.energies == made.stages == []
     assert bool(((made.source[0] == -1) == ~mask).all())
-    assert "goes on by itself" in made.stopped
+    assert made.stopped == "nothing was left to improve"
     assert [p.fraction for p in told] == [1.0]
     darker = optimize(exemplar, (60, 70), settings=SMALL, between=lambda image, step: image / 2)
     assert float(darker.image.max()) < 0.6

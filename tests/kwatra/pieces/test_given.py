@@ -54,6 +54,31 @@ def test_stripes_go_on_in_the_phase_of_those_that_are_given(phase: int) -> None:
     assert start.sheet.total == 0
 
 
+def test_what_is_shown_of_an_exemplar_is_its_values_where_they_are_given() -> None:
+    values = np.random.default_rng(0).random((3, 48, 40))
+    source = shown(50, 60, slice(13, 31), slice(22, 41), (5, 3))
+    there = GivenCopies((50, 60), source).shown(values)
+    np.testing.assert_array_equal(there[:, 13:31, 22:41], values[:, 5:23, 3:22])
+    there[:, 13:31, 22:41] = 0
+    assert not there.any()
+    whole = GivenCopies((50, 60), None).shown(values[0])
+    assert whole.shape == (50, 60)
+    assert not whole.any()
+
+
+def test_what_is_given_of_nobodys_pixels_is_an_image_of_its_own() -> None:
+    mask = torch.ones(48, 40, dtype=torch.bool)
+    mask[10:30, 5:20] = False
+    exemplar = Exemplar.of([noise(1, 48, 40)], masks=[mask])
+    given = GivenCopies((20, 20), shown(20, 20, slice(0, 9), slice(0, 8), (12, 7)))
+    owned = given.owned(exemplar)
+    assert (owned.owner[12:21, 7:15] == 1).all()
+    assert int((owned.owner >= 0).sum()) == int(mask.sum()) + 72
+    assert bool((exemplar.owner[12:21, 7:15] < 0).all())
+    somebodys = GivenCopies((20, 20), shown(20, 20, slice(0, 9), slice(0, 8), (32, 7)))
+    assert somebodys.owned(exemplar) is exemplar
+
+
 def test_all_along_the_border_small_blocks_lie_with_it_in_their_middle() -> None:
     source = shown(50, 60, slice(13, 31), slice(22, 41), (0, 0))
     given = GivenCopies((50, 60), source)

@@ -5,6 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 import torch
+from discs import discs
 from made import MADE
 from scipy.ndimage import gaussian_filter
 from skimage import data
@@ -173,6 +174,25 @@ def test_elements_that_the_border_cuts_go_on_beyond_it(name: str, most: float) -
     """Laid to be like what is known, but not as beside it, blocks had 2.9, 2.4, 3.2 and 3.1."""
     image, hole = extended(MADE[name](128, 20, 0).image, 32)
     assert border(fill(image, hole).image, hole) < most
+
+
+@pytest.mark.parametrize("others", [False, True])
+def test_discs_that_a_hole_cuts_are_round_and_of_one_color(others: bool) -> None:
+    """Of each the color that is known of it, though what completes it has another."""
+    image, number = discs(7, 7, 4, 0.01)
+    hole = torch.zeros(image.shape[1:], dtype=torch.bool)
+    hole[60:120, 62:116] = True
+    other = discs(6, 7, 5, 0.01)[0]
+    filled = fill(torch.where(hole, 0.5, image), hole, exemplar=other if others else None)
+    cut = set(np.unique(number[hole])) & set(np.unique(number[~hole])) - {0}
+    missed, missing = 0.0, 0
+    for one in cut:
+        disc = torch.from_numpy(number == one)
+        color = image[:, disc & ~hole].mean(1)
+        missed += float((filled.image[:, disc & hole] - color[:, None]).abs().mean(0).sum())
+        missing += int((disc & hole).sum())
+    assert missed / missing < 0.08
+    assert bool((filled.image[:, ~hole] == image[:, ~hole]).all())
 
 
 def test_a_checkerboard_is_extended_exactly() -> None:

@@ -1,0 +1,38 @@
+"""The elements of an exemplar one by one."""
+
+import numpy as np
+from discs import RADIUS, discs
+from scipy import ndimage
+
+from kwatra import Exemplar
+from kwatra.pieces import hidden_seams, parts_of
+
+
+def test_discs_are_parts_one_by_one_though_they_touch() -> None:
+    image, number = discs(6, 5)
+    hidden = hidden_seams(Exemplar.of(image))
+    parts = parts_of(hidden, np.ones(number.shape, bool))
+    pairs = np.unique(np.stack([number[number > 0], parts.number[number > 0]]), axis=1)
+    assert pairs.shape[1] == len(np.unique(pairs[1])) == 30  # each disc is one part, and each part one disc
+    assert ndimage.label(hidden.depth > 0)[1] < 30  # shades at their rims join some
+    ground = hidden.depth == 0
+    assert not parts.number[ground].any()
+    assert np.array_equal(parts.core, ndimage.distance_transform_edt(~ground) > 1)
+    assert np.allclose(parts.deep, hidden.depth)
+    assert parts.size == hidden.size
+
+
+def test_those_are_whole_that_no_border_and_no_hole_cuts() -> None:
+    image, number = discs(6, 5)
+    image, number, inside = image[:, 14:], number[14:], np.ones((142, 130), bool)
+    row, column = np.argwhere(number == 8)[0]
+    inside[row : row + RADIUS, column - 3 : column + 3] = False
+    parts = parts_of(hidden_seams(Exemplar.of(image)), inside)
+    whole = parts.whole(inside)
+    assert not whole[0]
+    assert (parts.number[~inside] == -1).all()
+    kept = {int(number[parts.number == one].max()) for one in np.flatnonzero(whole)}
+    cut = {*range(1, 6), 8}
+    beside = {*number[-8:].flat, *number[:, :8].flat, *number[:, -8:].flat}  # their rims may reach the border
+    assert not kept & cut
+    assert {*range(1, 31)} - cut - beside <= kept
