@@ -9,18 +9,19 @@ from dataclasses import dataclass, replace
 
 from kwatra.base import InputError, factors_of
 from kwatra.elements import element_size
+from kwatra.elements.size import LOOKED_AT
 from kwatra.exemplar import ALIGNMENT, Exemplar
 from kwatra.source import ROUTES
 
 FINISHING = 2
 """Iterations after blocks laid at full resolution; four changed no score by more than .0003 on eight textures."""
 
-LAID_FINE = 2**19
-"""A larger still is halved until it has so many pixels, and its blocks are laid there: one of 1024 pixels a side, of as
-many, takes 3.8 s, and 11 where they are laid at full resolution. Of 1024 to 768 pixels three photographs score .0137,
-.0135 at full resolution (`kwatra.measure`), and of six made textures with elements of 40 to 100 pixels .025 are cut,
-.028 there; but of 640 with elements of 14 to 20 .036, .024 there, and of 400 pixels of 512 four photographs score .054,
-.050 there."""
+LAID_FINE = LOOKED_AT
+"""A larger still is halved until it has so many pixels, and its blocks are laid there, where all is looked for: one of
+1024 pixels a side, of as many, takes 3.8 s, and 11 where they are laid at full resolution. Of 1024 to 768 pixels three
+photographs score .0137, .0135 at full resolution (`kwatra.measure`), and of six made textures with elements of 40 to
+100 pixels .025 are cut, .028 there; but of 640 with elements of 14 to 20 .036, .024 there, and of 400 pixels of 512
+four photographs score .054, .050 there."""
 
 DEPTH = 4
 """Frames of a video's window (thesis 5.5: about 4)."""

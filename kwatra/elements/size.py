@@ -21,7 +21,7 @@ SMALLEST = 2.0
 
 LOOKED_AT = 2**19
 """A larger image is halved for finding the size of its elements until it has so many pixels: of twelve million it would
-take 40 s, and blocks are laid of no more (`kwatra.levels.LAID_FINE`)."""
+take 40 s, and blocks are laid of no more (`kwatra.levels`)."""
 
 ALTERNATING = -0.27
 """At this correlation elements and what lies between them trade places: cells and stripes, of which neither is ground.

@@ -6,8 +6,8 @@ exemplar that is laid already (`kwatra.pieces.given`); robust weights close to d
 takes all (where much is known no window matches well, and a mean of many would be a blur); and a last iteration that
 also compares gradients (thesis section 5.3), whose blend spreads what is left of a step at the hole's border over its
 inside. Elements between which there is ground are completed first (`kwatra.pieces.completion`), and in place of that
-blend come in one color each (`synth.texture.evening`). What runs along an axis, as wood does, is sewn of strips (`synth.texture.strips`), and the lines of cloth go
-on by themselves (`synth.texture.cloth`).
+blend come in one color each (`synth.texture.evening`). What runs along an axis, as wood does, is sewn of strips
+(`synth.texture.strips`), and the lines of cloth go on by themselves (`synth.texture.cloth`).
 """
 
 from collections.abc import Callable, Sequence

@@ -1,9 +1,10 @@
+import gallery_controls
 import gallery_projection
+import torch
 
 
 def test_the_ablation_runs_its_variants_and_draws_them(tmp_path, capsys):
     import ablation
-    import torch
 
     from synth import Kind, write_image
 
@@ -22,3 +23,17 @@ def test_the_projection_figure_is_drawn(tmp_path, monkeypatch):
     rows = gallery_projection.main(["--out", str(tmp_path / "figure.png"), "--size", "64"])
     assert rows[0]["three"] < rows[0]["start"]
     assert (tmp_path / "figure.png").is_file()
+
+
+def test_the_figure_of_controls_is_drawn_with_its_holes_filled(tmp_path, capsys):
+    from synth import read_image
+
+    gallery_controls.main(["--out", str(tmp_path / "new" / "controls.png"), "--side", "60"])
+    sheet = read_image(tmp_path / "new" / "controls.png").pixels
+    assert sheet.shape == (3, 124, 252)
+    hole, filled = sheet[:, :60, :60], sheet[:, :60, 64:124]
+    white = (hole == 1).all(0)
+    assert 0.08 < float(white.float().mean()) < 0.2
+    assert torch.equal(hole[:, ~white], filled[:, ~white])
+    assert float((filled == 1).all(0)[white].float().mean()) < 0.1
+    assert "controls.png" in capsys.readouterr().out

@@ -1,0 +1,66 @@
+"""Holes filled, and textures put where they are wanted: with photographs of scikit-image.
+
+python scripts/gallery_controls.py [--out out/controls.jpg] [--side 150]
+"""
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+import torch
+from gallery_quilting import RGB, picture
+from scipy import ndimage
+from skimage import data
+from torch import Tensor
+
+from synth import fill, synthesize, write_image
+from synth.sheets import contact_sheet
+
+DOTS = 400
+"""A scribble is drawn of so many."""
+
+
+def disc(side: int) -> Tensor:
+    """A disc in the middle, a fifth of the side in radius, boolean (side, side)."""
+    y, x = np.mgrid[:side, :side] - (side - 1) / 2
+    return torch.from_numpy(np.hypot(y, x) < side / 5)
+
+
+def scribble(side: int) -> Tensor:
+    """A wave from left to right, a fourteenth of the side wide, boolean (side, side)."""
+    line = np.linspace(0.08, 0.92, DOTS)
+    wave = 0.5 - 0.35 * np.sin(2.2 * np.pi * (line - 0.3))
+    drawn = np.ones((side, side), bool)
+    drawn[(wave * side).astype(int), (line * side).astype(int)] = False
+    return torch.from_numpy(ndimage.distance_transform_edt(drawn) <= side / 28)
+
+
+def filled(image: Tensor, hole: Tensor) -> list[Tensor]:
+    """A picture (3, side, side) with its hole in white, and the same filled."""
+    return [torch.where(hole, 1.0, image), fill(torch.where(hole, 0.5, image), hole).image]
+
+
+def labeled(side: int) -> list[Tensor]:
+    """Two textures, where they are wanted, and what comes of it."""
+    textures = picture(data.brick(), side), picture(data.grass(), side)
+    labels = torch.cat([torch.zeros(1, side, side), torch.ones(1, side, side)], 2)
+    wanted = disc(side)[None].float()
+    made = synthesize(torch.cat(textures, 2), guide=(labels, wanted)).image
+    return [*textures, (0.35 + 0.43 * wanted).expand(3, -1, -1), made]
+
+
+def main(words: list[str] | None = None) -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--side", type=int, default=150, help="of each picture, px (150)")
+    parser.add_argument("--out", type=Path, default=Path("out/controls.jpg"), help="the file (out/controls.jpg)")
+    arguments = parser.parse_args(words)
+    side = arguments.side
+    coins, gravel = (picture(image, side) for image in (data.coins(), data.gravel()))
+    cells = [*filled(coins, disc(side)), *filled(gravel, scribble(side)), *labeled(side)]
+    arguments.out.parent.mkdir(parents=True, exist_ok=True)
+    write_image(arguments.out, contact_sheet(cells, 4).clamp(0, 1), RGB, overwrite=True)
+    print(f"{arguments.out}: {__doc__.splitlines()[0]}")
+
+
+if __name__ == "__main__":
+    main()
