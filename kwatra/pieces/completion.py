@@ -29,8 +29,9 @@ COVERING, FITTING = 2.0, 0.025
 more than the second none is laid: where elements fill the plane what completes one seldom leaves room for the next, and
 what is left between them are crumbs."""
 
-AGREEING = 0.5
-"""What disagrees more completes no element: blocks are laid there. Of unrelated places it is about 2."""
+AGREEING = 0.1
+"""What disagrees more in form alone completes no element: blocks are laid there. Of coins and tiles that are cut by
+holes or scratches most that are found disagree by less, of stones and mosaics cut by scratches most by more."""
 
 AROUND, RIM = 3, 2
 """An element is compared with so many pixels of the ground around it, and laid with so many."""
@@ -123,7 +124,7 @@ class _Completion:
     def _places(self, known: _Known) -> list[_Found]:
         """Where whole elements lie that agree best with what is known of one, a few places of each."""
         costs = self._disagreement(known)
-        costs[(costs > AGREEING) | ~self._on_grain(known, costs.shape)] = np.inf
+        costs[~self._on_grain(known, costs.shape)] = np.inf
         deepest = np.where(known.own, self.shown[0][known.box], -np.inf)
         middle = np.unravel_index(int(deepest.argmax()), deepest.shape)
         number = self.parts.number[tuple(slice(at, at + n) for at, n in zip(middle, costs.shape, strict=True))]
@@ -133,11 +134,17 @@ class _Completion:
         found, numbers = list[_Found](), np.unique(number[np.isfinite(costs)])
         for _ in range(PLACES if numbers.size else 0):
             for at in ndimage.minimum_position(costs, number, numbers):
-                if np.isfinite(costs[at]):
+                if np.isfinite(costs[at]) and self._unlike(known, at) <= AGREEING:
                     shift = tuple(int(side.start - a) for side, a in zip(known.box, at, strict=True))
                     found.append(_Found(int(number[at]), shift, float(costs[at])))
                 costs[tuple(slice(max(a - APART, 0), a + APART + 1) for a in at)] = np.inf
         return sorted(found, key=lambda one: one.cost)[:TRIED]
+
+    def _unlike(self, known: _Known, at: tuple[int, ...]) -> float:
+        """How little what is known of an element, and what lies at a place, agree in form: in where elements lie."""
+        there = tuple(slice(a, a + n) for a, n in zip(at, known.own.shape, strict=True))
+        apart = self.planes[0][there] - self.shown[0][known.box]
+        return float(np.square(apart[known.compared]).mean())
 
     def _disagreement(self, known: _Known) -> Array:
         """How little each place of the canvas agrees with what is known of an element, infinite on its holes."""

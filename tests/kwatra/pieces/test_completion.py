@@ -83,3 +83,22 @@ def test_elements_are_completed_on_the_grain_and_in_step() -> None:
     offsets = np.indices(done.shape)[:, done] - there[:, done]
     away = np.abs((offsets + 13) % 26 - 13).max(0)
     assert (away <= 1).mean() > 0.9
+
+
+def test_what_has_another_form_than_all_others_is_not_completed() -> None:
+    image, number = discs(6, 6, 2)
+    row, column = number.shape[0] // 2, 52  # a square across the hole's left border, among discs
+    image[:, row - 18 : row + 19, column - 20 : column + 18] = 0.1
+    image[:, row - 13 : row + 14, column - 15 : column + 13] = 0.8
+    done, _, _ = completed(image)
+    assert done.any()
+    assert done[row - 9 : row + 10, 51:54].mean() < 0.2
+
+
+def test_places_are_counted() -> None:
+    mosaic = Mosaic([np.random.default_rng(0).random((1, 4, 5)).astype(np.float32)])
+    at = np.array([0, 3, 3, 2]), np.array([4, 1, 1, 0])
+    counts = mosaic.counted(mosaic.places_of(at))
+    assert counts.shape == mosaic.cell == (6, 7)
+    assert counts[1:-1, 1:-1][at].tolist() == [1, 2, 2, 1]
+    assert counts.sum() == 4
