@@ -70,7 +70,7 @@ def evened(canvas: Tensor, parts: Parts, where: Tensor, copied: Tensor, known: T
 
 
 def _softened(missing: Tensor, free: Tensor) -> Tensor:
-    """What is added (C, H, W) to free pixels so that no step is left at their border, which others miss."""
+    """What is added (C, H, W) to free pixels, so that their border shows no step, given what others are missing."""
     pairs = [torch.ones(free.shape), torch.ones(free.shape)]
     for axis, pair in enumerate(pairs):
         pair.select(axis, -1).zero_()
@@ -117,7 +117,7 @@ def _share(canvas: Tensor, parts: Parts) -> Tensor:
     varied = float(np.square(np.median(np.abs(ground - middle[:, None]), 1) / NORMAL).sum())  # some of it is none
     counted = np.where(parts.core, parts.number, 0)
     means = np.stack([ndimage.mean(channel, counted, np.arange(parts.number.max() + 1)) for channel in colors])
-    _, near = ndimage.distance_transform_edt(parts.number == 0, return_indices=True)
+    _, near = ndimage.distance_transform_edt(parts.number <= 0, return_indices=True)
     apart, own = (means - middle[:, None])[:, parts.number[tuple(near)]], colors - middle[:, None, None]
     share = ((apart * own).sum(0) + varied) / np.maximum(np.square(apart).sum(0) + varied, 1e-12)
     return torch.from_numpy(np.maximum(share, (parts.deep - SHADED) / (DEEP - SHADED)).clip(0, 1).astype(np.float32))

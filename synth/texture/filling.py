@@ -214,7 +214,8 @@ class _Filling:
         apart = beginning.gaps is not None and beginning.gaps.hidden.parts is None
         if apart and max(beginning.factors) == 1:
             beginning = beginning.as_copied()
-        filled = kwatra.improve(beginning.without_blocks(), callback=self._part(number, 0.0, 0.8))
+        share = 1.0 if apart or beginning.finished else 0.8
+        filled = kwatra.improve(beginning.without_blocks(), callback=self._part(number, 0.0, share))
         if apart:
             return replace(filled, image=self._evened(beginning, filled))
         if beginning.finished:
@@ -229,7 +230,7 @@ class _Filling:
             settings=last,
             terms=self.rest,
             start=filled.image,
-            callback=self._part(number, 0.8, 0.2),
+            callback=self._part(number, share, 1 - share),
         )
         level = len(filled.stages)
         stages = [*filled.stages, *(replace(stage, level=level) for stage in smooth.stages)]

@@ -19,9 +19,9 @@ FARTHEST = 2.0
 class Parts(NamedTuple):
     """The elements of an exemplar's canvas.
 
-    number (*S): that of the element each place is of, from 1; 0 of the ground, -1 of what is
-    nobody's. core (*S): whether it is more than a
-    pixel inside of it. deep (*S): 0 on the ground to 1 a quarter of their size inside. size: of one, px.
+    number (*S): that of the element each place is of, from 1; 0 of the ground, -1 of what is nobody's. core (*S):
+    whether it is more than a pixel inside of it. deep (*S): 0 on the ground to 1 a quarter of their size inside. size:
+    of one, px.
     """
 
     number: Array

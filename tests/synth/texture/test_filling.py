@@ -183,7 +183,12 @@ def test_discs_that_a_hole_cuts_are_round_and_of_one_color(others: bool) -> None
     hole = torch.zeros(image.shape[1:], dtype=torch.bool)
     hole[60:120, 62:116] = True
     other = discs(6, 7, 5, 0.01)[0]
-    filled = fill(torch.where(hole, 0.5, image), hole, exemplar=other if others else None)
+    told = list[float]()
+    given = {"exemplar": other} if others else {}
+    filled = fill(
+        torch.where(hole, 0.5, image), hole, callback=lambda progress: told.append(progress.fraction), **given
+    )
+    assert told[-1] == 1.0
     cut = set(np.unique(number[hole])) & set(np.unique(number[~hole])) - {0}
     missed, missing = 0.0, 0
     for one in cut:
