@@ -20,8 +20,8 @@ class Parts(NamedTuple):
     """The elements of an exemplar's canvas.
 
     number (*S): that of the element each place is of, from 1; 0 of the ground, -1 of what is nobody's. core (*S):
-    whether it is more than a pixel inside of it. deep (*S): 0 on the ground to 1 a quarter of their size inside. size:
-    of one, px.
+    whether it is more than a pixel inside of it, or it is nowhere thicker. deep (*S): 0 on the ground to 1 a quarter of
+    their size inside. size: of one, px.
     """
 
     number: Array
@@ -42,6 +42,7 @@ def parts_of(hidden: Hidden, inside: Array) -> Parts:
     deep = 1 - (1 - hidden.depth.astype(np.float64)) / hidden.hides
     steps = deep * max(RIM * hidden.size, 1.0)  # px from the ground
     core = (steps > 1.2) & inside  # not beside it
+    core |= _without((steps > 0.5) & inside, core)
     number = _numbered(core, deep)
     away, near = ndimage.distance_transform_edt(~core, return_indices=True)
     element = inside & (steps > 0.5) & (away <= FARTHEST)
@@ -53,11 +54,18 @@ def _numbered(core: Array, deep: Array) -> Array:
     """The number (*S) of the element whose core a place is of, 0 of none: they part where they are least deep."""
     from skimage.segmentation import watershed  # takes a tenth of a second; few pictures have elements
 
-    hanging, _ = ndimage.label(core)
     markers, count = ndimage.label(core & (deep > MIDDLE))
-    shallow = np.ones(int(hanging.max()) + 1, bool)
-    shallow[np.unique(hanging[markers > 0])] = shallow[0] = False  # what is nowhere deep is one
-    markers = np.where(shallow[hanging], count + hanging, markers)
+    hanging, _ = ndimage.label(core)
+    markers = np.where(_without(core, markers > 0), count + hanging, markers)  # what is nowhere deep is one
     numbers = np.unique(watershed(-deep, markers, mask=core), return_inverse=True)[1].reshape(core.shape)
     number: Array = numbers if not core.all() else numbers + 1
     return number
+
+
+def _without(pixels: Array, some: Array) -> Array:
+    """What of pixels (*S) hangs together and has none of some (*S)."""
+    hanging, count = ndimage.label(pixels)
+    without = np.ones(count + 1, bool)
+    without[np.unique(hanging[some])] = without[0] = False
+    found: Array = without[hanging]
+    return found

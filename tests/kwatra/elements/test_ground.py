@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 import torch
+from discs import discs
 from exemplars import pebbles
 from made import MADE
 from scipy import ndimage
@@ -139,3 +140,17 @@ def test_what_a_hole_holds_has_no_influence():
     grounds = [find_ground(Exemplar.of(torch.where(hole, image, value), masks=[hole])) for value in (0.0, 1.0)]
     assert grounds[0].sure == grounds[1].sure > 0.2
     assert np.array_equal(grounds[0].depth, grounds[1].depth)
+
+
+def test_what_a_hole_leaves_of_an_element_is_no_ground_and_specks_are() -> None:
+    image, number = discs(6, 6, 2, 0.02)
+    disc = number == 15
+    rows, columns = (slice(line.min(), line.max() + 1) for line in np.nonzero(disc))
+    hole = np.zeros(number.shape, bool)
+    hole[rows.start - 4 : rows.stop - 2, columns.start - 6 : columns.stop + 6] = True
+    left = disc & ~hole
+    assert 4 <= left.sum() < 0.04 * 26**2
+    depth = find_ground(Exemplar.of([image], masks=[torch.from_numpy(~hole)])).depth
+    assert (depth[left] > 0).mean() > 0.7
+    image[:, left] = 0.1 + 0.02 * torch.randn(3, int(left.sum()), generator=torch.Generator().manual_seed(0))
+    assert not find_ground(Exemplar.of([image], masks=[torch.from_numpy(~hole)])).depth[left].any()

@@ -5,7 +5,7 @@ from discs import RADIUS, discs
 from scipy import ndimage
 
 from kwatra import Exemplar
-from kwatra.pieces import hidden_seams, parts_of
+from kwatra.pieces import Hidden, hidden_seams, parts_of
 
 
 def test_discs_are_parts_one_by_one_though_they_touch() -> None:
@@ -20,6 +20,20 @@ def test_discs_are_parts_one_by_one_though_they_touch() -> None:
     assert np.array_equal(parts.core, ndimage.distance_transform_edt(~ground) > 1)
     assert np.allclose(parts.deep, hidden.depth)
     assert parts.size == hidden.size
+
+
+def test_what_is_nowhere_more_than_a_pixel_thick_is_a_part_of_its_own() -> None:
+    depth = np.zeros((40, 40), np.float32)
+    depth[4:20, 4:20] = 1.0
+    depth[3, 4:20] = depth[20, 4:20] = 0.2
+    depth[30, 5:15] = 0.2
+    parts = parts_of(Hidden(depth, 1.0, 20.0, 0.5, 1.0), np.ones(depth.shape, bool))
+    assert parts.core[30, 5:15].all()
+    assert parts.core[4:20, 4:20].all()
+    assert not parts.core[3].any()
+    assert {*np.unique(parts.number)} == {0, 1, 2}
+    assert (parts.number[3, 4:20] == parts.number[10, 10]).all()
+    assert parts.number[30, 7] != parts.number[10, 10]
 
 
 def test_those_are_whole_that_no_border_and_no_hole_cuts() -> None:
