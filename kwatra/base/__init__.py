@@ -3,7 +3,7 @@
 from kwatra.base.axes import AVERAGE, CONVOLUTION, LARGEST, coarse_shape, enlarged, factors_of, resized, running
 from kwatra.base.derivatives import constant, differentiable
 from kwatra.base.errors import InputError, check_mask
-from kwatra.base.membrane import membrane
+from kwatra.base.membrane import every_pair, membrane
 from kwatra.base.nearest import continued, nearest_known, nearest_owned
 from kwatra.base.reductions import atan2, mean, over_channels, power, principal_axes, product, total
 from kwatra.base.resampling import turned
@@ -32,6 +32,7 @@ __all__ = [
     "differentiable",
     "enlarged",
     "even_ranges",
+    "every_pair",
     "factors_of",
     "floats_of",
     "generator_of",

@@ -45,6 +45,15 @@ def membrane(
     return torch.zeros_like(flows[0]).flatten(1).index_copy(1, places, found).view_as(flows[0])
 
 
+def every_pair(shape: Sequence[int], closed: Sequence[bool] = (False, False)) -> list[Tensor]:
+    """For both axes (H, W) 1 where a pixel has a next along it: the last the first, of axes that are closed."""
+    pairs = [torch.ones(tuple(shape), dtype=torch.float32) for _ in closed]
+    for axis, (pair, wraps) in enumerate(zip(pairs, closed, strict=True)):
+        if not wraps:
+            pair.select(axis, -1).zero_()
+    return pairs
+
+
 def _neighbors(shape: Sequence[int], places: Tensor, pairs: Sequence[Tensor]) -> Tensor:
     """Which of the free pixels (N,), flat numbers in the picture, go together with each, (4, N); N where none does."""
     number = torch.full(tuple(shape), len(places))

@@ -2,7 +2,7 @@
 
 from kwatra.elements.anisotropy import STRAIGHT, anisotropy, drawn_sides, easier, runs_along
 from kwatra.elements.direction import direction_dependence
-from kwatra.elements.ground import Ground, find_ground
+from kwatra.elements.ground import Ground, find_ground, middle_of
 from kwatra.elements.lattice import Lattice, find_lattice
 from kwatra.elements.outlines import Outlines, find_outlines
 from kwatra.elements.place import place_dependence
@@ -36,6 +36,7 @@ __all__ = [
     "find_slant",
     "find_weave",
     "lines_through",
+    "middle_of",
     "out_of_step",
     "place_dependence",
     "runs_along",

@@ -139,13 +139,17 @@ def _cut_off(found: _Split, colors: Array, inside: Array) -> Array:
     beside = np.unique(parts[ndimage.binary_dilation(~inside) & found.taken])
     if beside.size == 0:
         return np.zeros(parts.shape, bool)
-    ground = colors[:, found.ground & ~found.taken]
-    middle = np.median(ground, 1)
-    spread = np.median(np.abs(ground - middle[:, None]), 1)
+    middle, spread = middle_of(colors[:, found.ground & ~found.taken])
     means = np.stack([ndimage.mean(channel, parts, beside) for channel in colors])
     other = np.square(means - middle[:, None]).sum(0) > FAR**2 * np.square(spread).sum()
     cut: Array = np.isin(parts, beside[other])
     return cut
+
+
+def middle_of(colors: Array) -> tuple[Array, Array]:
+    """The median of colors (C, n) in each channel, and that of how far they are from it, (C,) each."""
+    middle = np.median(colors, 1)
+    return middle, np.median(np.abs(colors - middle[:, None]), 1)
 
 
 def depth_beside(ground: Array, size: float) -> Array:

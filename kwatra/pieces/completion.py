@@ -98,7 +98,7 @@ class _Completion:
         scales = np.sqrt(np.array([1.0, COLORS]) / np.where(variances > 0, variances, np.inf))
         self.planes = np.concatenate([parts.deep[None] * scales[0], image * scales[1]]).astype(np.float32)
         self.fit = Fit(self.planes)
-        self.whole = parts.whole(inside)
+        self.whole, self.boxes = parts.whole(inside), ndimage.find_objects(parts.number.clip(min=0))
         self.number, self.shown = given.shown(parts.number), given.shown(self.planes)
         self.beyond = ndimage.distance_transform_edt(given.where)
         self.laid = np.zeros(sheet.shape, bool)
@@ -176,9 +176,11 @@ class _Completion:
 
     def _covering(self, known: _Known, found: _Found) -> float:
         """On how much of what is known of others a found element would lie, in squares of an element's size."""
-        element = self._moved(self.parts.number == found.number, found.shift)
-        others = self.sheet.filled & (self.number != known.number)
-        return np.count_nonzero(element & others) / self.parts.size**2
+        box = self.boxes[found.number - 1]
+        first = [side.start + by for side, by in zip(box, found.shift, strict=True)]
+        at = tuple(self._on_sheet(np.argwhere(self.parts.number[box] == found.number) + np.array(first)).T)
+        others = self.sheet.filled_at(at) & (self.number[at] != known.number)
+        return np.count_nonzero(others) / self.parts.size**2
 
     def _lay(self, known: _Known, found: _Found) -> None:
         """Lay a found element, and ground around it, as far as it hangs together with what is known of it."""
@@ -196,11 +198,14 @@ class _Completion:
 
     def _moved(self, there: Array, shift: tuple[int, ...]) -> Array:
         """Of some pixels of the canvas (*S) where they would lie on the sheet, boolean (H, W)."""
-        at = np.argwhere(there) + np.array(shift)
-        at = at[((at >= 0) & (at < self.sheet.shape)).all(1)]
         here = np.zeros(self.sheet.shape, bool)
-        here[tuple(at.T)] = True
+        here[tuple(self._on_sheet(np.argwhere(there) + np.array(shift)).T)] = True
         return here
+
+    def _on_sheet(self, at: Array) -> Array:
+        """Those of pixels (n, 2) that lie on the sheet."""
+        on: Array = at[((at >= 0) & (at < self.sheet.shape)).all(1)]
+        return on
 
 
 def _grown(pixels: Array, steps: int) -> Array:

@@ -12,7 +12,8 @@ import torch
 from scipy import ndimage
 from torch import Tensor
 
-from kwatra.base import membrane
+from kwatra.base import every_pair, membrane, nearest_known
+from kwatra.elements import middle_of
 from kwatra.pieces import GivenCopies, Parts
 
 REACH = 4.0
@@ -71,10 +72,7 @@ def evened(canvas: Tensor, parts: Parts, where: Tensor, copied: Tensor, known: T
 
 def _softened(missing: Tensor, free: Tensor) -> Tensor:
     """What is added (C, H, W) to free pixels, so that their border shows no step, given what others are missing."""
-    pairs = [torch.ones(free.shape), torch.ones(free.shape)]
-    for axis, pair in enumerate(pairs):
-        pair.select(axis, -1).zero_()
-    return membrane(free, pairs, [torch.zeros_like(missing)] * 2, SOFT, missing)
+    return membrane(free, every_pair(free.shape), [torch.zeros_like(missing)] * 2, SOFT, missing)
 
 
 def _joined(
@@ -113,11 +111,11 @@ def _share(canvas: Tensor, parts: Parts) -> Tensor:
     colors, ground = canvas.double().numpy(), canvas.double().numpy()[:, parts.number == 0]
     if ground.size == 0:
         return torch.ones(parts.number.shape)
-    middle = np.median(ground, 1)
-    varied = float(np.square(np.median(np.abs(ground - middle[:, None]), 1) / NORMAL).sum())  # some of it is none
+    middle, spread = middle_of(ground)  # some of it is none
+    varied = float(np.square(spread / NORMAL).sum())
     counted = np.where(parts.core, parts.number, 0)
     means = np.stack([ndimage.mean(channel, counted, np.arange(parts.number.max() + 1)) for channel in colors])
-    _, near = ndimage.distance_transform_edt(parts.number <= 0, return_indices=True)
+    near = nearest_known(torch.from_numpy(parts.number > 0)).numpy()
     apart, own = (means - middle[:, None])[:, parts.number[tuple(near)]], colors - middle[:, None, None]
     share = ((apart * own).sum(0) + varied) / np.maximum(np.square(apart).sum(0) + varied, 1e-12)
     return torch.from_numpy(np.maximum(share, (parts.deep - SHADED) / (DEEP - SHADED)).clip(0, 1).astype(np.float32))

@@ -20,7 +20,7 @@ import torch
 from torch import Tensor
 
 from kwatra import Exemplar
-from kwatra.base import membrane
+from kwatra.base import every_pair, membrane
 from kwatra.elements import anisotropy, easier, runs_along
 from kwatra.loop import FIBROUS
 from kwatra.pieces import Box, Cut, Hidden, Mosaic, Patch, SeamCost, Sheet, hidden_seams
@@ -176,16 +176,8 @@ class Sewing:
 
     def blended(self) -> Tensor:
         """The picture (C, H, W) that has, as nearly as can be, the patches' gradients and no steps between them."""
-        axes, free = (0, 1), torch.from_numpy(~self.sheet.fixed)
-        pairs, steps = [self._pairs(axis) for axis in axes], [self._missing(axis) for axis in axes]
-        return self.patches() + membrane(free, pairs, steps, REACH)
-
-    def _pairs(self, axis: int) -> Tensor:
-        """(H, W) 1 where a pixel and the next along an axis are neighbors."""
-        pairs = torch.ones(self.shape, dtype=torch.float32)
-        if not self.closed[axis]:
-            pairs.select(axis, -1).zero_()
-        return pairs
+        free, steps = torch.from_numpy(~self.sheet.fixed), [self._missing(axis) for axis in (0, 1)]
+        return self.patches() + membrane(free, every_pair(self.shape, self.closed), steps, REACH)
 
     def _missing(self, axis: int) -> Tensor:
         """Differences (C, H, W) to the next pixel along an axis: both patches' mean less that of the colors.

@@ -5,7 +5,7 @@ import pytest
 import torch
 from torch import Tensor
 
-from kwatra.base import membrane
+from kwatra.base import every_pair, membrane
 
 
 def asked(seed: int = 0) -> tuple[Tensor, list[Tensor], list[Tensor], Tensor]:
@@ -67,3 +67,12 @@ def test_values_go_on_over_the_reach_and_not_where_pixels_are_not_paired() -> No
 def test_nothing_is_added_where_nothing_rises() -> None:
     free, pairs, steps, _ = asked()
     assert not membrane(free, pairs, [torch.zeros_like(step) for step in steps], 5.0).any()
+
+
+def test_every_pixel_is_paired_with_the_next_and_the_last_with_the_first_where_that_is_closed() -> None:
+    down, across = every_pair((3, 4), (True, False))
+    assert down.tolist() == [[1.0] * 4] * 3
+    assert across.tolist() == [[1.0, 1.0, 1.0, 0.0]] * 3
+    down, across = every_pair((3, 4))
+    assert down.tolist() == [[1.0] * 4, [1.0] * 4, [0.0] * 4]
+    assert across.tolist() == [[1.0, 1.0, 1.0, 0.0]] * 3

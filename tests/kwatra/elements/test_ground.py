@@ -7,7 +7,7 @@ from made import MADE
 from scipy import ndimage
 
 from kwatra import Exemplar
-from kwatra.elements import find_ground
+from kwatra.elements import find_ground, middle_of
 from kwatra.elements.ground import MIXED, PLAIN
 
 
@@ -154,3 +154,9 @@ def test_what_a_hole_leaves_of_an_element_is_no_ground_and_specks_are() -> None:
     assert (depth[left] > 0).mean() > 0.7
     image[:, left] = 0.1 + 0.02 * torch.randn(3, int(left.sum()), generator=torch.Generator().manual_seed(0))
     assert not find_ground(Exemplar.of([image], masks=[torch.from_numpy(~hole)])).depth[left].any()
+
+
+def test_the_middle_of_colors_is_their_median_whatever_a_few_are() -> None:
+    middle, spread = middle_of(np.array([[1.0, 2.0, 3.0, 4.0, 100.0], [5.0, 5.0, 5.0, 5.0, -9.0]]))
+    assert middle.tolist() == [3.0, 5.0]
+    assert spread.tolist() == [1.0, 0.0]

@@ -11,9 +11,8 @@ from synth.texture.evening import evened
 
 
 def case(noise: float = 0.0) -> tuple[Tensor, np.ndarray, Parts, Tensor, Tensor]:
-    """Discs, their numbers, their parts, and where the right half of them is copied from: the column before the last.
-
-    Its discs lie where those of another column did, moved by whole pixels.
+    """Discs, and beside them the same in other colors; their numbers, their parts, where each pixel of the former comes
+    from, those from column 70 on from the latter, and where those come from that are known, of the columns before.
     """
     image, number = discs(4, 6, 2, noise)
     image = torch.cat([image, image.flip(0)], 2)  # beside it the same in other colors
