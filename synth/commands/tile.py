@@ -34,7 +34,8 @@ def add(commands: Subparsers) -> None:
         "tile",
         help="make a picture repeat without a seam, changing as little as can be",
         description="Make this very picture tile: a band along its borders is sewn anew from patches of the picture,\n"
-        "everything else stays as the file holds it, bit for bit.",
+        "everything else stays as the file holds it, bit for bit. Light that falls unevenly on the picture is taken\n"
+        "out of all of it before.",
         epilog=_EPILOG,
     )
     add = parser.add_argument
@@ -91,8 +92,8 @@ def run(arguments: argparse.Namespace) -> str:
     top, left = (int(places[height // 2, width // 2]) for places in made.source[1:])
     there = array[top - height // 2 :, left - width // 2 :][:height, :width]
     changed = (tiled != there).any(-1).mean()
-    how = f"{changed:.0%} of it changed, seed {arguments.seed}, in {took:.1f} s"
-    return f"wrote {listed(list(writers))}: {width}x{height}, {how}"
+    how = "its light, which falls unevenly, was evened" if made.even else f"{changed:.0%} of it changed"
+    return f"wrote {listed(list(writers))}: {width}x{height}, {how}, seed {arguments.seed}, in {took:.1f} s"
 
 
 def _hint_at_cropping(pixels: "Tensor", axes: str) -> None:

@@ -1,11 +1,13 @@
 """A picture made to tile, changed as little as can be: only a band along its seams is sewn anew, out of itself.
 
 Repeated as it is, a picture meets itself in a line. That line is covered by patches of the picture, one beside the
-other (`synth.texture.sewing`). All other pixels are the picture's own.
+other (`synth.texture.sewing`). All other pixels are the picture's own, unless light falls unevenly on it, which would
+be seen as a step where it meets itself, or as a pattern: that is taken out of all of it before.
 """
 
 import math
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 
 import numpy as np
 import torch
@@ -18,6 +20,7 @@ from kwatra.levels import LAID_FINE
 from kwatra.pieces import Box
 from synth.texture.filling import planes_of
 from synth.texture.form import Form, Image
+from synth.texture.illumination import Light, find_light
 from synth.texture.periods import whole_size
 from synth.texture.sewing import Sewing
 from synth.texture.synthesis import Synthesis
@@ -61,6 +64,8 @@ def tile(
 ) -> Synthesis[Image]:
     """This picture, made to repeat without a seam: a band at its borders is sewn anew, the rest stays bit for bit.
 
+    Where light falls unevenly on it, it is taken out: all of the picture is then as under even light.
+
     image: a tensor (C, H, W), or an array (H, W) or (H, W, C), as for `synthesize`. axes: where it is to repeat: "x"
     from left to right, "y" from top to bottom, or "xy". band: up to so many pixels from these borders may change, at
     most a quarter of the shorter side; default: a texture element, 12 to 64 or, of over half a megapixel, more, at most
@@ -68,7 +73,8 @@ def tile(
     report: told what is being done and the part of it that is done.
 
     The result's `source` says where each pixel comes from, also those that stayed; so `take` makes any map of the
-    picture tile with it. Raises InputError for what cannot be used, and with `crop` for a picture without a period.
+    picture tile with it. `even` is the picture under even light, and empty if it was. Raises InputError for what cannot
+    be used, and with `crop` for a picture without a period.
     """
     if axes not in ("x", "y", "xy"):
         raise InputError(f"axes is {axes!r}; allowed are 'x', 'y' and 'xy'")
@@ -76,9 +82,11 @@ def tile(
     pixels = form.normalized(image)
     if pixels.ndim != 3:
         raise InputError(f"the picture has shape {tuple(image.shape)}, as videos have; give an image")
+    light = find_light(pixels, form.black, torch.ones(pixels.shape[1:], dtype=torch.bool))
+    pixels = pixels if light is None else _across(light, axes).without(pixels)
+    even = [] if light is None else [form.restored(pixels)]
     down, across = _whole_periods(pixels, axes) if crop else (slice(0, side) for side in pixels.shape[1:])
-    pixels = pixels[:, down, across].contiguous()
-    exemplar = Exemplar.of([pixels])
+    exemplar = Exemplar.of([pixels[:, down, across].contiguous()])
     sewing = _sewn(exemplar, (("y" in axes), ("x" in axes)), band, seed, report)
     report("blending", 1.0)
     places = sewing.places.numpy() + np.array([down.start, across.start])[:, None, None]
@@ -88,8 +96,18 @@ def tile(
     result = Result(torch.from_numpy(np.where(spread, smooth, patches)), torch.from_numpy(where),
                     torch.from_numpy(where[1:]), [], [], "the seams are closed")  # fmt: skip
     tiled = Synthesis(image, where, result, form).take(image)
-    planes_of(tiled)[:, spread] = planes_of(form.restored(result.image))[:, spread]
-    return Synthesis(tiled, where, result, form)
+    anew = spread | bool(even)
+    planes_of(tiled)[:, anew] = planes_of(form.restored(result.image))[:, anew]
+    return Synthesis(tiled, where, result, form, even=even)
+
+
+def _across(light: Light, axes: str) -> Light:
+    """What of a light changes along the axes, across whose borders it has to go on."""
+    changing = light.field
+    for axis, name in enumerate("yx"):
+        if name not in axes:
+            changing = changing - changing.mean(1 - axis, keepdim=True)
+    return replace(light, field=changing)
 
 
 def _whole_periods(pixels: Tensor, axes: str) -> tuple[slice, ...]:

@@ -74,6 +74,25 @@ def test_light_that_changes_across_the_picture_leaves_no_step() -> None:
     assert steps.max() < 0.06  # of 0.2 between the borders
 
 
+def test_light_that_falls_unevenly_is_taken_out_of_all_of_a_tile() -> None:
+    even = data.gravel()[:160, :160] / 255
+    lit = even * np.linspace(0.6, 1.4, 160)[:, None] * 0.7
+    made = tile(lit, band=12)
+    here, rows = made.image[20:-20, 20:-20], lit[20:-20, 20:-20]
+    assert np.abs(here.mean(1)[:20].mean() - here.mean(1)[-20:].mean()) < 0.03
+    assert np.abs(rows.mean(1)[:20].mean() - rows.mean(1)[-20:].mean()) > 0.15
+    assert np.corrcoef(here.ravel(), even[20:-20, 20:-20].ravel())[0, 1] > 0.98
+    assert np.array_equal(made.even[0][20:-20, 20:-20], here)
+    assert np.array_equal(made.take(lit)[20:-20, 20:-20], rows)
+
+
+def test_light_that_changes_along_the_borders_that_meet_stays() -> None:
+    lit = data.gravel()[:160, :160] / 255 * np.linspace(0.6, 1.4, 160)[:, None] * 0.7
+    down, across = tile(lit, band=12, axes="y").image, tile(lit, band=12, axes="x").image
+    assert np.abs(down[:40].mean() - down[-40:].mean()) < 0.03
+    assert across[-40:].mean() - across[:40].mean() > 0.15
+
+
 @pytest.mark.parametrize("seed", [0, 1])
 def test_fibers_end_in_no_line(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     noise = np.random.default_rng(seed).standard_normal((96, 96))
