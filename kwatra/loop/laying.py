@@ -48,9 +48,9 @@ USAGE, USAGE_IN_TIME = 0.5, 1.0
 
 Eight textures score .047 with .5, median .050; .050 and .057 where use is free, .045 and .051 with 1. Of videos blocks
 match where little happens: of rain made in code .90 of the sharpness is left, .89 with .35 and .93 with 2, with which
-smoke flickers; but holes in a fountain have .33 of the sharpness of what was there with 1 and .41 with .5, so where
-something is wished videos are as stills. A clip that only translates may be used however often: so blocks are found
-from which all goes on."""
+smoke flickers; but where something is wished videos are as stills: of a fountain, part of which was only to be like
+what is known, .33 of the sharpness was left with 1 and .41 with .5. A clip that only translates may be used however
+often: so blocks are found from which all goes on."""
 
 SHOWN = 4.0
 """A still that shows its exemplar more than so many times, as 256 pixels a side do one of 128, counts use by how often
@@ -95,7 +95,7 @@ def block_start(task: Task, exemplar: Exemplar) -> Laid:
     here, controls = exemplar.coarser(factors), task.controls(factors)
     frames = FRAMES_IN_PLACE if controls.place_charges(here, (1,) * axes) else FRAMES
     size, along = block_size(here, controls.shape, settings.block, grain, frames), None
-    given = controls.copied() if task.start == "aligned" and axes == 2 else None
+    given = controls.copied() if task.start == "aligned" else None
     in_step = given is None or _begins(given, here) is not None
     repeats = _repeats(task, exemplar, factor) if in_step else None
     wish = controls.wish(None if given is None else (given >= 0).all(0))

@@ -40,7 +40,6 @@ from kwatra.pieces.choosing import (
     unguided,
     variance,
 )  # fmt: skip
-from kwatra.pieces.choosing.candidates import LUCK
 from kwatra.pieces.completion import complete
 from kwatra.pieces.fronts import alike, fronts
 from kwatra.pieces.given import BESIDE, GivenCopies
@@ -118,9 +117,9 @@ class BlockStart:
         self.gaps = find_gaps(unasked, mosaic, deviation) if still and along is None else None
         free = still and self.wish is None and not places and bool((exemplar.owner <= 0).all())
         self._spread_out(block, along, free)
-        luck = LUCK if self.scene or self.given.any else 0.0
-        twins = twin_places(exemplar, mosaic) if still else NO_TWINS
-        asked = Asked(usage, repeats, places, exemplar.canvas.device, self.wish, self.gaps, aligned, luck, twins)
+        twins, device = twin_places(exemplar, mosaic) if still else NO_TWINS, exemplar.canvas.device
+        are = aligned, self.scene is not None, self.given.any
+        asked = Asked(usage, repeats, places, device, self.wish, self.gaps, *are, twins)
         self.candidates = Candidates(self.sheet, self.corners, self.image, var, asked)
         self.offers = Offers(self.sheet, self.image, self.wish, var, min(self.overlap), not aligned)
 
@@ -202,9 +201,9 @@ class BlockStart:
             self._follow()
 
     def smaller(self, share: float) -> "BlockStart":
-        """What lays blocks of a share of the size on the same sheet."""
-        small, candidates = copy(self), self.candidates
-        size = tuple(max(round(share * b), 1) for b in self.corners.block)
+        """What lays blocks of a share of the height and width on the same sheet."""
+        small, candidates, (*time, height, width) = copy(self), self.candidates, self.corners.block
+        size = (*time, *(max(round(share * b), 1) for b in (height, width)))
         small.corners = Corners.fitting(self.exemplar, size, self.grain)
         small.overlap = overlap_of(small.corners.block)
         small.spread = Spread.over(self.shape, small.corners.block, small.overlap, self.grain, self.wraps)

@@ -21,6 +21,7 @@ thread and without global random state: the same input gives the same bits.
 """
 
 from collections.abc import Callable, Sequence
+from itertools import islice
 
 import numpy as np
 import torch
@@ -62,7 +63,8 @@ def measure(output: Tensor, exemplar: Images) -> dict[str, float]:
     frames, images = read(output, exemplar)
     several = [exemplar] if isinstance(exemplar, Tensor) else exemplar
     if output.ndim == 4 and all(each.ndim == 4 for each in several):
-        clips = torch.stack(images, 1).split([each.shape[1] for each in several], 1)
+        one = iter(images)
+        clips = [torch.stack(list(islice(one, each.shape[1])), 1) for each in several]
         return video_figures(torch.stack(frames, 1), clips, carried_scales(output, exemplar))
     figures = [_measure_image(frame, images) for frame in frames]
     return {name: sum(f[name] for f in figures) / len(figures) for name in figures[0]}

@@ -1,13 +1,12 @@
 """Holes in an image or video, filled with texture: from the rest of it, or from others like it.
 
 The known pixels are hard ones and the rest of the image is an exemplar with a hole, so filling is synthesis with a
-control term. Three things make it good: blocks that a still begins with go on from what is known, as a part of the
-exemplar that is laid already (`kwatra.pieces.given`); robust weights close to d^-2, by which nearly the best window
-takes all (where much is known no window matches well, and a mean of many would be a blur); and a last iteration that
-also compares gradients (thesis section 5.3), whose blend spreads what is left of a step at the hole's border over its
-inside. Elements between which there is ground are completed first (`kwatra.pieces.completion`), and in place of that
-blend come in one color each (`synth.texture.evening`). What runs along an axis, as wood does, is sewn of strips
-(`synth.texture.strips`), and the lines of cloth go on by themselves (`synth.texture.cloth`).
+control term. Three things make it good: blocks that it begins with go on from what is known, as a part of the exemplar
+that is laid already (`kwatra.pieces.given`); robust weights close to d^-2, by which nearly the best window takes all
+(where much is known no window matches well, and a mean of many would be a blur); and what is done where copies meet
+what is known (`synth.texture.closing`). Elements between which there is ground are completed first
+(`kwatra.pieces.completion`). What runs along an axis, as wood does, is sewn of strips (`synth.texture.strips`), and the
+lines of cloth go on by themselves (`synth.texture.cloth`).
 """
 
 from collections.abc import Callable, Sequence
@@ -19,18 +18,16 @@ import torch
 from torch import Tensor
 
 import kwatra
-from kwatra import Exemplar, Feature, HardPixels, InputError, Level, Prepared, Progress, Result, Settings, element_size
+from kwatra import Exemplar, HardPixels, InputError, Prepared, Progress, Result, element_size
 from kwatra.base import tensor_of
 from kwatra.levels import finishing
-from kwatra.loop import Beginning
-from kwatra.pieces import GivenCopies, hidden_seams, parts_of
-from kwatra.scoring import WINDOW, Ranking
+from kwatra.pieces import hidden_seams
+from kwatra.scoring import WINDOW
+from synth.texture.closing import Closing
 from synth.texture.cloth import filled_by_lines
-from synth.texture.evening import evened
 from synth.texture.form import Form, Image
 from synth.texture.holes import box_around, check_channels, checked_hole, in_time
 from synth.texture.illumination import find_light, under_even_light
-from synth.texture.runs import seed_of
 from synth.texture.strips import filled_by_strips, strips_along
 from synth.texture.synthesis import Synthesis
 from synth.texture.work import PRESETS
@@ -40,17 +37,12 @@ ROBUST = 0.1
 and a stone wall have .77 of the sharpness of what was there; .78 with .03, .76 with .3, .72 with .8, which suits whole
 stills."""
 
-GRADIENT = 32.0
-"""What gradients count beside colors in the last iteration. Steps across the borders of the same holes are .93 times
-what they were; 1.21 times without, .98 with 8, at the same sharpness within a hundredth."""
-
 MINDED = 0.01
-"""How much more than other pixels known ones count in the search, and in videos partly known blocks at coarse levels:
-the same discs have .90 of the sharpness of what was there; .91 with 0, .88 with .03, and wide scratches .73 with each.
-"""
+"""How much more than other pixels known ones count in the search: the same discs have .90 of the sharpness of what was
+there; .91 with 0, .88 with .03, and wide scratches .73 with each."""
 
-BLOCK = 0.25
-"""Size of the start's blocks as a share of the exemplar."""
+BLOCK, BLOCK_IN_TIME = 0.25, 0.35
+"""Size of the start's blocks as a share of the exemplar, and of the video."""
 
 LARGEST = 64
 """They have at most so many pixels a side: a hole in a large picture is not much larger. Not tuned."""
@@ -128,15 +120,14 @@ def _made(
 
     others: the textures to fill from, none for the image itself; black: see `under_even_light`.
     """
-    still = missing.ndim == 2
-    place = torch.from_numpy(np.indices(missing.shape)) if still else None
+    place = torch.from_numpy(np.indices(missing.shape))
     if others:
-        source = under_even_light(Exemplar.of(others, device=device), black)
-        pictures = source.pictures()
-        source, place = _beside(pictures, known) if still else (source, None)
+        pictures = under_even_light(Exemplar.of(others, device=device), black).pictures()
+        source, place = _beside(pictures, known)
     else:
         pictures = _whole_parts(known, missing)
         source = Exemplar.of([known], masks=[~missing], device=device)
+    still = missing.ndim == 2
     lines = None if not still or missing.all() else _by_lines(known, missing, source, not others, seed, callback)
     return lines or _filled(known, missing, source, pictures, place, preset, seed, callback)
 
@@ -157,106 +148,27 @@ def _filled(
     missing: Tensor,
     source: Exemplar,
     pictures: Sequence[Tensor],
-    place: Tensor | None,
+    place: Tensor,
     preset: str,
     seed: int,
     callback: Callable[[Progress], None] | None,
 ) -> tuple[Result, tuple[slice, ...]]:
-    """The part of an image (C, H, W) that holds the missing pixels (H, W) with a margin, filled, and where it lies.
+    """The part of an image (C, *S) that holds the missing pixels (*S) with a margin, filled, and where it lies.
 
-    place (2, H, W): where known pixels lie on the source's canvas; None of videos, which blocks do not go on from.
+    place (n, *S): where known pixels lie on the source's canvas.
     """
     settings, tries = PRESETS[preset]
-    levels = kwatra.planned_levels(source, missing.shape, settings.iterations)
-    axes = missing.ndim
-    if place is not None:
-        levels = finishing(levels)
-    settings = replace(settings, levels=levels, r=ROBUST, block=min(BLOCK, LARGEST / max(source.extent)))
-    widest = [max(level.factors(axes)[axis] * level.window(axes)[axis] for level in levels) for axis in range(axes)]
-    if place is not None and hidden_seams(source) is not None:
-        widest = [max(width, round(element_size(source))) for width in widest]
+    levels = finishing(kwatra.planned_levels(source, missing.shape, settings.iterations))
+    block = BLOCK if missing.ndim == 2 else BLOCK_IN_TIME
+    settings = replace(settings, levels=levels, r=ROBUST, block=min(block, LARGEST / max(source.extent[-2:])))
+    widest = levels[-1].window(missing.ndim)
+    if missing.ndim == 2 and hidden_seams(source) is not None:
+        widest = tuple(max(width, round(element_size(source))) for width in widest)
     box = box_around(missing, widest)
-    device, there = source.canvas.device, None if place is None else place[(slice(None), *box)]
+    device, there = source.canvas.device, place[(slice(None), *box)]
     image = known[(slice(None), *box)].to(device)
     rest = HardPixels(image, ~missing[box][None].to(device), weight=MINDED, source=there)
-    return _Filling(Prepared(source), rest, settings, tries, callback).best(seed, pictures), box
-
-
-class _Filling:
-    """The runs that fill a part of an image, of `rest` known pixels, each with its share of the progress."""
-
-    def __init__(
-        self,
-        source: Prepared,
-        rest: HardPixels,
-        settings: Settings,
-        tries: int,
-        callback: Callable[[Progress], None] | None,
-    ) -> None:
-        self.source, self.rest, self.settings, self.tries, self.callback = source, rest, settings, tries, callback
-
-    def best(self, seed: int, pictures: Sequence[Tensor]) -> Result:
-        """The run whose result measures best against pictures of the exemplar; the first where it cannot be told."""
-        results = [self.run(number, seed) for number in range(self.tries)]
-        if len(results) == 1 or not pictures:
-            return results[0]
-        figure = Ranking(pictures)
-        return min(results, key=lambda result: figure(result.image.cpu()))
-
-    def run(self, number: int, seed: int) -> Result:
-        """One filling, its seams smoothed; a periodic picture goes on by itself.
-
-        Where elements are apart they are evened in place of that, and EM is left to finish what was laid coarser: at a
-        hole's border, where colors part that are evened later, it puts strips of others.
-        """
-        shape, levels = self.rest.target.shape[1:], self.settings.levels or ()
-        beginning = kwatra.begin(self.source, shape, self.settings, self.rest, seed=seed_of(seed, number))
-        apart = beginning.gaps is not None and beginning.gaps.hidden.parts is None
-        if apart and max(beginning.factors) == 1:
-            beginning = beginning.as_copied()
-        share = 1.0 if apart or beginning.finished else 0.8
-        filled = kwatra.improve(beginning.without_blocks(), callback=self._part(number, 0.0, share))
-        if apart:
-            return replace(filled, image=self._evened(beginning, filled))
-        if beginning.finished:
-            return filled
-        width = min(8, *shape[-2:], *(level.width for level in levels))
-        depth = min([shape[0], *(level.depth for level in levels)])
-        features = (Feature(kwatra.gradient, GRADIENT),)
-        last = replace(self.settings, levels=(Level(1, width, 1, depth),), features=features)
-        smooth = kwatra.optimize(
-            self.source,
-            shape,
-            settings=last,
-            terms=self.rest,
-            start=filled.image,
-            callback=self._part(number, share, 1 - share),
-        )
-        level = len(filled.stages)
-        stages = [*filled.stages, *(replace(stage, level=level) for stage in smooth.stages)]
-        energies = [*filled.energies, *({**row, "level": level} for row in smooth.energies)]
-        return replace(smooth, energies=energies, stages=stages)
-
-    def _evened(self, beginning: Beginning, filled: Result) -> Tensor:
-        """The picture that was filled by copies, elements that are made up of several in one color."""
-        exemplar, rest = self.source.exemplar, self.rest
-        copied = rest.copied()
-        assert beginning.gaps is not None
-        assert copied is not None  # of a video no gaps are known
-        hidden = beginning.gaps.hidden.finer(max(beginning.factors), exemplar.shape)
-        inside = (GivenCopies(copied.shape[1:], copied).owned(exemplar).owner >= 0).cpu().numpy()
-        images = exemplar.canvas.cpu(), filled.where.cpu(), copied.cpu(), rest.target.cpu()
-        return evened(images[0], parts_of(hidden, inside), *images[1:]).to(exemplar.canvas.device)
-
-    def _part(self, number: int, begin: float, share: float) -> Callable[[Progress], None] | None:
-        """The callback for a part of the work."""
-        if self.callback is None:
-            return None
-        whole = self.callback
-        first, tries = number + begin, self.tries
-        return lambda p: whole(
-            replace(p, fraction=(first + share * p.fraction) / tries, attempt=number + 1, tries=tries)
-        )
+    return Closing(Prepared(source), rest, settings, tries, callback).best(seed, pictures), box
 
 
 def _whole_parts(image: Tensor, missing: Tensor) -> list[Tensor]:
@@ -268,14 +180,11 @@ def _whole_parts(image: Tensor, missing: Tensor) -> list[Tensor]:
 
 
 def _beside(pictures: Sequence[Tensor], image: Tensor) -> tuple[Exemplar, Tensor]:
-    """An exemplar of pictures, and an image (C, H, W) of which nothing is copied; where that lies on the canvas.
-
-    The latter is (2, H, W).
-    """
+    """An exemplar of pictures, and an image (C, *S) of which nothing is copied; where it lies there, (n, *S)."""
     nothing = torch.zeros(image.shape[1:], dtype=torch.bool)
     both = Exemplar.of([*pictures, image], masks=[*[None] * len(pictures), nothing])
     first = (both.origin[0] == len(pictures)).nonzero()[0].cpu()
-    return both, torch.from_numpy(np.indices(image.shape[1:])) + first[:, None, None]
+    return both, torch.from_numpy(np.indices(image.shape[1:])) + first.view(-1, *[1] * len(first))
 
 
 def _listed(exemplar: Any) -> list[Any]:

@@ -25,7 +25,7 @@ from scipy import fft, ndimage
 from torch import Tensor
 
 from kwatra import Exemplar
-from kwatra.base import mean
+from kwatra.base import every_pair, mean, membrane
 from kwatra.elements.kept import kept
 from kwatra.source import look_up
 
@@ -49,6 +49,10 @@ SHORT = 0.5
 .34 (mean log amplitude of its spectra) where nothing is corrected, .15 is left with .5 and .13 with .1, with which
 corrections are twice as large and leave the exemplar's colors."""
 
+REACH = 32.0
+"""Over so many pixels and frames steps at the border of what is known are spread. In holes of four clips all is off by
+28.7 of 255 with 32, and by 29.2 with 8 (root mean square)."""
+
 _GUESSED = 1e-6
 """What a step beyond a clip's border, where what changed before is taken to go on, weighs beside one within it."""
 
@@ -65,6 +69,21 @@ def evened(
     if not bool(free.any()):
         return video
     return _in_time(_in_space(video, where, exemplar, wrap, free), where, exemplar, wrap, free)
+
+
+def evened_inside(video: Tensor, where: Tensor, exemplar: Exemplar, free: Tensor) -> Tensor:
+    """A video (C, T, H, W) in [0, 1] whose light goes on from what is not free (T, H, W) evenly into what is.
+
+    Within frames it goes on as the exemplar does where the map (3, T, H, W) says that pixels come from, and over time
+    so far as light lasts. What is not free stays.
+    """
+    steps = [torch.zeros_like(video) for _ in free.shape]
+    for axis, counted in enumerate((lasting(exemplar).light, 1.0, 1.0), 1):
+        if min(video.shape[axis], exemplar.shape[axis - 1]) > 1:
+            lack = counted * _missing(video, where, exemplar, axis, False)
+            steps[axis - 1].narrow(axis, 0, lack.shape[axis]).copy_(lack)
+    added = membrane(free, every_pair(free.shape), steps, REACH)
+    return torch.where(free, (video + added).clamp(0, 1), video)
 
 
 def _in_space(video: Tensor, where: Tensor, exemplar: Exemplar, wrap: tuple[bool, ...], free: Tensor) -> Tensor:

@@ -46,7 +46,8 @@ in place of .0637."""
 
 CONTINUATION_IN_TIME = 2.0
 """The same for videos, in which a copy that runs on in time is a replay of the exemplar. A waterfall, smoke and a
-fountain come out alike with 1 and 4; with .3 the fountain replays .64 of what moves in place of .21."""
+fountain come out alike with 1 and 4; with .3 the fountain replays .64 of what moves in place of .21. Where some of a
+video is given it costs nothing, as what is around such a hole is mostly one copy, and should go on as one."""
 
 
 FOLD = 1.0
@@ -62,8 +63,8 @@ class Asked(NamedTuple):
     usage: what a block costs whose pixels were used once more than all on average. repeats: with which blocks are laid
     in step. places: what is charged for where in the exemplar a block comes from, on a device. wish: what pixels should
     show. gaps: those that are to go on, unless a wish for what is seen itself says everywhere. aligned: False takes
-    blocks at random. luck: up to what each block costs more, drawn at random. twins: for each place others that show
-    the same (`kwatra.pieces.choosing.twins`).
+    blocks at random. larger: whether it is a scene made larger. given: whether some of the output is given. twins: for
+    each place others that show the same (`kwatra.pieces.choosing.twins`).
     """
 
     usage: float
@@ -73,7 +74,8 @@ class Asked(NamedTuple):
     wish: Wished | None
     gaps: Gaps | None
     aligned: bool
-    luck: float
+    larger: bool
+    given: bool
     twins: Array
 
 
@@ -88,8 +90,9 @@ class Candidates:
         depths = [] if self._gaps is None else [(self._gaps.hidden.unlike[None], 1.0)]
         self.agreement = Agreement([(image, variance), *depths], corners)
         still = len(corners.block) == 2
-        again = CONTINUATION if still else CONTINUATION_IN_TIME
+        again = CONTINUATION if still else 0.0 if asked.given else CONTINUATION_IN_TIME
         self._prices = again, NEAR if still and asked.aligned else 0.0
+        self._luck = LUCK if asked.larger or asked.given else 0.0
         lines = corners.valid.shape, corners.grain
         self.steps = None if asked.repeats is None else StepCosts(asked.repeats, *lines)
 
@@ -122,8 +125,8 @@ class Candidates:
             valid = self.corners.covering(needed, known)
         some = np.asarray(known.reshape(len(boxes), -1).any(1))
         costs = self._costs(boxes, places, known, some, valid, worn)
-        if self.asked.luck:
-            costs += [self.asked.luck * np.random.default_rng(int(one * 2**53)).random(costs.shape[1]) for one in luck]
+        if self._luck:
+            costs += [self._luck * np.random.default_rng(int(one * 2**53)).random(costs.shape[1]) for one in luck]
         return self._picked(boxes, costs, np.where(some, most, 1), luck)
 
     def _picked(

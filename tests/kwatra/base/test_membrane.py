@@ -8,14 +8,15 @@ from torch import Tensor
 from kwatra.base import every_pair, membrane
 
 
-def asked(seed: int = 0) -> tuple[Tensor, list[Tensor], list[Tensor], Tensor]:
-    """Free pixels, pairs, steps and fixed values at random, of 7x6 pixels and two channels; axis 0 is closed."""
+def asked(seed: int = 0, shape: tuple[int, ...] = (7, 6)) -> tuple[Tensor, list[Tensor], list[Tensor], Tensor]:
+    """Free pixels, pairs, steps and fixed values at random, of some shape and two channels; axis 0 is closed."""
     random = torch.Generator().manual_seed(seed)
-    free = torch.rand(7, 6, generator=random) < 0.7
-    pairs = [(torch.rand(7, 6, generator=random) < 0.8).float() for _ in (0, 1)]
-    pairs[1][:, -1] = 0
-    steps = [torch.randn(2, 7, 6, generator=random) for _ in (0, 1)]
-    return free, pairs, steps, torch.randn(2, 7, 6, generator=random)
+    free = torch.rand(*shape, generator=random) < 0.7
+    pairs = [(torch.rand(*shape, generator=random) < 0.8).float() for _ in shape]
+    for axis, pair in enumerate(pairs[1:], 1):
+        pair.select(axis, -1).zero_()
+    steps = [torch.randn(2, *shape, generator=random) for _ in shape]
+    return free, pairs, steps, torch.randn(2, *shape, generator=random)
 
 
 def dense(free: Tensor, pairs: list[Tensor], steps: list[Tensor], reach: float, fixed: Tensor) -> np.ndarray:
@@ -24,7 +25,7 @@ def dense(free: Tensor, pairs: list[Tensor], steps: list[Tensor], reach: float, 
     found = np.zeros(fixed.shape)
     for channel in range(len(fixed)):
         rows, rights = [np.eye(len(place)) / reach], [np.zeros(len(place))]
-        for axis in (0, 1):
+        for axis in range(free.ndim):
             for here in np.ndindex(*free.shape):
                 after = list(here)
                 after[axis] = (after[axis] + 1) % free.shape[axis]
@@ -44,9 +45,9 @@ def dense(free: Tensor, pairs: list[Tensor], steps: list[Tensor], reach: float, 
     return found
 
 
-@pytest.mark.parametrize(("seed", "reach"), [(0, 3.0), (1, 1.0), (2, 50.0)])
-def test_it_is_the_least_squares_solution(seed: int, reach: float) -> None:
-    free, pairs, steps, fixed = asked(seed)
+@pytest.mark.parametrize(("seed", "reach", "shape"), [(0, 3.0, (7, 6)), (1, 1.0, (4, 5, 3)), (2, 50.0, (7, 6))])
+def test_it_is_the_least_squares_solution(seed: int, reach: float, shape: tuple[int, ...]) -> None:
+    free, pairs, steps, fixed = asked(seed, shape)
     zero = [torch.where(free & free.roll(-1, axis), step, 0.0) for axis, step in enumerate(steps)]
     found = membrane(free, pairs, zero, reach, fixed)
     np.testing.assert_allclose(found.numpy(), dense(free, pairs, zero, reach, fixed), atol=5e-3)
@@ -73,6 +74,7 @@ def test_every_pixel_is_paired_with_the_next_and_the_last_with_the_first_where_t
     down, across = every_pair((3, 4), (True, False))
     assert down.tolist() == [[1.0] * 4] * 3
     assert across.tolist() == [[1.0, 1.0, 1.0, 0.0]] * 3
+    assert [int(pair.sum()) for pair in every_pair((3, 4, 5))] == [2 * 4 * 5, 3 * 3 * 5, 3 * 4 * 4]
     down, across = every_pair((3, 4))
     assert down.tolist() == [[1.0] * 4, [1.0] * 4, [0.0] * 4]
     assert across.tolist() == [[1.0, 1.0, 1.0, 0.0]] * 3

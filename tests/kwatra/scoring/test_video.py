@@ -166,7 +166,7 @@ def test_what_has_one_color_or_stands_still_is_measured() -> None:
 
 
 def test_each_of_several_clips_is_plausible() -> None:
-    clips = [drifting(8), drifting(10, seed=3)]
+    clips = [drifting(8), drifting(10, side=30, seed=3)]
     for clip in clips:
         figures = measure(clip, clips)
         assert figures["forward"] == pytest.approx(0, abs=1e-6)

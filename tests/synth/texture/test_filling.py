@@ -125,7 +125,7 @@ def test_best_is_the_run_that_measures_best_and_tells_its_own_energies(monkeypat
 
         return figure
 
-    monkeypatch.setattr("synth.texture.filling.Ranking", ranking)
+    monkeypatch.setattr("synth.texture.closing.Ranking", ranking)
     filled = fill(gravel, hole, preset="best")
     assert len(measured) == 3
     assert torch.equal(min(measured, key=lambda each: each[0])[1], filled.result.image)

@@ -6,7 +6,7 @@ import torch
 
 import synth
 from kwatra import Exemplar
-from synth.texture.light import AROUND, FADING, SHORT, _solved, evened
+from synth.texture.light import AROUND, FADING, SHORT, _solved, evened, evened_inside
 
 
 def clip(frames: int = 8, side: int = 32) -> torch.Tensor:
@@ -159,3 +159,26 @@ def test_what_is_asked_of_pixels_is_not_made_brighter():
     start = z.flip(1)
     steered = synth.synthesize(z, (6, 24, 24), start=start, preset="fast")
     assert torch.equal(steered.image, steered.form.restored(steered.result.image))
+
+
+def test_what_is_known_stays_and_copies_of_another_brightness_go_on_from_it():
+    z = torch.cat([clip(6), clip(6) + 0.2], 3)  # (3, 6, 32, 64): on the right all is brighter
+    where = places(list(range(6)))
+    free = torch.zeros(6, 32, 32, dtype=torch.bool)
+    free[:, 10:20, 8:22] = True
+    where[2] += 32 * free
+    x = z[(slice(None), *where)]
+    even = evened_inside(x, where, Exemplar.of(z), free)
+    assert torch.equal(even[:, ~free], x[:, ~free])
+    assert float((x - clip(6))[:, free].mean()) == pytest.approx(0.2, abs=1e-5)
+    assert float((even - clip(6))[:, free].abs().max()) < 0.01
+    assert torch.allclose(evened_inside(clip(6), places(list(range(6))), Exemplar.of(z), free), clip(6), atol=1e-5)
+
+
+def test_one_frame_is_evened_inside_as_any():
+    z = torch.cat([clip(1), clip(1) + 0.2], 3)
+    where, free = places([0]), torch.zeros(1, 32, 32, dtype=torch.bool)
+    free[:, 10:20, 8:22] = True
+    where[2] += 32 * free
+    even = evened_inside(z[(slice(None), *where)], where, Exemplar.of(z), free)
+    assert float((even - clip(1)).abs().max()) < 0.01
