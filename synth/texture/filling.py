@@ -26,8 +26,9 @@ from kwatra.scoring import WINDOW
 from synth.texture.closing import Closing
 from synth.texture.cloth import filled_by_lines
 from synth.texture.form import Form, Image
-from synth.texture.holes import box_around, check_channels, checked_hole, in_time
+from synth.texture.holes import box_around, check_channels, checked_hole, in_time, parts_to_fill
 from synth.texture.illumination import find_light, under_even_light
+from synth.texture.runs import seed_of, share_of
 from synth.texture.strips import filled_by_strips, strips_along
 from synth.texture.synthesis import Synthesis
 from synth.texture.work import PRESETS
@@ -46,10 +47,6 @@ BLOCK, BLOCK_IN_TIME = 0.25, 0.35
 
 LARGEST = 64
 """They have at most so many pixels a side: a hole in a large picture is not much larger. Not tuned."""
-
-AROUND = 256
-"""A still is filled from what is at most so many pixels from the hole's bounding box: that looks most like what is
-missing, and a photograph of 12 megapixels takes no longer than one of 1. Not tuned."""
 
 
 def fill(
@@ -72,10 +69,11 @@ def fill(
 
     Where light falls unevenly on an image, what fills it comes under the light that is there.
 
-    A still is filled from what is at most AROUND pixels from the hole's bounding box. The result's `source` says where
-    the filling comes from; known pixels come from themselves, or from nowhere (-1) where exemplars were given. Its
-    `result` is of the part of the image around the hole that was worked on, under even light. Raises InputError for
-    what cannot be used.
+    A still is filled from what is at most 256 pixels from the hole's bounding box, a video in parts of 24 frames, each
+    from about a million pixels around it, so that a long one takes the memory of a short one. The result's `source`
+    says where the filling comes from; known pixels come from themselves, or from nowhere (-1) where exemplars were
+    given. Its `result` is of the part of the image around the hole that was worked on (last), under even light. Raises
+    InputError for what cannot be used.
     """
     if preset not in PRESETS:
         raise InputError(f"the preset is {preset!r}; allowed are {', '.join(PRESETS)}")
@@ -89,26 +87,51 @@ def fill(
     known = form.normalized(filled)
     check_channels(known, others)
     light = find_light(known, form.black, ~missing)
-    even = known if light is None else light.without(known)
-    near: tuple[slice, ...] = box_around(missing, [AROUND] * 2 if missing.ndim == 2 else missing.shape)
+    even = known.clone() if light is None else light.without(known)
+    where = np.indices((1, *missing.shape))[:, 0]
+    where[0] = -1 if others else 0
     textures = [*map(form.normalized, others)]
-    result, box = _made(even[(slice(None), *near)], missing[near], textures, form.black, preset, seed, device, callback)
-    inside = missing[near][box].numpy()
-    made = result.image.cpu()[:, inside]
+    result = _in_parts(even, where, missing, textures, form.black, preset, seed, device, callback)
+    made = even[:, missing]
     made = made if light is None else light.at(missing.nonzero().unbind(1)).upon(made)
     pixels[:, missing.numpy()] = planes_of(form.restored(made[..., None]))[..., 0]
-    where, copied = np.indices((1, *missing.shape))[:, 0], result.source.cpu().numpy()[:, inside]
-    if others:
-        where[0] = -1
-    else:
-        copied[1:] += np.array([[side.start] for side in near])
-    where[:, missing.numpy()] = copied
     return Synthesis(filled, where, result, replace(form, sizes=form.sizes[1:]) if others else form)
+
+
+def _in_parts(
+    image: Tensor,
+    where: np.ndarray,
+    missing: Tensor,
+    others: list[Tensor],
+    black: float,
+    preset: str,
+    seed: int,
+    device: str,
+    callback: Callable[[Progress], None] | None,
+) -> Result:
+    """Fill what is missing (*S) in an image (C, *S), and in where its pixels come from (1 + n, *S); the last result.
+
+    others: the textures to fill from, none for the image itself; black: see `under_even_light`.
+    """
+    parts = [*parts_to_fill(missing)]
+    for number, (near, now) in enumerate(parts):
+        told = None if callback is None else share_of(callback, number, len(parts))
+        own = ~missing[near]
+        own = own if own.sum() >= now.sum() else ~now  # then what was filled before is copied, too
+        part = image[(slice(None), *near)]
+        result, box = _made(part, now, own, others, black, preset, seed_of(seed, number), device, told)
+        part[(slice(None), *box)][:, now[box]] = result.image.cpu()[:, now[box]]
+        copied = result.source.cpu().numpy()[:, now[box].numpy()]
+        if not others:
+            copied = where[(slice(None), *(copied[1:] + np.array([[side.start] for side in near])))]
+        where[(slice(None), *near)][:, now.numpy()] = copied
+    return result
 
 
 def _made(
     known: Tensor,
     missing: Tensor,
+    own: Tensor,
     others: list[Tensor],
     black: float,
     preset: str,
@@ -118,7 +141,7 @@ def _made(
 ) -> tuple[Result, tuple[slice, ...]]:
     """The part of an image (C, *S) that holds the missing pixels (*S), filled, and where it lies.
 
-    others: the textures to fill from, none for the image itself; black: see `under_even_light`.
+    own (*S): what of the image may be copied, where there are no others.
     """
     place = torch.from_numpy(np.indices(missing.shape))
     if others:
@@ -126,7 +149,7 @@ def _made(
         source, place = _beside(pictures, known)
     else:
         pictures = _whole_parts(known, missing)
-        source = Exemplar.of([known], masks=[~missing], device=device)
+        source = Exemplar.of([known], masks=[own], device=device)
     still = missing.ndim == 2
     lines = None if not still or missing.all() else _by_lines(known, missing, source, not others, seed, callback)
     return lines or _filled(known, missing, source, pictures, place, preset, seed, callback)

@@ -5,6 +5,7 @@ import pytest
 import torch
 
 from synth import fill
+from synth.texture import holes
 from synth.texture.work import PRESETS
 
 
@@ -117,3 +118,52 @@ def test_the_same_seed_gives_the_same_bits_for_any_number_of_threads() -> None:
         torch.set_num_threads(threads)
     assert np.array_equal(*made)
     assert not np.array_equal(made[0], fill(truth, hole, seed=4).image)
+
+
+def test_a_still_is_filled_in_one_part_and_a_long_video_in_several() -> None:
+    still = torch.zeros(600, 700, dtype=torch.bool)
+    still[300:310, 300:320] = True
+    ((near, now),) = holes.parts_to_fill(still)
+    assert near == (slice(40, 566), slice(40, 576))
+    assert torch.equal(now, still[near])
+    long = torch.zeros(100, 90, 80, dtype=torch.bool)
+    long[10:95, 30:50, 20:45] = True
+    long[40:70] = False
+    done = torch.zeros_like(long)
+    for near, now in holes.parts_to_fill(long):
+        first, stop = now.flatten(1).any(1).nonzero()[[0, -1], 0].tolist()
+        assert stop - first < holes.LONGEST
+        assert near[0].start <= max(first + near[0].start - holes.BEFORE, 0)
+        known = done[near] | ~long[near]
+        assert bool((known | now).all())  # nothing else is missing there
+        assert not bool((done[near] & now).any())
+        done[near] |= now
+    assert torch.equal(done, long)
+
+
+def test_a_part_sees_about_as_many_pixels_however_large_the_video() -> None:
+    hole = torch.zeros(60, 300, 400, dtype=torch.bool)
+    hole[:, 100:130, 100:150] = True
+    seen = [now.numel() for _, now in holes.parts_to_fill(hole)]
+    assert max(seen) < 1.3 * holes.VOXELS
+    hole[:, 20:280, 20:380] = True
+    assert all(near[1:] == (slice(0, 300), slice(0, 400)) for near, _ in holes.parts_to_fill(hole))
+
+
+def test_what_was_filled_before_is_gone_on_from_and_all_comes_from_what_is_known(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    truth = passing(20, 32)
+    hole, told = middle(truth, 5), list[float]()
+    monkeypatch.setattr(holes, "LONGEST", 7)
+    made = fill(truth, hole, callback=lambda progress: told.append(progress.fraction))
+    assert told == pytest.approx([1 / 3, 2 / 3, 1])
+    assert np.array_equal(made.image[~hole], truth[~hole])
+    assert not hole[tuple(made.source[1:, hole])].any()
+    within = np.abs(np.diff(made.image, axis=0))[:, hole[0]].mean((1, 2))
+    assert max(within[6], within[13]) < 1.3 * np.median(within)
+    gap = np.zeros_like(hole)
+    gap[4:16] = True  # 12 frames of 20, so that parts copy what was filled before
+    made = fill(truth, gap)
+    assert not gap[tuple(made.source[1:, gap])].any()
+    assert gradient(made.image, gap) > 0.8 * gradient(truth, gap)
