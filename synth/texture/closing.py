@@ -3,7 +3,8 @@
 A still is closed by blocks and then improved by EM, whose last iteration also compares gradients (thesis section 5.3):
 its blend spreads what is left of a step at the hole's border over its inside. Elements between which there is ground
 come in one color each in place of that (`synth.texture.evening`). A video is closed by blocks alone, as windows mix
-what moves, and its light goes on evenly (`synth.texture.light`).
+what moves: its seams are feathered where frames tell little of each other (`synth.texture.feathering`), and its light
+goes on evenly (`synth.texture.light`).
 """
 
 from collections.abc import Callable, Sequence
@@ -18,6 +19,7 @@ from kwatra.loop import Beginning
 from kwatra.pieces import GivenCopies, parts_of
 from kwatra.scoring import Ranking
 from synth.texture.evening import evened
+from synth.texture.feathering import feathered, passage
 from synth.texture.light import evened_inside
 from synth.texture.runs import seed_of
 
@@ -95,12 +97,15 @@ class Closing:
         return evened(images[0], parts_of(hidden, inside), *images[1:]).to(exemplar.canvas.device)
 
     def _lit(self, filled: Result) -> Tensor:
-        """The video that was filled by copies, its light going on evenly from what is known."""
+        """The video that was filled by copies: its seams feathered, and its light going on from what is known."""
         exemplar, copied = self.source.exemplar, self._copied
         free = (copied < 0).all(0)
         owned = GivenCopies(free.shape, copied).owned(exemplar).to("cpu")
-        where = torch.where(free, filled.where.cpu(), copied)
-        return evened_inside(filled.image.cpu(), where, owned, free).to(exemplar.canvas.device)
+        where, image = torch.where(free, filled.where.cpu(), copied), filled.image.cpu()
+        frames = torch.ones(len(free), dtype=torch.bool)
+        soft = feathered(image, where, owned, passage(exemplar), (False,) * 3, frames)
+        image = evened_inside(torch.where(free, soft, image), where, owned, free)
+        return image.to(exemplar.canvas.device)
 
     @property
     def _copied(self) -> Tensor:

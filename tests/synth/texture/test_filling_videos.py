@@ -106,6 +106,22 @@ def test_the_best_of_several_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
     assert np.array_equal(best.image[~hole], truth[~hole])
 
 
+def test_seams_are_feathered_where_frames_tell_little_of_each_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    truth = restless(6)
+    hole, widths = middle(truth), list[float]()
+
+    def feathered(video: torch.Tensor, where: object, exemplar: object, width: float, *rest: object) -> torch.Tensor:
+        widths.append(width)
+        return torch.full_like(video, 0.5)
+
+    monkeypatch.setattr("synth.texture.closing.passage", lambda exemplar: 3.0)
+    monkeypatch.setattr("synth.texture.closing.feathered", feathered)
+    made = fill(truth, hole).image
+    assert widths == [3.0]
+    assert np.array_equal(made[~hole], truth[~hole])
+    assert gradient(made, hole) < 0.5 * gradient(truth, hole)
+
+
 def test_the_same_seed_gives_the_same_bits_for_any_number_of_threads() -> None:
     truth, threads = passing(6), torch.get_num_threads()
     hole = middle(truth)
