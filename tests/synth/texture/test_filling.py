@@ -14,7 +14,7 @@ from torch import Tensor
 import kwatra
 from kwatra import InputError
 from synth import fill
-from synth.texture.filling import AROUND
+from synth.texture.holes import AROUND
 from synth.texture.work import PRESETS
 
 
