@@ -11,6 +11,7 @@ lines of cloth go on by themselves (`synth.texture.cloth`).
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -91,7 +92,8 @@ def fill(
     where = np.indices((1, *missing.shape))[:, 0]
     where[0] = -1 if others else 0
     textures = [*map(form.normalized, others)]
-    result = _in_parts(even, where, missing, textures, form.black, preset, seed, device, callback)
+    made_of = partial(_made, others=textures, black=form.black, preset=preset, device=device)
+    result = _in_parts(even, where, missing, made_of, bool(others), seed, callback)
     made = even[:, missing]
     made = made if light is None else light.at(missing.nonzero().unbind(1)).upon(made)
     pixels[:, missing.numpy()] = planes_of(form.restored(made[..., None]))[..., 0]
@@ -102,16 +104,14 @@ def _in_parts(
     image: Tensor,
     where: np.ndarray,
     missing: Tensor,
-    others: list[Tensor],
-    black: float,
-    preset: str,
+    made: Callable[..., tuple[Result, tuple[slice, ...]]],
+    elsewhere: bool,
     seed: int,
-    device: str,
     callback: Callable[[Progress], None] | None,
 ) -> Result:
     """Fill what is missing (*S) in an image (C, *S), and in where its pixels come from (1 + n, *S); the last result.
 
-    others: the textures to fill from, none for the image itself; black: see `under_even_light`.
+    made: `_made`, but for the part; elsewhere: whether other textures fill it.
     """
     parts = [*parts_to_fill(missing)]
     for number, (near, now) in enumerate(parts):
@@ -119,10 +119,10 @@ def _in_parts(
         own = ~missing[near]
         own = own if own.sum() >= now.sum() else ~now  # then what was filled before is copied, too
         part = image[(slice(None), *near)]
-        result, box = _made(part, now, own, others, black, preset, seed_of(seed, number), device, told)
+        result, box = made(part, now, own, seed=seed_of(seed, number), callback=told)
         part[(slice(None), *box)][:, now[box]] = result.image.cpu()[:, now[box]]
         copied = result.source.cpu().numpy()[:, now[box].numpy()]
-        if not others:
+        if not elsewhere:
             copied = where[(slice(None), *(copied[1:] + np.array([[side.start] for side in near])))]
         where[(slice(None), *near)][:, now.numpy()] = copied
     return result

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from itertools import pairwise
+from itertools import pairwise, product
 from typing import Any
 
 import numpy as np
@@ -21,8 +21,8 @@ LONGEST, BEFORE = 24, 16
 160x192 takes 36 s so for 72 frames and 74 for 144; 107 and 419 as a whole, and nothing jumps where two parts meet."""
 
 VOXELS, NEAR = 2**20, 32
-"""It is filled from so many pixels of all these frames, at least those at most so many around the hole's bounding box:
-bounds on time and memory, not tuned."""
+"""It is filled from about so many pixels of all these frames, of which at least so many on each side are around what is
+filled; a hole that is too large for that in several parts. Bounds on time and memory, not tuned."""
 
 
 def in_time(image: Any, hole: Tensor) -> Tensor:
@@ -76,28 +76,54 @@ def box_around(hole: Tensor, margins: Sequence[int]) -> tuple[slice, ...]:
 def parts_to_fill(hole: Tensor) -> Iterator[tuple[tuple[slice, ...], Tensor]]:
     """The parts in which a hole (*S) is filled, one after the other: the box around each, and what is filled there.
 
-    A still's is one; of a video each is of some frames, and what was filled before is known then.
+    A still's is one. Of a video each has some frames and, where it is large, some rows and columns, and all that is
+    missing in its box is filled; what was filled before is known then.
     """
     if hole.ndim == 2:
         near = box_around(hole, [AROUND] * 2)
         yield near, hole[near]
         return
-    frames = hole.flatten(1).any(1).nonzero()[:, 0]
-    first, stop = int(frames[0]), int(frames[-1]) + 1
-    count = -(-(stop - first) // LONGEST)
-    cuts = [first + number * (stop - first) // count for number in range(count + 1)]
-    for low, high in pairwise(cuts):
-        now = torch.zeros_like(hole)
-        now[low:high] = hole[low:high]
-        if bool(now.any()):
-            depth, *sides = box_around(now, [BEFORE, *[_margin(now)] * 2])
-            near = (slice(depth.start, depth.stop if high == stop else high), *sides)
-            yield near, now[near]
+    missing = hole.clone()
+    slabs = _cut(hole, 0, LONGEST)
+    for frames in slabs:
+        slab = torch.zeros_like(hole)
+        slab[frames] = hole[frames]
+        widest = max(math.isqrt(VOXELS // _seen(slab)) - 2 * NEAR, NEAR)
+        for rows, columns in product(_cut(slab, 1, widest), _cut(slab, 2, widest)):
+            wanted = torch.zeros_like(hole)
+            wanted[frames, rows, columns] = missing[frames, rows, columns]
+            if bool(wanted.any()):
+                depth, *sides = box_around(wanted, [BEFORE, *[_margin(wanted)] * 2])
+                end = depth.stop if frames == slabs[-1] else frames.stop
+                near = (slice(depth.start, end), *sides)
+                yield near, missing[near].clone()
+                missing[near] = False
+
+
+def _cut(hole: Tensor, axis: int, most: int) -> list[slice]:
+    """The part of an axis that a hole (T, H, W) has pixels in, cut into pieces of at most so many; none if it has none.
+
+    All are about as long.
+    """
+    others = [other for other in range(hole.ndim) if other != axis]
+    place = hole.amax(others).nonzero()[:, 0].tolist()
+    if not place:
+        return []
+    first, size = place[0], place[-1] + 1 - place[0]
+    count = -(-size // most)
+    cuts = [first + number * size // count for number in range(count + 1)]
+    return [slice(low, high) for low, high in pairwise(cuts)]
+
+
+def _seen(hole: Tensor) -> int:
+    """How many frames a part of a hole (T, H, W) is filled from, about."""
+    place = hole.flatten(1).any(1).nonzero()[:, 0].tolist()
+    return min(place[-1] + 1 - place[0] + 2 * BEFORE, len(hole)) if place else len(hole)
 
 
 def _margin(hole: Tensor) -> int:
     """How far around the bounding box of a part of a hole (T, H, W) it is filled from, so that VOXELS are seen."""
     place = hole.nonzero()
-    frames, height, width = (place.amax(0) - place.amin(0) + 1).tolist()
-    area = VOXELS / min(frames + 2 * BEFORE, len(hole))
+    height, width = (place.amax(0) - place.amin(0) + 1).tolist()[1:]
+    area = VOXELS / _seen(hole)
     return max(math.ceil((math.sqrt((height - width) ** 2 + 4 * area) - height - width) / 4), NEAR)
