@@ -44,7 +44,8 @@ MINDED = 0.01
 there; .91 with 0, .88 with .03, and wide scratches .73 with each."""
 
 BLOCK, BLOCK_IN_TIME = 0.25, 0.35
-"""Size of the start's blocks as a share of the exemplar, and of the video."""
+"""Size of the start's blocks as a share of the exemplar, the second of videos: in holes of a waterfall, fish and a
+fountain .25 to .62 do as well, but of smoke .79 of the sharpness is left with .35, .58 with .25, .5 and .62."""
 
 LARGEST = 64
 """They have at most so many pixels a side: a hole in a large picture is not much larger. Not tuned."""

@@ -47,7 +47,7 @@ in place of .0637."""
 CONTINUATION_IN_TIME = 2.0
 """The same for videos, in which a copy that runs on in time is a replay of the exemplar. A waterfall, smoke and a
 fountain come out alike with 1 and 4; with .3 the fountain replays .64 of what moves in place of .21. Where some of a
-video is given it costs nothing, as what is around such a hole is mostly one copy, and should go on as one."""
+video is given it costs nothing: of detail that passes behind a hole .78 then goes on exactly, .34 with 2."""
 
 
 FOLD = 1.0
