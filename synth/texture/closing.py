@@ -14,7 +14,7 @@ import torch
 from torch import Tensor
 
 import kwatra
-from kwatra import Feature, HardPixels, Level, Prepared, Progress, Result, Settings
+from kwatra import Exemplar, Feature, HardPixels, Level, Prepared, Progress, Result, Settings
 from kwatra.loop import Beginning
 from kwatra.pieces import GivenCopies, parts_of
 from kwatra.scoring import Ranking
@@ -89,30 +89,30 @@ class Closing:
 
     def _evened(self, beginning: Beginning, filled: Result) -> Tensor:
         """The picture that was filled by copies, elements that are made up of several in one color."""
-        exemplar, copied = self.source.exemplar, self._copied
+        copied, owned = self._known
         assert beginning.gaps is not None
-        hidden = beginning.gaps.hidden.finer(max(beginning.factors), exemplar.shape)
-        inside = (GivenCopies(copied.shape[1:], copied).owned(exemplar).owner >= 0).cpu().numpy()
-        images = exemplar.canvas.cpu(), filled.where.cpu(), copied, self.rest.target.cpu()
-        return evened(images[0], parts_of(hidden, inside), *images[1:]).to(exemplar.canvas.device)
+        hidden = beginning.gaps.hidden.finer(max(beginning.factors), owned.shape)
+        parts = parts_of(hidden, (owned.owner >= 0).numpy())
+        image = evened(owned.canvas, parts, filled.where.cpu(), copied, self.rest.target.cpu())
+        return image.to(filled.image.device)
 
     def _lit(self, filled: Result) -> Tensor:
         """The video that was filled by copies: its seams feathered, and its light going on from what is known."""
-        exemplar, copied = self.source.exemplar, self._copied
-        free = (copied < 0).all(0)
-        owned = GivenCopies(free.shape, copied).owned(exemplar).to("cpu")
+        copied, owned = self._known
+        free, frames = (copied < 0).all(0), torch.ones(copied.shape[1], dtype=torch.bool)
         where, image = torch.where(free, filled.where.cpu(), copied), filled.image.cpu()
-        frames = torch.ones(len(free), dtype=torch.bool)
-        soft = feathered(image, where, owned, passage(exemplar), (False,) * 3, frames)
-        image = evened_inside(torch.where(free, soft, image), where, owned, free)
-        return image.to(exemplar.canvas.device)
+        soft = feathered(image, where, owned, passage(self.source.exemplar), (False,) * 3, frames)
+        return evened_inside(torch.where(free, soft, image), where, owned, free).to(filled.image.device)
 
     @property
-    def _copied(self) -> Tensor:
-        """Where on the exemplar's canvas known pixels lie (n, *S), below 0 for the others; on the CPU."""
+    def _known(self) -> tuple[Tensor, Exemplar]:
+        """Where on the exemplar's canvas known pixels lie (n, *S), below 0 for the others; and it, they being of it.
+
+        Both are on the CPU.
+        """
         copied = self.rest.copied()
         assert copied is not None  # what is filled goes on from what is known
-        return copied.cpu()
+        return copied.cpu(), GivenCopies(copied.shape[1:], copied).owned(self.source.exemplar).to("cpu")
 
     def _part(self, number: int, begin: float, share: float) -> Callable[[Progress], None] | None:
         """The callback for a part of the work."""

@@ -92,8 +92,10 @@ def fill(
     even = known.clone() if light is None else light.without(known)
     where = np.indices((1, *missing.shape))[:, 0]
     where[0] = -1 if others else 0
-    textures = [*map(form.normalized, others)]
-    made_of = partial(_made, others=textures, black=form.black, preset=preset, device=device)
+    textures = list[Tensor]()
+    if others:
+        textures = under_even_light(Exemplar.of([*map(form.normalized, others)], device=device), form.black).pictures()
+    made_of = partial(_made, others=textures, preset=preset, device=device)
     result = _in_parts(even, where, missing, made_of, bool(others), seed, callback)
     made = even[:, missing]
     made = made if light is None else light.at(missing.nonzero().unbind(1)).upon(made)
@@ -133,8 +135,7 @@ def _made(
     known: Tensor,
     missing: Tensor,
     own: Tensor,
-    others: list[Tensor],
-    black: float,
+    others: Sequence[Tensor],
     preset: str,
     seed: int,
     device: str,
@@ -142,12 +143,11 @@ def _made(
 ) -> tuple[Result, tuple[slice, ...]]:
     """The part of an image (C, *S) that holds the missing pixels (*S), filled, and where it lies.
 
-    own (*S): what of the image may be copied, where there are no others.
+    own (*S): what of the image may be copied, where there are no others to fill it from.
     """
-    place = torch.from_numpy(np.indices(missing.shape))
+    pictures, place = others, torch.from_numpy(np.indices(missing.shape))
     if others:
-        pictures = under_even_light(Exemplar.of(others, device=device), black).pictures()
-        source, place = _beside(pictures, known)
+        source, place = _beside(others, known)
     else:
         pictures = _whole_parts(known, missing)
         source = Exemplar.of([known], masks=[own], device=device)

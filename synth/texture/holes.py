@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from itertools import pairwise, product
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -10,6 +10,7 @@ import torch
 from torch import Tensor
 
 from kwatra import InputError
+from kwatra.base import even_ranges
 from synth.texture.form import size_of
 
 AROUND = 256
@@ -110,9 +111,7 @@ def _cut(hole: Tensor, axis: int, most: int) -> list[slice]:
     if not place:
         return []
     first, size = place[0], place[-1] + 1 - place[0]
-    count = -(-size // most)
-    cuts = [first + number * size // count for number in range(count + 1)]
-    return [slice(low, high) for low, high in pairwise(cuts)]
+    return [slice(first + low, first + high) for low, high in even_ranges(size, -(-size // most))]
 
 
 def _seen(hole: Tensor) -> int:

@@ -6,7 +6,6 @@ exemplar's own depth: a stretch follows from its own number and those frames, an
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -14,6 +13,7 @@ import torch
 from torch import Tensor
 
 from kwatra import HardPixels
+from kwatra.base import even_ranges
 from synth.texture.form import Form
 
 VOXELS = 1 << 22
@@ -100,8 +100,7 @@ def planned_stretches(size: Sequence[int], loop: bool) -> list[Stretch]:
     if frames <= most:
         return [Stretch.whole(frames)]
     count = -(-frames // (most - HELD))
-    cuts = [number * frames // count for number in range(count + 1)]
     return [
         Stretch(number, first, stop, HELD if number else 0, HELD if loop and number == count - 1 else 0)
-        for number, (first, stop) in enumerate(pairwise(cuts))
+        for number, (first, stop) in enumerate(even_ranges(frames, count))
     ]
