@@ -1,4 +1,4 @@
-"""Holes filled, and textures put where they are wanted: with photographs of scikit-image.
+"""Holes filled, and textures put where they are wanted: photographs of scikit-image, and stones and coins made in code.
 
 python scripts/gallery_controls.py [--out out/controls.jpg] [--side 150]
 """
@@ -9,12 +9,14 @@ from pathlib import Path
 import numpy as np
 import torch
 from gallery_quilting import RGB, picture
+from made import MADE
 from scipy import ndimage
 from skimage import data
 from torch import Tensor
 
 from synth import fill, synthesize, write_image
 from synth.sheets import contact_sheet
+from synth.texture import labels
 
 DOTS = 400
 """A scribble is drawn of so many."""
@@ -40,12 +42,10 @@ def filled(image: Tensor, hole: Tensor) -> list[Tensor]:
     return [torch.where(hole, 1.0, image), fill(torch.where(hole, 0.5, image), hole).image]
 
 
-def labeled(side: int) -> list[Tensor]:
-    """Two textures, where they are wanted, and what comes of it."""
-    textures = picture(data.brick(), side), picture(data.grass(), side)
-    labels = torch.cat([torch.zeros(1, side, side), torch.ones(1, side, side)], 2)
-    wanted = disc(side)[None].float()
-    made = synthesize(torch.cat(textures, 2), guide=(labels, wanted)).image
+def labeled(textures: list[Tensor], wanted: Tensor) -> list[Tensor]:
+    """Two textures (3, side, side), where the second is wanted (side, side), and what comes of it."""
+    wanted = wanted[None].float()
+    made = synthesize(textures, guide=labels(textures, wanted)).image
     return [*textures, (0.35 + 0.43 * wanted).expand(3, -1, -1), made]
 
 
@@ -55,8 +55,16 @@ def main(words: list[str] | None = None) -> None:
     parser.add_argument("--out", type=Path, default=Path("out/controls.jpg"), help="the file (out/controls.jpg)")
     arguments = parser.parse_args(words)
     side = arguments.side
-    coins, gravel = (picture(image, side) for image in (data.coins(), data.gravel()))
-    cells = [*filled(coins, disc(side)), *filled(gravel, scribble(side)), *labeled(side)]
+    photos = data.coins(), data.gravel(), data.brick(), data.grass()
+    coins, gravel, brick, grass = (picture(image, side) for image in photos)
+    drawn = [MADE[name](side, side / 7, 0).image for name in ("stones", "coins")]
+    below = torch.cat([scribble(side), torch.ones(1, side)]).cumsum(0)[:side] > 0
+    cells = [
+        *filled(coins, disc(side)),
+        *filled(gravel, scribble(side)),
+        *labeled([brick, grass], disc(side)),
+        *labeled(drawn, below),
+    ]
     arguments.out.parent.mkdir(parents=True, exist_ok=True)
     write_image(arguments.out, contact_sheet(cells, 4).clamp(0, 1), RGB, overwrite=True)
     print(f"{arguments.out}: {__doc__.splitlines()[0]}")

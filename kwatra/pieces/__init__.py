@@ -5,6 +5,7 @@ from kwatra.pieces.boxes import Box
 from kwatra.pieces.choosing import Fit, totals
 from kwatra.pieces.given import GivenCopies
 from kwatra.pieces.seams import (
+    HIDDEN,
     Depth,
     Gaps,
     Hidden,
@@ -24,6 +25,7 @@ from kwatra.pieces.sheet import Budget, Cut, Patch, Regions, Sheet, lay_again
 from kwatra.pieces.slanted import SlantedStart
 
 __all__ = [
+    "HIDDEN",
     "BlockStart",
     "Box",
     "Budget",

@@ -1,4 +1,4 @@
-"""What `kwatra synth` is asked by guides: maps that say what belongs where, or the tones that are wanted."""
+"""What `kwatra synth` is asked by guides: maps that say what belongs where, labels, or the tones that are wanted."""
 
 import argparse
 from collections.abc import Callable, Sequence
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from synth.io import Array, Kind, Picture
 
-_TONES = "tones="
+_TONES, _LABELS = "tones=", "labels="
 
 
 def add_guides(parser: argparse.ArgumentParser) -> None:
@@ -23,7 +23,8 @@ def add_guides(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("--guide", action="append", default=[], metavar="MAP=MAP", help="EXEMPLAR_MAP=OUTPUT_MAP: put texture where "
         "the output's map is like the exemplar's (labels, a density, a direction); with several exemplars "
-        "A,B=OUTPUT_MAP; tones=IMAGE: where it is as light or dark as the image; may be given again")  # fmt: skip
+        "A,B=OUTPUT_MAP; labels=IMAGE: each of several exemplars where the image has its shade, the first where it is "
+        "darkest; tones=IMAGE: where it is as light or dark as the image; may be given again")  # fmt: skip
     add("--guide-weight", type=positive, action="append", default=[], metavar="W", help="what the guide counts beside "
         "the colors, once for all or once for each; 0.1 to 0.3 suits maps that vary smoothly (default: 1; tones: "
         "0.3)")  # fmt: skip
@@ -54,6 +55,8 @@ def guides_of(
         if asks_for_tones(request):
             maps, output = tones_of(request, exemplars, kind, io.read_image)
             made.append(([_rows_first(each) for each in maps], _rows_first(output)))
+        elif asks_for_labels(request):
+            made.append(_labels_of(request, [_rows_first(exemplar) for exemplar in exemplars]))
         else:
             made.append(texture.read_guide(request, len(exemplars)))
     return made
@@ -62,6 +65,11 @@ def guides_of(
 def asks_for_tones(request: str) -> bool:
     """Whether a `--guide` names no map of the exemplar but its tones."""
     return request.startswith(_TONES)
+
+
+def asks_for_labels(request: str) -> bool:
+    """Whether a `--guide` names no map of the exemplars but shades for them."""
+    return request.startswith(_LABELS)
 
 
 def tones_of(
@@ -74,6 +82,17 @@ def tones_of(
     wanted = read(name)
     own, its = _colors(kind), _colors(wanted.kind)
     return texture.tones([exemplar[:own] for exemplar in exemplars], wanted.pixels[:its])
+
+
+def _labels_of(request: str, exemplars: "Sequence[Array]") -> "tuple[list[Array], Array]":
+    """The guide that puts exemplars (H, W, C) where an image has their shades."""
+    name = request.removeprefix(_LABELS)
+    if not name:
+        raise synth.InputError(f"--guide is {request!r}; write {_LABELS}IMAGE, with a shade for each exemplar")
+    wanted = io.read_image(name)
+    colors = _colors(wanted.kind)
+    maps, output = texture.labels(exemplars, _rows_first(wanted.pixels[:colors]))
+    return [each[..., None] for each in maps], output[..., None]
 
 
 def _rows_first(pixels: "Tensor") -> "Array":

@@ -20,6 +20,7 @@ Row = Mapping[str, object]
 _WIDTH, _HEIGHT, _MARGIN = 960, 480, 60
 _CURVES = ("#1f6fb4", "#d2691e", "#2f8f4e", "#8a4fa3", "#a33d3d", "#5f6b73")
 _AXES, _LEVELS = "#444444", "#cccccc"
+_NO_ENERGIES = {"label", "stretch", "level", "factor", "width", "iteration", "route", "changed", "residual"}
 _COLUMNS = ["level", "factor", "width", "iteration", "route", "changed", "texture", "total"]
 
 
@@ -82,17 +83,16 @@ def _plot(energies: Sequence[Row]) -> bytes:
 def _curves(energies: Sequence[Row]) -> dict[str, list[float]]:
     """The columns that are energies: numbers that say neither where in the run a row is nor how it was solved."""
     names = dict.fromkeys(key for row in energies for key in row)
-    rest = [
-        name for name in names if name not in ("level", "factor", "width", "iteration", "route", "changed", "residual")
-    ]
+    rest = [name for name in names if name not in _NO_ENERGIES]
     if len(rest) == 2:  # the texture alone is the total
         rest = rest[:1]
     return {name: [_number(row.get(name)) for row in energies] for name in rest}
 
 
 def _levels(energies: Sequence[Row]) -> list[range]:
-    """The rows of each level: energies of different levels are no one curve."""
-    starts = [i for i, row in enumerate(energies) if i == 0 or row["level"] != energies[i - 1]["level"]]
+    """The rows of each level of each part: energies of different levels are no one curve."""
+    parts = [tuple(row.get(name) for name in ("label", "stretch", "level")) for row in energies]
+    starts = [i for i, part in enumerate(parts) if i == 0 or part != parts[i - 1]]
     return [range(start, end) for start, end in pairwise([*starts, len(energies)])]
 
 

@@ -49,6 +49,7 @@ _EPILOG = """examples:
   kwatra synth sand.png --keep logo.png                a new texture around the logo's opaque pixels
   kwatra synth fountain.mp4 --seconds 20 --loop        a video of the same size that loops
   kwatra synth field.png --guide field_labels.png=wanted_labels.png
+  kwatra synth brick.png grass.png --guide labels=wanted.png   bricks where it is dark, grass where it is light
   kwatra synth grass.png --guide tones=drawing.png     as light and dark as a drawing of its size
 """
 

@@ -13,7 +13,7 @@ import synth
 from synth import io, texture
 from synth.commands.checks import check_memory
 from synth.commands.framewise import digest
-from synth.commands.guides import asks_for_tones, guide_weights, tones_of
+from synth.commands.guides import asks_for_labels, asks_for_tones, guide_weights, tones_of
 from synth.commands.wishes import Wishes, in_frames, read_pixels, shown
 
 if TYPE_CHECKING:
@@ -112,6 +112,8 @@ def _guide(request: str, exemplars: Sequence[Tensor], kind: "Kind") -> tuple[lis
     """A guide's maps, a still for all frames of its exemplar."""
     if asks_for_tones(request):
         return tones_of(request, exemplars, kind, lambda name: read_pixels(name, True))
+    if asks_for_labels(request):
+        raise synth.InputError(f"--guide {request} is for images; give a map of each clip, as A,B=OUTPUT_MAP")
     files = texture.guide_files(request, len(exemplars))
     *maps, output = [read_pixels(Path(file), True) for file in files]
     for file, each in zip(files, maps, strict=False):

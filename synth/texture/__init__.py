@@ -7,6 +7,7 @@ from synth.lazy import lazy
 if TYPE_CHECKING:
     from synth.texture.filling import fill
     from synth.texture.images import stretches, synthesize
+    from synth.texture.labeling import labels
     from synth.texture.maps import (
         Map,
         check_source_output,
@@ -31,6 +32,7 @@ __all__ = [
     "check_source_output",
     "fill",
     "guide_files",
+    "labels",
     "map_writer",
     "read_guide",
     "read_map",
@@ -54,6 +56,7 @@ __getattr__, __dir__ = lazy(
         "check_source_output": "synth.texture.maps",
         "fill": "synth.texture.filling",
         "guide_files": "synth.texture.maps",
+        "labels": "synth.texture.labeling",
         "map_writer": "synth.texture.maps",
         "read_guide": "synth.texture.maps",
         "read_map": "synth.texture.maps",

@@ -57,6 +57,11 @@ class Form(Generic[Image]):
             values = values[None] if self.flat else values.movedim(-1, 0)
         return ((values - self.low) / ((self.high - self.low) or 1.0)).float().contiguous()
 
+    def converted(self, image: Tensor, other: "Form[Image]") -> Tensor:
+        """An image that another form normalized, normalized by this one."""
+        values = image.double() * (other.high - other.low) + (other.low - self.low)
+        return (values.clamp(other.low - self.low, other.high - self.low) / ((self.high - self.low) or 1.0)).float()
+
     def restored(self, image: Tensor) -> Image:
         """The inverse of `normalized`, in the user's kind and dtype. Memory: the result, and a part in doubles."""
         rows = max(CHUNK * image.shape[-2] // image.numel(), 1)

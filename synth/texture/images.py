@@ -8,6 +8,7 @@ from torch import Tensor
 
 from kwatra import InputError, Progress, Sum, TermLike
 from synth.texture.form import Image
+from synth.texture.patchwork import Patchwork
 from synth.texture.synthesis import Synthesis, joined
 from synth.texture.work import Work
 
@@ -47,17 +48,24 @@ def synthesize(
     terms; their values are those of the exemplar scaled so that its least value is 0 and its largest is 1. mask:
     boolean, of the output's size, True where texture belongs. guide: a map of the exemplar (one for each) and one of
     the output, of one kind and any number of channels: where the output's has a value, texture goes that has a like one
-    in the exemplar; `size` may be left out, it is the output map's. guide_weight: what the guide counts beside the
-    colors; 0.1 to 0.3 suits maps that vary smoothly. Several guides are a list, and may have a weight each.
+    in the exemplar; `size` may be left out, it is the output map's. Labels that fill rectangles of the exemplars, or
+    whole ones (`synth.texture.labeling`), name textures: each is then made by itself and joined to the others, unless
+    more is asked of the output, or the exemplar has a mask. guide_weight: what the guide counts beside the colors; 0.1
+    to 0.3 suits maps that vary smoothly. Several guides are a list, and may have a weight each.
     exemplar_mask: boolean, of the exemplar's size, True where it may be copied from; of several exemplars one for each.
     Of a still light that falls unevenly is taken out of the exemplar (see `synth.texture.illumination`), unless terms,
-    a guide, a start or stay are given, which may mean it.
+    a guide other than labels, a start or stay are given, which may mean it.
     callback: told of each iteration, by one thread at a time, but not always the same one. Same seed, same bits, for
     any number of threads.
 
     A long video of which nothing but its texture is asked is made in stretches, see `stretches`. Raises InputError for
     what cannot be used.
     """
+    steered = bool(terms) or bool(stay) or any(one is not None for one in (mask, start, levels, exemplar_mask))
+    patchwork = None if guide is None or steered else Patchwork.of(exemplar, size, guide, guide_weight)
+    if patchwork is not None:
+        texture = {"preset": preset, "loop": loop, "mirror": mirror, "rotate": rotate, "scale": scale, "device": device}
+        return patchwork.made(seed, callback, tile, **texture)
     work = Work.of(
         exemplar, size, preset=preset, tile=tile, loop=loop, stay=stay, start=start, levels=levels, mirror=mirror,
         rotate=rotate, scale=scale, terms=terms, mask=mask, guide=guide, guide_weight=guide_weight,

@@ -101,12 +101,12 @@ class Work(Generic[Image]):
         device: str = "cpu",
     ) -> "Work[Image]":
         """The work, checked as far as it can be before it begins; see `synthesize`."""
-        images, form = _images(exemplar)
+        images, form = images_of(exemplar)
         pictures = [form.normalized(image) for image in images]
         settings = _settings(preset, _wraps(pictures[0], tile, loop), levels)
         begin, channels, weights = None if start is None else form.normalized(start), len(pictures[0]), None
         guidance = None if guide is None else Guide.joint(guide, guide_weight, pictures)
-        shape: tuple[int, ...] = _size_of(size, pictures[0], guidance)
+        shape: tuple[int, ...] = size_asked(size, pictures[0], guidance)
         asked: tuple[TermLike, ...] = parts_of(terms)
         steered = bool(asked) or mask is not None or start is not None or guidance is not None
         if guidance is not None:
@@ -228,7 +228,7 @@ def _effort(preset: str, shape: Sequence[int]) -> Effort:
     return Effort(max(math.floor(first), 1), math.floor(more + 0.5))
 
 
-def _images(exemplar: Image | Sequence[Image]) -> tuple[list[Image], Form[Image]]:
+def images_of(exemplar: Image | Sequence[Image]) -> tuple[list[Image], Form[Image]]:
     """The exemplar's images, one or several, and their form."""
     images: list[Any] = list(exemplar) if isinstance(exemplar, (list, tuple)) else [exemplar]
     if not images:
@@ -244,7 +244,7 @@ def _masks(masks: Any) -> list[Tensor] | None:
     return [tensor_of(mask) for mask in several]
 
 
-def _size_of(size: Sequence[int] | None, picture: Tensor, guidance: Guide | None) -> tuple[int, ...]:
+def size_asked(size: Sequence[int] | None, picture: Tensor, guidance: Guide | None) -> tuple[int, ...]:
     """The output's size: as asked, or that of its guide; where both are given they must agree."""
     sides = "height and width" if picture.ndim == 3 else "number of frames, height and width"
     if guidance is None:

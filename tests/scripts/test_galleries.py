@@ -30,7 +30,7 @@ def test_the_figure_of_controls_is_drawn_with_its_holes_filled(tmp_path, capsys)
 
     gallery_controls.main(["--out", str(tmp_path / "new" / "controls.png"), "--side", "60"])
     sheet = read_image(tmp_path / "new" / "controls.png").pixels
-    assert sheet.shape == (3, 124, 252)
+    assert sheet.shape == (3, 188, 252)
     hole, filled = sheet[:, :60, :60], sheet[:, :60, 64:124]
     white = (hole == 1).all(0)
     assert 0.08 < float(white.float().mean()) < 0.2

@@ -10,31 +10,39 @@ seam cost more than what parts the later way from it, and what comes of that is 
 
 from collections.abc import Sequence
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
 from kwatra.base import shared
 from kwatra.cut import FREE, KEEP, best_cut
-from kwatra.pieces.seams.cost import SeamCost
 from kwatra.pieces.seams.stock import Array, beside
 
 
-def cheaper(cost: SeamCost, before: Array, after: Array, wraps: Sequence[bool] = ()) -> Array:
+class Costs(Protocol):
+    """What seams cost, as of `SeamCost`."""
+
+    def between(self, s: Array, t: Array, axis: int, axes: int) -> Array:
+        """What seams cost between places of any shape, of pixels one step apart along an axis of so many."""
+
+
+def cheaper(cost: Costs, before: Array, after: Array, wraps: Sequence[bool] = (), taking: Array | None = None) -> Array:
     """Where (boolean, *S) to go over from the places `before` (*S) to those `after`, so that seams cost least.
 
     Nowhere if no cut lowers what seams cost. wraps: along which axes the last pixel lies before the first, which then
-    stays as it was.
+    stays as it was. taking (*S): what a pixel costs more that goes over, whole numbers; nothing by default.
     """
     shape = before.shape
+    more = np.zeros(shape, np.int64) if taking is None else taking
     for axis in np.flatnonzero(wraps).tolist():
         first = before.take([0], axis)
         before = np.concatenate([before, first], axis)
         after = np.concatenate([first, np.delete(after, 0, axis), first], axis)
+        more = np.concatenate([more, np.zeros_like(more.take([0], axis))], axis)
     free = before != after
     pairs = shared(partial(_pairs, cost, before, after, free), range(free.ndim))
-    take = _cut(free, pairs)
-    lower = sum(each.rise(take) for each in pairs) < 0
+    take = _cut(free, pairs, more)
+    lower = sum(each.rise(take) for each in pairs) + int(more[take].sum()) < 0
     return (take if lower else np.zeros_like(take))[tuple(map(slice, shape))]
 
 
@@ -61,7 +69,7 @@ class _Pairs(NamedTuple):
         return int((self.costs[2 * p + q, np.arange(len(p))] - self.costs[0]).sum())
 
 
-def _pairs(cost: SeamCost, before: Array, after: Array, free: Array, axis: int) -> _Pairs:
+def _pairs(cost: Costs, before: Array, after: Array, free: Array, axis: int) -> _Pairs:
     """The pairs along an axis, of pixels that may go over where they are free."""
     sides = beside(axis, free.ndim)
     where = np.logical_or(*(free[side] for side in sides))
@@ -70,12 +78,12 @@ def _pairs(cost: SeamCost, before: Array, after: Array, free: Array, axis: int) 
     return _Pairs(*sides, where, np.stack(costs).astype(np.int64))
 
 
-def _cut(free: Array, pairs: list[_Pairs]) -> Array:
-    """The cut by what pairs cost, of the pixels that are free.
+def _cut(free: Array, pairs: list[_Pairs], more: Array) -> Array:
+    """The cut by what pairs cost, and what pixels cost more that go over, of the pixels that are free.
 
     It has no cost where both sides are taken: half of what the later seam costs lies on either.
     """
-    taking, costs = np.zeros(free.shape, np.int64), []
+    taking, costs = more.copy(), []
     for each in pairs:
         a, b, c, both = each.costs
         back = both // 2

@@ -42,6 +42,19 @@ def test_picture_is_drawn_whatever_the_energies(tmp_path: Path, rows: list[dict[
         assert np.asarray(image).min() < 100
 
 
+def test_picture_has_a_curve_for_each_part_of_a_level(tmp_path: Path) -> None:
+    def drawn(rows: list[dict[str, Any]]) -> np.ndarray:
+        energy_writer(Path("e.png"), rows)(tmp_path / "made.png")
+        with Image.open(tmp_path / "made.png") as image:
+            return np.asarray(image).copy()
+
+    parts = [{"label": number, **row} for number in range(2) for row in ROWS[:2]]
+    whole = [{**row, "iteration": number} for number, row in enumerate([*ROWS[:2], *ROWS[:2]])]
+    assert (drawn(parts) != drawn(whole)).any()  # no line leads from one to the next
+    levels = [{**row, "level": number // 2} for number, row in enumerate(whole)]
+    np.testing.assert_array_equal(drawn(parts), drawn(levels))
+
+
 def test_picture_falls_where_the_energy_falls(tmp_path: Path) -> None:
     energy_writer(Path("e.png"), ROWS[:2])(tmp_path / "made.png")
     with Image.open(tmp_path / "made.png") as image:

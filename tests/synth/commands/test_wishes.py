@@ -12,7 +12,7 @@ from synth import Kind, read_image, synthesize, write_image
 from synth.cli import main
 from synth.commands.guides import guide_weights
 from synth.io.images import read_array
-from synth.texture import tones
+from synth.texture import labels, tones
 from synth.texture.toning import WEIGHT
 
 GRAY, RGB = Kind("uint8", ("Y",)), Kind("uint8", ("R", "G", "B"))
@@ -88,9 +88,27 @@ def test_a_drawing_says_how_light_and_dark_it_is_to_be(folder: Path) -> None:
     assert float(light[32:].mean() - light[:16].mean()) > 0.2
 
 
+def test_shades_put_each_exemplar_where_they_are_drawn(folder: Path) -> None:
+    write_image("b.png", read_image("a.png").pixels.flip(2), RGB)
+    drawing = torch.zeros(2, 48, 48)
+    drawing[0, :, 24:], drawing[1] = 1.0, 0.5  # how clear a drawing is says nothing of its shades
+    write_image("drawn.png", drawing, Kind("uint8", ("Y", "A")))
+    asked = ["synth", "a.png", "b.png", "--guide", "labels=drawn.png", "--seed", "3", *FAST]
+    assert main([*asked, "--map", "m.npy", "--energy", "e.png", "-o", "made.png"]) == 0
+    exemplars, wanted = [read_image(name).pixels for name in ("a.png", "b.png")], read_image("drawn.png").pixels[:1]
+    made = synthesize(exemplars, guide=labels(exemplars, wanted), seed=3, preset="fast")
+    assert torch.equal(read_image("made.png").pixels, (made.image * 255).round() / 255)
+    number = np.load("m.npy")[0]
+    assert not number[:, :18].any()
+    assert number[:, 30:].all()
+
+
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
+        ("--guide labels=", "write labels=IMAGE, with a shade for each exemplar"),
+        ("--guide labels=disc.png", "the map of labels has 2 shades for 1 exemplars"),
+        ("--guide labels=none.png", "none.png does not exist"),
         ("--guide tones=", "write tones=IMAGE, an image as light and dark as is wanted"),
         ("--guide tones=none.png", "none.png does not exist"),
         ("--keep dark.png", "--keep dark.png does not say which pixels; write --keep dark.png=MASK"),

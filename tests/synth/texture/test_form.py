@@ -32,3 +32,13 @@ def test_what_is_normalized_is_restored(name: str, chunk: int, monkeypatch: pyte
     np.testing.assert_allclose(np.asarray(restored), np.asarray(image), rtol=1e-6, atol=1e-6)
     if isinstance(restored, np.ndarray):
         assert restored.flags.c_contiguous
+
+
+def test_what_another_form_normalized_is_normalized_by_this_one() -> None:
+    image = IMAGES["color"]
+    form, other = Form.of([image]), Form.of([image[:4]])
+    torch.testing.assert_close(form.converted(other.normalized(image[:4]), other), form.normalized(image[:4]))
+    beyond = form.converted(torch.tensor([[[-0.5, 1.5]]]), other)  # no more than the other's own values
+    ends = torch.from_numpy(image[:4].astype(float)).aminmax()
+    wanted = (torch.stack([*ends]) - form.low) / (form.high - form.low)
+    torch.testing.assert_close(beyond[0, 0], wanted.float())

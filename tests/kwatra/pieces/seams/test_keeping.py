@@ -78,6 +78,19 @@ def test_what_later_seams_cost_counts_where_they_are_taken(seed):
     assert price(cost, np.where(cheaper(cost, before, after), after, before)) == least
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_what_pixels_cost_that_go_over_counts_beside_seams(seed):
+    mosaic, cost = stock(seed)
+    before = np.where(np.arange(4) < 2, patch(mosaic, (3, 4), 0, 0), patch(mosaic, (3, 4), 4, 3))
+    after = patch(mosaic, (3, 4), 2, 1)
+    more = np.random.default_rng(seed).integers(-4000, 4000, (3, 4))
+    ways = [np.array(way).reshape(3, 4) for way in product([False, True], repeat=12)]
+    prices = [price(cost, np.where(way, after, before)) + int(more[way].sum()) for way in ways]
+    take = cheaper(cost, before, after, taking=more)
+    assert price(cost, np.where(take, after, before)) + int(more[take].sum()) == min(prices)
+    assert not cheaper(cost, before, after, taking=np.full((3, 4), 10**6)).any()
+
+
 @pytest.mark.parametrize("seed", range(60))
 def test_seams_never_cost_more_than_before(seed):
     mosaic, cost = stock(seed)
