@@ -11,7 +11,7 @@ from kwatra.exemplar import Exemplar
 from kwatra.levels import Level, finishing, planned_levels
 from kwatra.settings import Settings
 from kwatra.source import Bags, Prepared, Texture
-from kwatra.terms import Controls, Sum, TermLike, check_controls, parts_of
+from kwatra.terms import Controls, HardPixels, Sum, TermLike, check_controls, parts_of
 from kwatra.windows import per_axis
 
 STARTS = ("aligned", "blocks", "windows", "terms")
@@ -88,7 +88,8 @@ def task_of(
         mask = None if bool(mask.all()) else mask
     parts = parts_of(terms)
     name, image = (start, None) if isinstance(start, str) else ("image", floats_of(start))
-    levels = _levels(texture, shape, settings, bool(parts) or name != "aligned")
+    steered = name != "aligned" or not all(isinstance(part, HardPixels) for part in parts)
+    levels = _levels(texture, shape, settings, steered)
     task = Task(texture, shape, settings, levels, parts, mask, name, image, generator_of(seed))
     per_axis(settings.wrap, len(shape))
     task.check_start()
@@ -107,7 +108,10 @@ def _axes(texture: Texture, shape: Sequence[int]) -> int:
 def _levels(texture: Texture, shape: tuple[int, ...], settings: Settings, steered: bool) -> tuple[Level, ...]:
     """The levels asked for, or planned ones; of bags, one for each.
 
-    steered: whether terms or the start ask for what blocks laid for their seams alone would not bring.
+    steered: whether terms or the start ask for what blocks laid for their seams alone would not bring. Hard pixels do
+    not: blocks are laid to agree with them, and coarse levels only undo that. Around a piece of the exemplar that is
+    kept (ten textures, two seeds) colors step 1.2 times as much as elsewhere, and .08 of the elements are cut; with all
+    levels 1.9 times and .18.
     """
     if settings.levels is not None:
         if texture.exemplar is not None:
