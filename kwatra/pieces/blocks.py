@@ -53,10 +53,9 @@ from kwatra.terms import PlaceCharge, Wish
 AGAIN, PATIENCE = 0.3, 6
 """Blocks are laid again at most so often, for each that was laid, and until so many in a row have not helped."""
 
-FOLLOWING, MISSED = (0.5, 0.25, 0.125), 0.05
-"""Sizes of the blocks that are laid where others miss a guide, as parts of theirs, and by how much these have to, in
-variances of what is copied. Set on what `synth.texture.guidance` tells of: without the last .972 of five pairs of
-photographs have their labels where .985 have with it, and .40 of the elements are cut for .42 (one seed)."""
+FOLLOWING = 0.5, 0.25, 0.125
+"""Sizes of the blocks that are laid where others miss a guide, as parts of theirs. Set on what `synth.texture.guidance`
+tells of: without the last .972 of five pairs of photographs have their labels where .985 have with it."""
 
 TOGETHER = 8
 """So many blocks at most are laid again at once, where they lie apart: enough for as many threads."""
@@ -198,7 +197,7 @@ class BlockStart:
             self._lay_all(rest, rest=True)
         self._lay_again(len(boxes))
         if self.wish is not None and self.wish.guided and self.gaps is not None:
-            self._follow()
+            self._follow(self.gaps.hidden.size)
 
     def smaller(self, share: float) -> "BlockStart":
         """What lays blocks of a share of the height and width on the same sheet."""
@@ -226,12 +225,12 @@ class BlockStart:
         small._lay_again(len(boxes))
         self.sheet.fixed |= self.given.near(min(small.overlap)) & self.sheet.filled
 
-    def _follow(self) -> None:
-        """Lay smaller blocks where those that are laid miss a guide, as far as that mends more than seams cost."""
+    def _follow(self, element: float) -> None:
+        """Lay smaller blocks where others miss a guide, if that mends more than seams cost; element: its size, px."""
         for share in FOLLOWING:
             small = self.smaller(share)
             small.seams, boxes = 1, map(small.box, small.spread.corners)
-            small._lay_all([box for box in boxes if self.offers.missed(box) > MISSED], again=True)
+            small._lay_all(self.offers.missing(boxes, min(small.corners.block) >= element), again=True)
 
     def _lay_all(self, boxes: Sequence[Box], again: bool = False, rest: bool = False) -> None:
         """Lay blocks in boxes, those that lie apart at once; again and rest: as in `_lay`."""

@@ -41,7 +41,7 @@ labels, at a score of .195; .89 and .209 with .1, .86 and .162 with .4."""
 BLOCK_OF_ELEMENTS = 0.4
 """The same where seams are hidden between elements: over these, smaller ones are laid where they miss the guide, and
 the last level alone is done after. Of made tiles, stones, coins and letters of 20 and 48 pixels, with a gradient that
-is to run round a center (weight .3, two seeds), .40 of the elements are cut where .65 were, and they are off by .054 of
+is to run round a center (weight .3, two seeds), .34 of the elements are cut where .65 were, and they are off by .063 of
 it where they were by .060. Where there are no gaps this shows ramps 1.3 times as steep as they are wanted."""
 
 

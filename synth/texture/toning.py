@@ -12,13 +12,17 @@ import torch
 from scipy import ndimage
 from torch import Tensor
 
-from kwatra import InputError
+from kwatra import Exemplar, InputError
 from kwatra.base import over_channels
-from synth.texture.form import Image
+from kwatra.pieces import hidden_seams
+from synth.texture.form import Form, Image
 
-REACH = 8.0
-"""How far around a pixel, in px, its tone is seen. With 4 details of gravel and stones are a tenth fainter, with 16
-fewer of them follow."""
+REACH, OF_ELEMENTS = 8.0, 0.5
+"""How far around a pixel, in px, its tone is seen; where there are gaps between elements that is at least the second of
+an element's size, as tones that change within it ask for parts. With 4 details of gravel and stones are a tenth
+fainter, with 16 fewer of them follow. A wave of light and dark is shown 1.7 times as strongly by coins, stones, mosaics
+and tiles of 30 to 40 pixels as by the drawing where all are seen within 8, .9 times by half their size; .64 of their
+elements are cut, and .54."""
 
 WEIGHT = 0.3
 """What such a guide counts beside the colors. A ramp from the darkest to the lightest tenth of stones, gravel, grass
@@ -39,12 +43,20 @@ def tones(exemplars: Image | Sequence[Image], wanted: Image) -> tuple[list[Image
     images: list[Any] = list(exemplars) if isinstance(exemplars, (list, tuple)) else [exemplars]
     if any(isinstance(image, Tensor) != isinstance(wanted, Tensor) for image in images):
         raise InputError("tones are wanted of an array and a tensor; give both as one kind")
+    form: Form[Any] = Form.of(images)
     maps: list[np.ndarray] = [
-        ndimage.gaussian_filter(_gray(image), REACH, mode="nearest", axes=(-2, -1)) for image in images
+        ndimage.gaussian_filter(_gray(image), _reach(form.normalized(image)), mode="nearest", axes=(-2, -1))
+        for image in images
     ]
     ends = np.quantile(np.concatenate([each.ravel() for each in maps]), (RARE, 1 - RARE))
     made = [_as(wanted, values) for values in (*maps, _gray(wanted).clip(*ends))]
     return made[:-1], made[-1]
+
+
+def _reach(picture: Tensor) -> float:
+    """How far around each pixel of a picture (C, *S) in [0, 1] its tone is seen, px."""
+    hidden = hidden_seams(Exemplar.of(picture)) if picture.ndim == 3 else None
+    return REACH if hidden is None else max(REACH, OF_ELEMENTS * hidden.size)
 
 
 def _gray(image: Tensor | np.ndarray) -> np.ndarray:

@@ -3,8 +3,11 @@
 import numpy as np
 import pytest
 import torch
+from made import MADE
 from scipy.ndimage import gaussian_filter
 
+from kwatra import Exemplar
+from kwatra.pieces import hidden_seams
 from synth import InputError, synthesize
 from synth.texture import tones
 
@@ -39,6 +42,17 @@ def test_an_image_is_seen_blurred_and_a_drawing_in_gray_as_far_as_there_are_tone
     (rows,), columns = tones(colors.permute(1, 2, 0).numpy(), drawing[0].numpy())
     assert (rows.shape, columns.shape) == ((30, 40, 1), (20, 24, 1))
     np.testing.assert_allclose(rows[..., 0], own[0].numpy(), atol=1e-6)
+
+
+def test_elements_are_seen_as_wholes() -> None:
+    coins = MADE["coins"](160, 40, 0).image
+    (own,), _ = tones(coins, coins)
+    reach = 0.5 * hidden_seams(Exemplar.of(coins)).size
+    assert 14 < reach < 26
+    expected = gaussian_filter(coins.double().mean(0).numpy(), reach, mode="nearest")
+    torch.testing.assert_close(own[0].numpy(), expected.astype(np.float32), atol=1e-3, rtol=0)
+    (bytes_,), _ = tones((coins * 255).round().byte(), (coins * 255).round().byte())
+    torch.testing.assert_close(bytes_ / 255, own, atol=5e-3, rtol=0)
 
 
 def test_several_exemplars_have_all_their_tones() -> None:
