@@ -172,7 +172,8 @@ def _one(arguments: argparse.Namespace, work: bool) -> str:
     told += "; its light, which falls unevenly, was evened" if synthesis.even else ""
     exemplars = [*synthesis.even] or exemplars
     more = _details(arguments, inputs, synthesis, exemplars) if arguments.verbose else ""
-    good = about(synthesis.image, exemplars) if inputs.wishes.mask is None and not more else ""
+    alike = inputs.wishes.mask is None and not inputs.guides  # else it is not to be like the exemplars all over
+    good = about(synthesis.image, exemplars) if alike and not more else ""
     return f"wrote {listed(list(writers))}: {width}x{height}, seed {arguments.seed}, in {took:.1f} s{good}{told}{more}"
 
 

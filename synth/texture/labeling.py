@@ -17,6 +17,7 @@ from kwatra import InputError
 from kwatra.base import over_channels, tensor_of
 from synth.texture.form import Form, Image, size_of
 from synth.texture.guidance import Guide
+from synth.words import counted
 
 MOST, LEAST = 64, 8
 """A guide of more values is a map of what varies; and so is one of narrower rectangles, in px: of a smooth map, columns
@@ -70,8 +71,8 @@ def labels(exemplars: Sequence[Image], wanted: Image) -> tuple[list[Image], Imag
     count = len(exemplars)
     chosen = np.sort(values[np.argsort(-counts, kind="stable")[:count]])
     if len(chosen) < count or counts[np.isin(values, chosen)].sum() < SURE * shades.size:
-        there = f"{len(values)} shades" if len(values) <= MOST else f"more than {MOST} shades"
-        raise InputError(f"the map of labels has {there} for {count} exemplars; draw one shade for each of them")
+        there = counted(len(values), "shade") if len(values) <= MOST else f"more than {MOST} shades"
+        raise InputError(f"the map of labels has {there} for {counted(count, 'exemplar')}; draw a shade for each")
     nearest, _ = _nearest(shades[None], chosen[None])
     shown: list[np.ndarray] = [np.full(size_of(exemplar), number) for number, exemplar in enumerate(exemplars)]
     made: list[Image] = [_as(wanted, each.astype(np.uint8)) for each in (*shown, nearest)]

@@ -107,7 +107,7 @@ def test_shades_put_each_exemplar_where_they_are_drawn(folder: Path) -> None:
     ("arguments", "sentence"),
     [
         ("--guide labels=", "write labels=IMAGE, with a shade for each exemplar"),
-        ("--guide labels=disc.png", "the map of labels has 2 shades for 1 exemplars"),
+        ("--guide labels=disc.png", "the map of labels has 2 shades for 1 exemplar; draw"),
         ("--guide labels=none.png", "none.png does not exist"),
         ("--guide tones=", "write tones=IMAGE, an image as light and dark as is wanted"),
         ("--guide tones=none.png", "none.png does not exist"),

@@ -102,7 +102,7 @@ def test_shades_stand_for_exemplars_from_dark_to_light() -> None:
     ("drawn", "there"),
     [
         (WANTED, "3 shades for 2"),
-        (WANTED * 0, "1 shades for 2"),
+        (WANTED * 0, "1 shade for 2 exemplars; draw a shade for each"),
         (np.arange(800).reshape(20, 40), "more than 64 shades"),
     ],
 )
