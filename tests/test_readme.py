@@ -8,7 +8,7 @@ import pytest
 import torch
 
 ROOT = Path(__file__).parent.parent
-NAMES = ("engine", "motion", "metamorphoses", "commands", "structure", "comparison")
+NAMES = ("engine", "motion", "motion_measured", "metamorphoses", "commands", "structure", "comparison")
 PAGES = {
     page: page.read_text(encoding="utf-8") for page in (ROOT / "README.md", *(ROOT / f"docs/{n}.md" for n in NAMES))
 }
