@@ -21,11 +21,11 @@ class Synthesis(Generic[Image]):
 
     image: of the same kind as the exemplar. source (3, H, W) int64: for each pixel the number of the image it comes
     from, -1 for pixels that were given, and its row and column there; of a video (4, T, H, W), with the frame before
-    the row. result: what the engine returned (its image
-    normalized, channels first); of several textures (`synth.texture.patchwork`) its `where` is empty, for they have no
-    canvas together, and it has no stages. turns (2, 2, H, W), or (2, 2, T, H, W): what takes directions in the exemplar, x
-    first, y down, to those of the pixels; None where no mirrored or turned variant was used. even: the exemplars
-    without the light that falls on them unevenly, which it is of then; empty where they are as they were given.
+    the row. result: what the engine returned (its image normalized, channels first); of several textures
+    (`synth.texture.patchwork`) its `where` is empty, as they have no canvas together, and it has no stages. turns
+    (2, 2, H, W), or (2, 2, T, H, W): what takes directions in the exemplar, x first, y down, to those of the pixels;
+    None where no mirrored or turned variant was used. even: the exemplars without the light that falls on them
+    unevenly, which it is of then; empty where they are as they were given.
     """
 
     image: Image
