@@ -99,6 +99,17 @@ def test_variants_are_turned_as_they_lie() -> None:
     assert set(np.unique(np.abs(np.linalg.det(made.turns.transpose(2, 3, 0, 1))).round(6))) == {1.0}
 
 
+def test_any_number_of_threads_makes_the_same() -> None:
+    both, there = side_by_side()
+    made = []
+    before = torch.get_num_threads()
+    for threads in (1, 3):
+        torch.set_num_threads(threads)
+        made.append(synthesize(both, guide=(there, HALVES), seed=2).image)
+    torch.set_num_threads(before)
+    np.testing.assert_array_equal(*made)
+
+
 def test_progress_is_of_all_textures() -> None:
     both, there = side_by_side()
     told: list[float] = []
