@@ -8,6 +8,7 @@ from torch import Tensor
 from kwatra.base import InputError, generator_of
 from kwatra.exemplar import Exemplar
 from kwatra.loop.laying import block_start, repeated
+from kwatra.loop.recognition import recognized
 from kwatra.loop.task import Task, task_of
 from kwatra.pieces import BlockStart, Box, Gaps, SlantedStart
 from kwatra.settings import Settings
@@ -84,10 +85,18 @@ def begin(
     factors, exemplar = (1,) * len(task.shape), task.texture.exemplar
     if exemplar is None or task.start not in ("aligned", "blocks"):
         return Beginning(task, task.image, None, factors)
-    where = repeated(task, exemplar)
+    seen = _recognized(task, exemplar)
+    where = repeated(seen, exemplar)
     if where is not None:
         finest = tuple(level for level in task.levels if level.factor == 1)
         image = sourcemap.look_up(exemplar.canvas, where)
         return Beginning(replace(task, levels=finest), image, where, factors, finished=True)
-    laid = block_start(task, exemplar)
+    laid = block_start(seen, exemplar)
     return Beginning(task, None, laid.where, laid.factors, laid.blocks.gaps, laid.blocks)
+
+
+def _recognized(task: Task, exemplar: Exemplar) -> Task:
+    """The task as blocks see it that go on from each other: of a still's kept pixels they know what they are."""
+    if task.start != "aligned" or len(task.shape) > 2 or not task.terms:
+        return task
+    return replace(task, terms=recognized(task.terms, exemplar), made={})

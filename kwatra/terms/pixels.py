@@ -64,7 +64,8 @@ class HardPixels(Term):
     *S), True where a value is given; on a coarser level the share, 0 to 1, of each block that is. weight: how much
     more a hard pixel counts in the search than another (thesis equation 26), >= 0. source: (n, *S) whole numbers,
     where on the exemplar's canvas given pixels are copied from, with all channels, below 0 from nowhere; or None.
-    Blocks that it begins with are then laid beside them as beside each other, not only where they are like them.
+    Blocks that it begins with are then laid beside them as beside each other, not only where they are like them. Of
+    stills it need not be told: what is a copy of the exemplar is found (`kwatra.loop.recognition`).
     """
 
     target: Tensor
