@@ -42,7 +42,7 @@ from kwatra.pieces.choosing import (
 )  # fmt: skip
 from kwatra.pieces.completion import complete
 from kwatra.pieces.fronts import alike, fronts
-from kwatra.pieces.given import BESIDE, GivenCopies
+from kwatra.pieces.given import BESIDE, NARROW, GivenCopies
 from kwatra.pieces.offers import Offers
 from kwatra.pieces.seams import Array, Gaps, Mosaic, eased, find_gaps
 from kwatra.pieces.seams.gaps import LARGEST
@@ -211,14 +211,14 @@ class BlockStart:
         return small
 
     def _go_on(self) -> None:
-        """Complete elements that the border of what is given cuts; lay small blocks along it, unless on a lattice."""
+        """Complete elements that the border of what is given cuts, and lay small blocks along it."""
         if self.given.any and self.gaps is not None and self.gaps.hidden.parts is None:
             asked = self.gaps.hidden, self.grain, self.candidates.asked.repeats
             done = complete(self.sheet, self.given, self.exemplar, self.image, *asked)
             self.shown += self.sheet.sources.counted(self.sheet.places[done])
-        if not self.given.any or self.lattice is not None:
+        if not self.given.any:
             return
-        small = self.smaller(BESIDE)
+        small = self.smaller(min(BESIDE, NARROW / min(self.corners.block[-2:])))
         beside = self.given.beside(small.corners.block, small.overlap, self.grain)
         boxes = [box for box in beside if not self.sheet.full(box)]
         small._lay_all(boxes)

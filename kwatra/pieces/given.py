@@ -3,7 +3,6 @@
 A seam beside them cannot move, so blocks have to agree all along it, and the larger one is the less it does. So they
 are laid first, then small blocks along their border; the narrow strip of these that is beside them stays as well, for
 a large block laid over it would cost less on the whole, all of that in one straight line. Then blocks are laid as ever.
-Where elements stand on a lattice there is no need of small ones: what is in step with what is given agrees with it.
 """
 
 from collections.abc import Iterable, Sequence
@@ -26,6 +25,12 @@ times as much across the borders of eight made textures as in them, and 1.3 time
 .3; 1.9 and 1.3 with .25, 2.4 and 1.1 with .4, 2.6 and 1.2 with .6; 3.2 and 1.4 where the strip beside them need not
 stay. In holes of four clips they step as much as what was there, 1.2 times as much without such blocks; of a third of
 the length in time they take twice as long, and leave .69 of the sharpness in place of .74."""
+
+NARROW = 16
+"""They have at most so many pixels. Where pictures of 200 pixels a side are continued by 100 on all sides, in blocks of
+half of them, colors step 1.1 times as much across the border as elsewhere, 1.2 times with 20, 1.3 times with 30. Small
+blocks are as good where elements stand on a lattice: of nine pictures of 128 pixels six do, and step 1.2 times, 1.6
+without."""
 
 
 class GivenCopies:

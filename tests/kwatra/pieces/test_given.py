@@ -165,3 +165,20 @@ def test_boxes_come_nearest_first() -> None:
     boxes = [Box((row, 8), (6, 6)) for row in (30, 2, 20, 10)]
     assert [box.start[0] for box in given.nearest_first(boxes)] == [2, 10, 20, 30]
     assert GivenCopies((40, 40), None).nearest_first(boxes) == boxes
+
+
+@pytest.mark.parametrize(("block", "size"), [(20, 6), (40, 12), (100, 16)])
+def test_blocks_beside_what_is_given_are_a_part_of_others_and_narrow(
+    block: int, size: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sizes, smaller = list[tuple[int, ...]](), BlockStart.smaller
+
+    def seen(self: BlockStart, share: float) -> BlockStart:
+        small = smaller(self, share)
+        sizes.append(small.corners.block)
+        return small
+
+    monkeypatch.setattr(BlockStart, "smaller", seen)
+    start = laid(Exemplar.of(noise(1, 120, 120)), shown(200, 200, slice(60, 100), slice(60, 100), (5, 3)), block)
+    assert start.sheet.filled.all()
+    assert sizes == [(size, size)]

@@ -238,3 +238,21 @@ def test_a_hole_is_filled_from_what_is_near_it_and_the_source_tells_the_place_in
     assert np.array_equal(filled.take(image)[~hole], image[~hole])
     apart = filled.image[hole].astype(float) - filled.take(image)[hole]
     assert np.abs(apart).mean() < 25  # of up to 255: nearly what it is copied from
+
+
+def test_what_fills_a_deep_hole_is_in_larger_pieces_and_a_narrow_one_as_ever(monkeypatch: pytest.MonkeyPatch) -> None:
+    image = data.gravel()[:120, :120]
+    canvas, hole = np.zeros((280, 280), np.uint8), np.ones((280, 280), bool)
+    canvas[80:200, 80:200], hole[80:200, 80:200] = image, False
+    narrow = disc(image.shape, (60, 60), 15)
+
+    def torn(picture: np.ndarray, missing: np.ndarray) -> float:
+        source = fill(picture, missing, seed=1, preset="fast").source
+        inside = missing[:, 1:] & missing[:, :-1]
+        return float((np.diff(source[2], axis=1) != 1)[inside].mean())
+
+    deep = torn(canvas, hole), torn(image, narrow)
+    monkeypatch.setattr("synth.texture.filling.DEEP", 0.0)
+    shallow = torn(canvas, hole), torn(image, narrow)
+    assert deep[0] < 0.75 * shallow[0]
+    assert deep[1] == shallow[1]
