@@ -267,5 +267,7 @@ def _levels(levels: str | Sequence[tuple[int, int]] | None) -> tuple[Level, ...]
         return kwatra.THESIS
     try:
         return tuple(Level(factor, width) for factor, width in levels)
-    except TypeError as error:
+    except InputError:
+        raise
+    except (TypeError, ValueError) as error:
         raise InputError(f"levels is {levels!r}; give 'thesis', or pairs of factor and window width") from error

@@ -235,6 +235,8 @@ def test_a_tensor_that_asks_for_derivatives_is_a_picture_like_any():
         ({"seed": None}, "the seed is None"),
         ({"device": "nowhere"}, "the device 'nowhere' cannot be used"),
         ({"levels": 5}, "levels is 5; give 'thesis', or pairs"),
+        ({"levels": [(4, 16, 2)]}, "give 'thesis', or pairs"),
+        ({"levels": [(3, 16)]}, "a level's factor is 3; allowed are 1, 2, 4 and 8"),
         ({"exemplar_mask": np.zeros((24, 24), bool)}, "leave nothing to copy from"),
     ],
 )
