@@ -1,4 +1,4 @@
-"""Holes filled, and textures put where they are wanted: photographs of scikit-image, and stones and coins made in code.
+"""Holes filled, textures put where they are wanted, and what is kept: pictures of scikit-image, and some made in code.
 
 python scripts/gallery_controls.py [--out out/controls.jpg] [--side 150]
 """
@@ -14,6 +14,7 @@ from scipy import ndimage
 from skimage import data
 from torch import Tensor
 
+from kwatra import HardPixels
 from synth import fill, synthesize, write_image
 from synth.sheets import contact_sheet
 from synth.texture import labels
@@ -49,6 +50,27 @@ def labeled(textures: list[Tensor], wanted: Tensor) -> list[Tensor]:
     return [*textures, (0.35 + 0.43 * wanted).expand(3, -1, -1), made]
 
 
+def continued(image: Tensor, side: int) -> list[Tensor]:
+    """The middle of a picture (3, H, W) in white, three fifths of a side, and the same continued up to the side."""
+    inner, around = side * 3 // 5, torch.ones(side, side, dtype=torch.bool)
+    first = (side - inner) // 2
+    middle = slice(first, first + inner)
+    around[middle, middle] = False
+    canvas = torch.ones(3, side, side)
+    canvas[:, middle, middle] = image[:, :inner, :inner]
+    return [canvas, fill(canvas, around).image]
+
+
+def behind(image: Tensor, side: int) -> list[Tensor]:
+    """A sign in white (3, side, side), and the texture of a picture (3, H, W) that goes on behind it."""
+    y, x = np.mgrid[:side, :side] - (side - 1) / 2
+    away = torch.from_numpy(np.hypot(y, x)) / side
+    sign = torch.where((away > 0.2) & (away < 0.3), torch.tensor([0.85, 0.1, 0.1]).view(3, 1, 1), 1.0).float()
+    inside = (away < 0.3)[None]
+    made = synthesize(image, (side, side), terms=HardPixels(sign, inside)).image
+    return [sign, torch.where(inside, sign, made)]
+
+
 def main(words: list[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--side", type=int, default=150, help="of each picture, px (150)")
@@ -58,12 +80,15 @@ def main(words: list[str] | None = None) -> None:
     photos = data.coins(), data.gravel(), data.brick(), data.grass()
     coins, gravel, brick, grass = (picture(image, side) for image in photos)
     drawn = [MADE[name](side, side / 7, 0).image for name in ("stones", "coins")]
+    wall = MADE["bricks"](side, side / 6, 0).image
     below = torch.cat([scribble(side), torch.ones(1, side)]).cumsum(0)[:side] > 0
     cells = [
         *filled(coins, disc(side)),
         *filled(gravel, scribble(side)),
         *labeled([brick, grass], disc(side)),
         *labeled(drawn, below),
+        *continued(wall, side),
+        *behind(drawn[0], side),
     ]
     arguments.out.parent.mkdir(parents=True, exist_ok=True)
     write_image(arguments.out, contact_sheet(cells, 4).clamp(0, 1), RGB, overwrite=True)

@@ -30,10 +30,15 @@ def test_the_figure_of_controls_is_drawn_with_its_holes_filled(tmp_path, capsys)
 
     gallery_controls.main(["--out", str(tmp_path / "new" / "controls.png"), "--side", "60"])
     sheet = read_image(tmp_path / "new" / "controls.png").pixels
-    assert sheet.shape == (3, 188, 252)
+    assert sheet.shape == (3, 252, 252)
     hole, filled = sheet[:, :60, :60], sheet[:, :60, 64:124]
     white = (hole == 1).all(0)
     assert 0.08 < float(white.float().mean()) < 0.2
     assert torch.equal(hole[:, ~white], filled[:, ~white])
     assert float((filled == 1).all(0)[white].float().mean()) < 0.1
+    part, continued, sign, behind = (sheet[:, 192:, 64 * column :][..., :60] for column in range(4))
+    assert torch.equal(part[:, 12:48, 12:48], continued[:, 12:48, 12:48])
+    assert float((continued == 1).all(0).float().mean()) < 0.1
+    assert torch.equal(sign[:, 22:38, 22:38], behind[:, 22:38, 22:38])
+    assert float((behind[:, :10] == 1).all(0).float().mean()) < 0.1
     assert "controls.png" in capsys.readouterr().out
