@@ -7,13 +7,14 @@ import pytest
 import torch
 from discs import discs
 from made import MADE
-from scipy.ndimage import gaussian_filter
+from scipy.ndimage import distance_transform_edt, gaussian_filter
 from skimage import data
 from torch import Tensor
 
 import kwatra
 from kwatra import InputError
 from synth import fill
+from synth.texture.closing import REACH
 from synth.texture.holes import AROUND
 from synth.texture.work import PRESETS
 
@@ -256,3 +257,18 @@ def test_what_fills_a_deep_hole_is_in_larger_pieces_and_a_narrow_one_as_ever(mon
     shallow = torn(canvas, hole), torn(image, narrow)
     assert deep[0] < 0.75 * shallow[0]
     assert deep[1] == shallow[1]
+
+
+def test_far_from_what_is_known_nothing_is_smoothed(monkeypatch: pytest.MonkeyPatch) -> None:
+    image = data.gravel()[:80, :80]
+    canvas, hole = np.zeros((200, 200), np.uint8), np.ones((200, 200), bool)
+    canvas[60:140, 60:140], hole[60:140, 60:140] = image, False
+    made = []
+    for gradient in (32.0, 1.0):
+        monkeypatch.setattr("synth.texture.closing.GRADIENT", gradient)
+        made.append(fill(canvas, hole, preset="fast").image)
+    changed = made[0] != made[1]
+    away = distance_transform_edt(hole)
+    assert changed[(away > 0) & (away <= REACH)].mean() > 0.1
+    assert not changed[away > REACH].any()
+    assert not changed[~hole].any()
