@@ -154,7 +154,7 @@ def _begins(given: Tensor, exemplar: Exemplar) -> list[int] | None:
 
 def _unsteered(task: Task, given: bool = False) -> bool:
     """Whether a still is begun that nothing steers; given: or nothing but pixels that are copied from the exemplar."""
-    terms = [term for term in task.terms if not (given and isinstance(term, HardPixels) and term.source is not None)]
+    terms = [term for term in task.terms if not (given and isinstance(term, HardPixels) and term.all_copied)]
     return task.start == "aligned" and len(task.shape) == 2 and not terms
 
 

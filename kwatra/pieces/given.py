@@ -29,8 +29,8 @@ the length in time they take twice as long, and leave .69 of the sharpness in pl
 NARROW = 16
 """They have at most so many pixels. Where pictures of 200 pixels a side are continued by 100 on all sides, in blocks of
 half of them, colors step 1.1 times as much across the border as elsewhere, 1.2 times with 20, 1.3 times with 30. Small
-blocks are as good where elements stand on a lattice: of nine pictures of 128 pixels six do, and step 1.2 times, 1.6
-without."""
+blocks are as good where elements stand on a lattice: in six pictures of 128 pixels where they do colors step 1.2 times
+as much, 1.5 times without."""
 
 
 class GivenCopies:

@@ -107,6 +107,11 @@ class HardPixels(Term):
         """The source of pixels that are given whole, -1 of others; None where none is told."""
         return None if self.source is None else torch.where((self.where == 1).all(0), self.source, -1)
 
+    @property
+    def all_copied(self) -> bool:
+        """Whether the source is told of all pixels that are given, if only in part."""
+        return self.source is not None and bool(((self.where <= 0).all(0) | (self.source >= 0).all(0)).all())
+
     def within(self, mask: Tensor) -> "HardPixels":
         """Not given behind the mask; there a block's pixels do not count."""
         return replace(self, where=self.where.float() * mask, mask=mask)

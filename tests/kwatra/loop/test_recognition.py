@@ -43,7 +43,7 @@ def test_copies_are_found_in_every_image_around_holes_and_though_they_are_noisy(
     masks = [None, torch.ones(SIZE, SIZE, dtype=torch.bool)]
     masks[1][:30, :30] = False
     exemplar = Exemplar.of(images, masks=masks)
-    noise = 0.004 * torch.randn(3, 30, 30, generator=generator_of(0))
+    noise = 0.15 * float(images[1].std()) * torch.randn(3, 30, 30, generator=generator_of(0))
     (seen,) = recognized(
         (
             kept(
@@ -83,6 +83,18 @@ def test_parts_are_told_apart():
     assert not bool(seen.where[:, 60:90, 60:90].any())  # foreign
     assert bool(seen.where[:, 110:150, 110:150].all())  # of the like, from nowhere
     assert bool((seen.source[:, 110:150, 110:150] == -1).all())
+
+
+def test_a_term_is_all_copied_only_if_each_of_its_parts_is_a_copy():
+    exemplar = Exemplar.of(checker(64))
+    copy = kept((checker(64)[:, 5:35, 2:40], (20, 20)))
+    other = kept((checker(64)[:, :30, :38].roll(3, 2), (90, 90)))  # torn
+    both = HardPixels(copy.target + other.target, copy.where | other.where)
+    (seen,) = recognized((both,), exemplar)
+    assert not seen.all_copied
+    (seen,) = recognized((copy,), exemplar)
+    assert seen.all_copied
+    assert not copy.all_copied
 
 
 def test_other_terms_and_what_tells_its_source_are_as_they_were():

@@ -81,6 +81,9 @@ def test_hard_pixels_tell_where_they_are_copied_from_at_every_resolution():
     assert coarse[0].tolist() == [[-1, 4, 4], [5, 5, 5]]
     assert coarse[1].tolist() == [[-1, 11, 12], [10, 11, 12]]
     assert HardPixels(torch.zeros(3, 4, 6), where).copied() is None
+    assert term.all_copied
+    assert not HardPixels(torch.zeros(3, 4, 6), where).all_copied
+    assert not HardPixels(torch.zeros(3, 4, 6), where, source=torch.where(where, source, -1).roll(1, 2)).all_copied
 
 
 @pytest.mark.parametrize("source", [torch.zeros(2, 4, 4), torch.zeros(3, 4, 4, dtype=torch.long)])
