@@ -23,10 +23,15 @@ DOTS = 400
 """A scribble is drawn of so many."""
 
 
+def away(side: int) -> Tensor:
+    """How far each pixel is from the middle, as a share of the side, (side, side)."""
+    y, x = np.mgrid[:side, :side] - (side - 1) / 2
+    return torch.from_numpy(np.hypot(y, x)) / side
+
+
 def disc(side: int) -> Tensor:
     """A disc in the middle, a fifth of the side in radius, boolean (side, side)."""
-    y, x = np.mgrid[:side, :side] - (side - 1) / 2
-    return torch.from_numpy(np.hypot(y, x) < side / 5)
+    return away(side) < 1 / 5
 
 
 def scribble(side: int) -> Tensor:
@@ -63,10 +68,8 @@ def continued(image: Tensor, side: int) -> list[Tensor]:
 
 def behind(image: Tensor, side: int) -> list[Tensor]:
     """A sign in white (3, side, side), and the texture of a picture (3, H, W) that goes on behind it."""
-    y, x = np.mgrid[:side, :side] - (side - 1) / 2
-    away = torch.from_numpy(np.hypot(y, x)) / side
-    sign = torch.where((away > 0.2) & (away < 0.3), torch.tensor([0.85, 0.1, 0.1]).view(3, 1, 1), 1.0).float()
-    inside = (away < 0.3)[None]
+    inside = (away(side) < 0.3)[None]
+    sign = torch.where(inside & (away(side) > 0.2), torch.tensor([0.85, 0.1, 0.1]).view(3, 1, 1), 1.0)
     made = synthesize(image, (side, side), terms=HardPixels(sign, inside)).image
     return [sign, torch.where(inside, sign, made)]
 

@@ -15,7 +15,9 @@ import torch.nn.functional as F
 from scipy import ndimage
 from torch import Tensor
 
+from kwatra.base import running
 from kwatra.exemplar import Exemplar
+from kwatra.pieces.choosing import variance
 from kwatra.terms import HardPixels, TermLike
 from kwatra.windows import channels_last, windows_at
 
@@ -94,17 +96,28 @@ class _Known:
     @cached_property
     def variance(self) -> float:
         """That of all channels by their shares."""
-        return max(float((self.exemplar.variances * self.exemplar.share.flatten()).sum()), 1e-12)
+        return variance(self.exemplar, None)
 
     @cached_property
     def corners(self) -> Tensor:
         """The first pixels (N, 2) of all windows without holes."""
-        return _corners(self.owned)
+        return self.exemplar.corners((WIDTH, WIDTH)).nonzero()
 
     @cached_property
     def windows(self) -> Tensor:
         """Some of them, one a line (N, WIDTH * WIDTH * C)."""
         return _windows(self.image, _spread(self.corners, OTHERS)).flatten(1)
+
+    @cached_property
+    def squares(self) -> Tensor:
+        """Their squares."""
+        return self.windows.square()
+
+    @cached_property
+    def lengths(self) -> Tensor:
+        """The squared length of the window at every position (A, B)."""
+        ones = torch.ones(1, 1, WIDTH, WIDTH, device=self.image.device)
+        return F.conv2d(self.image.square().sum(0)[None, None], ones)[0, 0]
 
     def unlike(self, values: Tensor, part: Tensor) -> float:
         """By how many variances windows around pixels of a part (*S) differ from those here most like them, the median.
@@ -114,13 +127,15 @@ class _Known:
         pixels, edge = _spread(part.nonzero(), SAMPLES), [WIDTH // 2] * 4
         own = _windows(F.pad(values, edge), pixels).flatten(1)
         counts = _windows(F.pad(part.expand_as(values).float(), edge), pixels).flatten(1)
-        apart = own.square().sum(1)[:, None] - 2 * own @ self.windows.T + counts @ self.windows.square().T
+        apart = own.square().sum(1)[:, None] - 2 * own @ self.windows.T + counts @ self.squares.T
         each = apart.amin(1) * len(values) / counts.sum(1)
         return float(each.median()) / self.variance
 
     def places(self, values: Tensor, part: Tensor) -> Tensor | None:
         """Where the pixels of a part (*S) are copied from, (2, *S); None if it is no copy."""
-        corners = _spread(_corners(part), SAMPLES)
+        if min(part.shape) < WIDTH:
+            return None
+        corners = _spread(running(torch.logical_and, part, (WIDTH, WIDTH)).nonzero(), SAMPLES)
         if not len(corners):
             return None
         windows = _windows(values, corners)
@@ -135,21 +150,12 @@ class _Known:
 
     def _most_like(self, window: Tensor, corner: Tensor, shape: Sequence[int]) -> list[list[int]]:
         """Where boxes of a shape begin that are most like a window at a corner of them, the most like first."""
-        kernel = window.movedim(-1, 0)[None]
-        lengths = F.conv2d(self.image.square().sum(0)[None, None], torch.ones_like(kernel[:, :1]))
-        apart = (lengths - 2 * F.conv2d(self.image[None], kernel))[0, 0]
+        apart = self.lengths - 2 * F.conv2d(self.image[None], window.movedim(-1, 0)[None])[0, 0]
         firsts = self.corners - corner
         room = torch.tensor(self.owned.shape) - torch.tensor(shape)
         fitting = ((firsts >= 0) & (firsts <= room.to(firsts.device))).all(1)
         best = apart[tuple(self.corners[fitting].T)].sort(stable=True).indices[:TRIED]
         return firsts[fitting][best].tolist()
-
-
-def _corners(inside: Tensor) -> Tensor:
-    """The first pixels (N, 2) of all windows that lie inside of something (*S)."""
-    if min(inside.shape) < WIDTH:
-        return inside.nonzero()[:0]
-    return (F.max_pool2d((~inside)[None].float(), WIDTH, 1)[0] == 0).nonzero()
 
 
 def _spread(corners: Tensor, most: int) -> Tensor:

@@ -9,6 +9,7 @@ evenly (`synth.texture.light`).
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import cached_property
 
 import torch
 from scipy.ndimage import distance_transform_edt
@@ -115,12 +116,12 @@ class Closing:
     def _lit(self, filled: Result) -> Tensor:
         """The video that was filled by copies: its seams feathered, and its light going on from what is known."""
         copied, owned = self._known
-        free, frames = (copied < 0).all(0), torch.ones(copied.shape[1], dtype=torch.bool)
+        free, frames = self._missing, torch.ones(copied.shape[1], dtype=torch.bool)
         where, image = torch.where(free, filled.where.cpu(), copied), filled.image.cpu()
         soft = feathered(image, where, owned, passage(self.source.exemplar), (False,) * 3, frames)
         return evened_inside(torch.where(free, soft, image), where, owned, free).to(filled.image.device)
 
-    @property
+    @cached_property
     def _missing(self) -> Tensor:
         """Which pixels (*S) are not known, on the CPU."""
         return (self.rest.where != 1).all(0).cpu()
