@@ -91,8 +91,7 @@ def _labels_of(request: str, exemplars: "Sequence[Array]") -> "tuple[list[Array]
         raise synth.InputError(f"--guide is {request!r}; write {_LABELS}IMAGE, with a shade for each exemplar")
     wanted = io.read_image(name)
     colors = _colors(wanted.kind)
-    maps, output = texture.labels(exemplars, _rows_first(wanted.pixels[:colors]))
-    return [each[..., None] for each in maps], output[..., None]
+    return texture.labels(exemplars, _rows_first(wanted.pixels[:colors]))
 
 
 def _rows_first(pixels: "Tensor") -> "Array":

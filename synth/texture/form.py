@@ -83,6 +83,12 @@ def size_of(image: Tensor | np.ndarray) -> tuple[int, ...]:
     return tuple(image.shape[1:] if isinstance(image, Tensor) else image.shape[: max(image.ndim - 1, 2)])
 
 
+def map_like(image: Image, values: np.ndarray) -> Image:
+    """A map of values (*S) in one channel, of the kind of a user's image: a tensor (1, *S) or an array (*S, 1)."""
+    made: Any = tensor_of(values)[None] if isinstance(image, Tensor) else values[..., None]
+    return made
+
+
 def _check(image: Any, first: Any, what: str) -> None:
     """Refuse what is no image, or not of the first one's kind."""
     shape = f" of shape {tuple(image.shape)}" if isinstance(image, (Tensor, np.ndarray)) else ""

@@ -7,6 +7,7 @@ import numpy as np
 from torch import Tensor
 
 from kwatra import InputError, Progress, Sum, TermLike
+from synth.texture.asked import Asked
 from synth.texture.form import Image
 from synth.texture.patchwork import Patchwork
 from synth.texture.synthesis import Synthesis, joined
@@ -62,15 +63,16 @@ def synthesize(
     what cannot be used.
     """
     steered = bool(terms) or bool(stay) or any(one is not None for one in (mask, start, levels, exemplar_mask))
-    patchwork = None if guide is None or steered else Patchwork.of(exemplar, size, guide, guide_weight)
+    asked: Asked[Image] = Asked.of(exemplar, size, guide, guide_weight)
+    patchwork = None if steered else Patchwork.of(asked)
     if patchwork is not None:
         texture = {"preset": preset, "loop": loop, "mirror": mirror, "rotate": rotate, "scale": scale, "device": device}
         return patchwork.made(seed, callback, tile, **texture)
     work = Work.of(
-        exemplar, size, preset=preset, tile=tile, loop=loop, stay=stay, start=start, levels=levels, mirror=mirror,
-        rotate=rotate, scale=scale, terms=terms, mask=mask, guide=guide, guide_weight=guide_weight,
-        exemplar_mask=exemplar_mask, device=device,
+        asked, preset=preset, tile=tile, loop=loop, stay=stay, start=start, levels=levels, mirror=mirror,
+        rotate=rotate, scale=scale, terms=terms, mask=mask, exemplar_mask=exemplar_mask, device=device,
     )  # fmt: skip
+    del asked  # and the memory of its pictures with it
     parts = work.stretches()
     if len(parts) == 1:
         return work.made(work.optimized(parts[0], None, seed, callback), parts[0])
@@ -85,6 +87,8 @@ def stretches(
     done: int = 0,
     shown: Callable[[int, int], Image] | None = None,
     callback: Callable[[Progress], None] | None = None,
+    guide: tuple[Any, Any] | list[tuple[Any, Any]] | None = None,
+    guide_weight: float | Sequence[float] = 1.0,
     **options: Any,
 ) -> Iterator[Synthesis[Image]]:
     """A video of `size` (frames, height, width), made and given stretch by stretch in order: any length, one's memory.
@@ -95,7 +99,7 @@ def stretches(
     given, the same bits as without the break. shown: gives the frames from a to b - 1, all of them given before, as
     `shown(a, b)`: where they are kept. Raises InputError as `synthesize`.
     """
-    work: Work[Image] = Work.of(exemplar, size, **options)
+    work: Work[Image] = Work.of(Asked.of(exemplar, size, guide, guide_weight), **options)
     if len(work.size) == 2:
         raise InputError("stretches are of videos but the exemplar is an image; use synthesize")
     if done and shown is None:

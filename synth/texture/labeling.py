@@ -11,11 +11,10 @@ from typing import Any
 
 import numpy as np
 from scipy import ndimage
-from torch import Tensor
 
 from kwatra import InputError
-from kwatra.base import over_channels, tensor_of
-from synth.texture.form import Form, Image, size_of
+from kwatra.base import over_channels
+from synth.texture.form import Form, Image, map_like, size_of
 from synth.texture.guidance import Guide
 from synth.words import counted
 
@@ -75,7 +74,7 @@ def labels(exemplars: Sequence[Image], wanted: Image) -> tuple[list[Image], Imag
         raise InputError(f"the map of labels has {there} for {counted(count, 'exemplar')}; draw a shade for each")
     nearest, _ = _nearest(shades[None], chosen[None])
     shown: list[np.ndarray] = [np.full(size_of(exemplar), number) for number, exemplar in enumerate(exemplars)]
-    made: list[Image] = [_as(wanted, each.astype(np.uint8)) for each in (*shown, nearest)]
+    made: list[Image] = [map_like(wanted, each.astype(np.uint8)) for each in (*shown, nearest)]
     return made[:-1], made[-1]
 
 
@@ -115,9 +114,3 @@ def _nearest(output: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, float]
         nearer = away < least
         nearest[nearer], least[nearer] = number, away[nearer]
     return nearest, float((least == 0).mean())
-
-
-def _as(like: Image, values: np.ndarray) -> Image:
-    """A map (H, W) as a tensor (1, H, W), or as an array."""
-    made: Any = tensor_of(values)[None] if isinstance(like, Tensor) else values
-    return made

@@ -16,13 +16,13 @@ from scipy import ndimage
 from kwatra import Exemplar, Progress, Result
 from kwatra.pieces import hidden_seams
 from kwatra.result import Row
+from synth.texture.asked import Asked
 from synth.texture.borders import bordered
 from synth.texture.form import Form, Image
-from synth.texture.guidance import Guide
 from synth.texture.labeling import Labels, Rectangle
 from synth.texture.runs import share_of
 from synth.texture.synthesis import Synthesis
-from synth.texture.work import Work, images_of, size_asked
+from synth.texture.work import Work
 
 NEAR = 4
 """A border may lie so many pixels from where it is wanted, or an element's size where a texture has gaps. With 8 those
@@ -39,16 +39,12 @@ class Patchwork(Generic[Image]):
     weight: float
 
     @classmethod
-    def of(
-        cls, exemplar: Image | Sequence[Image], size: Sequence[int] | None, guide: Any, weight: Any
-    ) -> "Patchwork[Image] | None":
-        """What a guide of stills asks for; None if it is none of labels. Arguments and errors are `synthesize`'s."""
-        images, form = images_of(exemplar)
-        pictures = [form.normalized(image) for image in images]
-        guidance = Guide.joint(guide, weight, pictures)
-        size_asked(size, pictures[0], guidance)
-        labels = Labels.of(guidance)
-        return None if labels is None else cls(images, form, labels, sum(guidance.counts))
+    def of(cls, asked: Asked[Image]) -> "Patchwork[Image] | None":
+        """What a guide of stills asks for; None if there is none, or none of labels."""
+        labels = None if asked.guidance is None else Labels.of(asked.guidance)
+        if asked.guidance is None or labels is None:
+            return None
+        return cls(asked.images, asked.form, labels, sum(asked.guidance.counts))
 
     def made(
         self, seed: int, callback: Callable[[Progress], None] | None, tile: bool, **options: Any
@@ -73,7 +69,8 @@ class Patchwork(Generic[Image]):
         reach = NEAR if alone is None else max(round(alone.size), NEAR)
         everywhere = slice(0, there.shape[0]), slice(0, there.shape[1])
         box = everywhere if tile else _around(there, reach + 1)  # borders look at what lies behind them
-        work: Work[Image] = Work.of(crops, [side.stop - side.start for side in box], tile=tile, **options)
+        asked: Asked[Image] = Asked.of(crops, [side.stop - side.start for side in box])
+        work: Work[Image] = Work.of(asked, tile=tile, **options)
         (whole,) = work.stretches()
         made = work.made(work.optimized(whole, None, seed, callback), whole)
         hidden, where = hidden_seams(work.source), tuple(made.result.where.cpu().numpy())

@@ -8,14 +8,13 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import torch
 from scipy import ndimage
 from torch import Tensor
 
 from kwatra import Exemplar, InputError
 from kwatra.base import over_channels
 from kwatra.pieces import hidden_seams
-from synth.texture.form import Form, Image
+from synth.texture.form import Form, Image, map_like
 
 REACH, OF_ELEMENTS = 8.0, 0.5
 """How far around a pixel, in px, its tone is seen; where there are gaps between elements that is at least the second of
@@ -49,7 +48,7 @@ def tones(exemplars: Image | Sequence[Image], wanted: Image) -> tuple[list[Image
         for image in images
     ]
     ends = np.quantile(np.concatenate([each.ravel() for each in maps]), (RARE, 1 - RARE))
-    made = [_as(wanted, values) for values in (*maps, _gray(wanted).clip(*ends))]
+    made = [map_like(wanted, values.astype(np.float32)) for values in (*maps, _gray(wanted).clip(*ends))]
     return made[:-1], made[-1]
 
 
@@ -65,9 +64,3 @@ def _gray(image: Tensor | np.ndarray) -> np.ndarray:
         return (over_channels(image.detach().cpu().double()) / len(image)).numpy()
     values = np.asarray(image, np.float64)
     return values if values.ndim == 2 else values.mean(-1)
-
-
-def _as(like: Image, values: np.ndarray) -> Image:
-    """A map (*S) as a tensor or an array of one channel."""
-    made: Any = torch.from_numpy(values)[None].float() if isinstance(like, Tensor) else values[..., None]
-    return made

@@ -12,12 +12,12 @@ from torch import Tensor
 
 import kwatra
 from kwatra import Exemplar, InputError, Level, Prepared, Progress, Result, Settings, Sum, TermLike
-from kwatra.base import tensor_of, whole_sizes
+from kwatra.base import tensor_of
 from kwatra.terms import parts_of
 from kwatra.windows import per_axis
+from synth.texture.asked import Asked
 from synth.texture.feathering import feathered, passage
 from synth.texture.form import Form, Image
-from synth.texture.guidance import Guide
 from synth.texture.illumination import under_even_light
 from synth.texture.light import evened
 from synth.texture.moving import in_time
@@ -81,8 +81,7 @@ class Work(Generic[Image]):
     @classmethod
     def of(
         cls,
-        exemplar: Image | Sequence[Image],
-        size: Sequence[int] | None,
+        asked: Asked[Image],
         *,
         preset: str = "default",
         tile: bool = False,
@@ -95,35 +94,31 @@ class Work(Generic[Image]):
         scale: Sequence[float] = (),
         terms: TermLike | Sum | Sequence[TermLike | Sum] = (),
         mask: Tensor | np.ndarray | None = None,
-        guide: Any = None,
-        guide_weight: Any = 1.0,
         exemplar_mask: Any = None,
         device: str = "cpu",
     ) -> "Work[Image]":
         """The work, checked as far as it can be before it begins; see `synthesize`."""
-        images, form = images_of(exemplar)
-        pictures = [form.normalized(image) for image in images]
+        form, pictures, guidance = asked.form, asked.pictures, asked.guidance
+        shape: tuple[int, ...] = asked.size
         settings = _settings(preset, _wraps(pictures[0], tile, loop), levels)
         begin, channels, weights = None if start is None else form.normalized(start), len(pictures[0]), None
-        guidance = None if guide is None else Guide.joint(guide, guide_weight, pictures)
-        shape: tuple[int, ...] = size_asked(size, pictures[0], guidance)
-        asked: tuple[TermLike, ...] = parts_of(terms)
-        steered = bool(asked) or mask is not None or start is not None or guidance is not None
+        wanted: tuple[TermLike, ...] = parts_of(terms)
+        steered = bool(wanted) or mask is not None or start is not None or guidance is not None
         if guidance is not None:
             settings = guidance.settings(settings, pictures, shape)
-            asked = tuple(guidance.terms(asked, channels, device))
+            wanted = tuple(guidance.terms(wanted, channels, device))
             pictures, weights = guidance.joined(pictures), guidance.weights(channels)
             begin = None if begin is None else guidance.beside(begin)
         source: Exemplar = Exemplar.of(
             pictures, weights=weights, masks=_masks(exemplar_mask), mirror=mirror, rotate=rotate, scale=scale,
             device=device,
         )  # fmt: skip
-        asked = (*asked, *staying(stay, source, shape, tile))
+        wanted = (*wanted, *staying(stay, source, shape, tile))
         if len(shape) > 2:
             settings = in_time(settings, source)
         effort = _effort(preset, shape) if len(shape) == 2 and not steered else None
         hidden, begin = (None if one is None else tensor_of(one).to(device) for one in (mask, begin))
-        work = cls(form, source, shape, settings, PRESETS[preset][1], effort, asked, hidden, begin, channels, steered)
+        work = cls(form, source, shape, settings, PRESETS[preset][1], effort, wanted, hidden, begin, channels, steered)
         return work.evenly_lit()
 
     def evenly_lit(self) -> "Work[Image]":
@@ -228,34 +223,12 @@ def _effort(preset: str, shape: Sequence[int]) -> Effort:
     return Effort(max(math.floor(first), 1), math.floor(more + 0.5))
 
 
-def images_of(exemplar: Image | Sequence[Image]) -> tuple[list[Image], Form[Image]]:
-    """The exemplar's images, one or several, and their form."""
-    images: list[Any] = list(exemplar) if isinstance(exemplar, (list, tuple)) else [exemplar]
-    if not images:
-        raise InputError("no exemplar was given; give at least one image")
-    return images, Form.of(images)
-
-
 def _masks(masks: Any) -> list[Tensor] | None:
     """Masks of the exemplars, given as one or as several, tensors or arrays."""
     if masks is None:
         return None
     several = [masks] if isinstance(masks, (Tensor, np.ndarray)) else masks
     return [tensor_of(mask) for mask in several]
-
-
-def size_asked(size: Sequence[int] | None, picture: Tensor, guidance: Guide | None) -> tuple[int, ...]:
-    """The output's size: as asked, or that of its guide; where both are given they must agree."""
-    sides = "height and width" if picture.ndim == 3 else "number of frames, height and width"
-    if guidance is None:
-        if size is None:
-            raise InputError(f"no size was given; give the output's {sides}")
-        return whole_sizes(size, picture.ndim - 1, f"the size ({sides})")
-    there = tuple(guidance.output.shape[1:])
-    asked = there if size is None else whole_sizes(size, picture.ndim - 1, f"the size ({sides})")
-    if asked != there:
-        raise InputError(f"the size is {asked} but the guide's output map has {there}; leave the size out")
-    return there
 
 
 def _levels(levels: str | Sequence[tuple[int, int]] | None) -> tuple[Level, ...] | None:

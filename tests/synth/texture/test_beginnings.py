@@ -10,6 +10,7 @@ from kwatra.pieces import visible_seams
 from kwatra.scoring import pasted
 from synth import synthesize
 from synth.texture import search
+from synth.texture.asked import Asked
 from synth.texture.search import ALIKE, LEAST, LEAST_TORN, MOST, PARTS, PASTED, TORN, Effort, Search
 from synth.texture.work import LARGER, STILLS, Work
 
@@ -135,7 +136,7 @@ def test_blocks_are_larger_in_every_other_first_try_where_more_follows(monkeypat
 def test_larger_stills_begin_with_fewer_tries_and_best_with_at_most_eight_times_as_many():
     noise = torch.rand(1, 32, 32)
     efforts = {
-        preset: [Work.of(noise, (side, side), preset=preset).effort for side in range(64, 3000, 37)]
+        preset: [Work.of(Asked.of(noise, (side, side)), preset=preset).effort for side in range(64, 3000, 37)]
         for preset in ("fast", "default", "best")
     }
     assert {effort.tries for effort in efforts["fast"]} == {1}

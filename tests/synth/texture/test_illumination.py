@@ -12,6 +12,7 @@ from torch import Tensor
 from kwatra import Exemplar, SoftPixels
 from synth import fill, synthesize
 from synth.texture import illumination
+from synth.texture.asked import Asked
 from synth.texture.form import Form
 from synth.texture.illumination import find_light, under_even_light
 from synth.texture.work import Work
@@ -205,11 +206,10 @@ def test_what_is_asked_for_besides_keeps_the_light_it_may_mean() -> None:
     form = Form.of([lit])
     given = Exemplar.of(form.normalized(lit)).canvas
     wish = SoftPixels(torch.zeros(1, SIDE, SIDE), torch.ones(1, SIDE, SIDE))
-    wishes: list[dict[str, Any]] = [{"terms": wish}, {"start": lit}, {"stay": 0.5}, {"guide": (lit, lit)}]
-    for asked in wishes:
-        source = Work.of(lit, (SIDE, SIDE), **asked).source
-        assert torch.equal(source.canvas[:1], given)
-    assert not torch.equal(Work.of(lit, (SIDE, SIDE), tile=True).source.canvas, given)
+    asked, wishes = Asked.of(lit, (SIDE, SIDE)), list[dict[str, Any]]([{"terms": wish}, {"start": lit}, {"stay": 0.5}])
+    works = [Work.of(Asked.of(lit, None, (lit, lit))), *(Work.of(asked, **meant) for meant in wishes)]
+    assert all(torch.equal(work.source.canvas[:1], given) for work in works)
+    assert not torch.equal(Work.of(asked, tile=True).source.canvas, given)
 
 
 @pytest.mark.parametrize("elsewhere", [False, True])

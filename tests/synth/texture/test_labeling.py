@@ -90,8 +90,12 @@ def test_shades_stand_for_exemplars_from_dark_to_light() -> None:
     drawn = np.stack([WANTED, WANTED, WANTED // 2], -1)
     drawn[:, 20] = 70
     maps, output = labels(exemplars, drawn)
-    assert [(each.shape, set(each.ravel())) for each in maps] == [((9, 12), {0}), ((11, 8), {1}), ((10, 10), {2})]
-    np.testing.assert_array_equal(output[:, 21:], np.array([2] * 9 + [1] * 10)[None].repeat(20, 0))
+    assert [(each.shape, set(each.ravel())) for each in maps] == [
+        ((9, 12, 1), {0}),
+        ((11, 8, 1), {1}),
+        ((10, 10, 1), {2}),
+    ]
+    np.testing.assert_array_equal(output[:, 21:, 0], np.array([2] * 9 + [1] * 10)[None].repeat(20, 0))
     assert (output[:, 20] == 1).all()
     tensors, wanted = labels([torch.zeros(1, 9, 12), torch.zeros(1, 8, 8)], torch.from_numpy(WANTED == 0)[None].float())
     assert [tuple(each.shape) for each in tensors] == [(1, 9, 12), (1, 8, 8)]
