@@ -3,6 +3,7 @@
 from kwatra.elements.anisotropy import STRAIGHT, anisotropy, drawn_sides, easier, runs_along
 from kwatra.elements.direction import direction_dependence
 from kwatra.elements.ground import Ground, find_ground, middle_of
+from kwatra.elements.growing import grown
 from kwatra.elements.lattice import Lattice, find_lattice
 from kwatra.elements.outlines import Outlines, find_outlines
 from kwatra.elements.place import place_dependence
@@ -35,6 +36,7 @@ __all__ = [
     "find_rows",
     "find_slant",
     "find_weave",
+    "grown",
     "lines_through",
     "middle_of",
     "out_of_step",

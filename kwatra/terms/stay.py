@@ -1,16 +1,19 @@
 """What belongs somewhere stays there: a flame's base, a horizon, the banks of a stream.
 
 A window prefers exemplar windows from its own place in the frame. Places are shares of the frame, 0 at its first pixel
-and 1 at its last, so that an output of another size is the same scene at that size. What a window costs grows with the
-square of the distance; distances along time are none.
+and 1 at its last, so that an output of another size is the same scene at that size; in a larger one what changes from
+place to place keeps its size, and what is alike fills the rest (`grown`). What a window costs grows with the square of
+the distance; distances along time are none.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import torch
 from torch import Tensor
 
 from kwatra.base import InputError, total
+from kwatra.elements import grown
 from kwatra.exemplar import Exemplar
 from kwatra.terms.algebra import PlaceCharge, Quadratic, Term, TermLike
 
@@ -57,7 +60,7 @@ class Stay(Term):
         """See `Term.place_charge`."""
         if self.weight == 0:
             return None
-        places = _places(exemplar)
+        places = _places(exemplar, shape)
         middle = torch.tensor(width, device=places.device) // 2
         size = torch.tensor(shape[-2:], device=places.device) - 1
         last = torch.tensor(exemplar.shape, device=places.device) - 1
@@ -73,12 +76,15 @@ class Stay(Term):
         return charge
 
 
-def _places(exemplar: Exemplar) -> Tensor:
-    """For each pixel of the canvas its place in the frame of its image, (2, *S): row and column as shares."""
+def _places(exemplar: Exemplar, shape: Sequence[int]) -> Tensor:
+    """For each pixel of the canvas where it belongs in an output's frame (*S): (2, *S), row and column as shares."""
     places = torch.zeros(2, *exemplar.shape, dtype=torch.float32, device=exemplar.canvas.device)
+    larger = [there / here for there, here in zip(shape[-2:], exemplar.extent[-2:], strict=True)]
     for image in exemplar.origin[0][exemplar.owner >= 0].unique().tolist():
         inside = (exemplar.origin[0] == image) & (exemplar.owner >= 0)
-        place = exemplar.origin[-2:, inside].float()
+        time, place = exemplar.origin[1:-2, inside], exemplar.origin[-2:, inside].float()
         low, high = place.amin(1, keepdim=True), place.amax(1, keepdim=True)
-        places[:, inside] = (place - low) / (high - low).clamp(min=1)
+        late = time[0] > int(time.amax()) // 2 if len(time) else None
+        for axis, share in enumerate((place - low) / (high - low).clamp(min=1)):
+            places[axis, inside] = grown(share, exemplar.canvas[:, inside], late, larger[axis])
     return places
