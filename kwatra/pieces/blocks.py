@@ -25,7 +25,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from kwatra.base import continued, mean, shared
+from kwatra.base import continued, mean
 from kwatra.elements import Lattice, Rows
 from kwatra.exemplar import Exemplar
 from kwatra.pieces.boxes import Box
@@ -41,12 +41,12 @@ from kwatra.pieces.choosing import (
     variance,
 )  # fmt: skip
 from kwatra.pieces.completion import complete
-from kwatra.pieces.fronts import alike, fronts
+from kwatra.pieces.fronts import alike, fronts, last_apart
 from kwatra.pieces.given import BESIDE, NARROW, GivenCopies
 from kwatra.pieces.offers import Offers
 from kwatra.pieces.seams import Array, Gaps, Mosaic, eased, find_gaps
 from kwatra.pieces.seams.gaps import LARGEST
-from kwatra.pieces.sheet import Budget, Offer, Regions, Sheet, cheapest_cuts, lay_again
+from kwatra.pieces.sheet import Budget, Offer, Regions, Sheet, cheapest_as_offered, lay_again
 from kwatra.pieces.spread import Spread, overlap_of
 from kwatra.terms import PlaceCharge, Wish
 
@@ -234,7 +234,7 @@ class BlockStart:
 
     def _lay_all(self, boxes: Sequence[Box], again: bool = False, rest: bool = False) -> None:
         """Lay blocks in boxes, those that lie apart at once; again and rest: as in `_lay`."""
-        for front in self._fronts(boxes):
+        for front in fronts(boxes, *self._spacing):
             self._lay([boxes[number] for number in front], again, rest)
 
     def _lay_again(self, count: int) -> None:
@@ -248,13 +248,13 @@ class BlockStart:
         """That of the block whose first pixel is at a corner."""
         return Box(tuple(corner), self.corners.block).clipped(self.shape, self.sheet.periodic)
 
-    def _fronts(self, boxes: Sequence[Box]) -> list[list[int]]:
-        """Groups of boxes that lie apart, one group after the other.
+    @property
+    def _spacing(self) -> tuple[int, tuple[int, ...], tuple[bool, ...]]:
+        """How far apart boxes lie that are worked on at once, on which grid, and which axes of it wrap.
 
         They do not touch; of stills, where it counts what is shown nearby, they lie so far apart that none counts.
         """
-        reach = max(self.corners.block) if len(self.shape) == 2 else 1
-        return fronts(boxes, reach, self.shape, self.sheet.periodic)
+        return max(self.corners.block) if len(self.shape) == 2 else 1, self.shape, self.sheet.periodic
 
     def _lay(self, boxes: Sequence[Box], again: bool = False, rest: bool = False) -> list[bool]:
         """Lay blocks in boxes that lie apart; of each whether it was: again one is only where that lowers seams.
@@ -267,31 +267,33 @@ class BlockStart:
         luck = torch.rand(len(boxes), generator=self.generator, dtype=torch.float64).tolist()
         often = None if self.scene is None else self.scene.prices(self.used)
         worn, hang = self.candidates.worn(self.shown), (0,) * len(self.shape) if rest else self.corners.hang
+        offers: dict[int, Offer] = {}
 
         def choose(numbers: Sequence[int]) -> list[Offer]:
             some = [boxes[number] for number in numbers]
             needed = None if again else self.spread.needed(some, hang)
             chosen = self.candidates.choose(some, needed, worn, self.seams, [luck[number] for number in numbers])
             seen = zip(self.sheet.windows(some), some, chosen, strict=True)
-            return [self.offers.of(window, box, *tried, often, again) for window, box, tried in seen]
+            made = [self.offers.of(window, box, *tried, often, again) for window, box, tried in seen]
+            offers.update(zip(numbers, made, strict=True))
+            return made
 
         most = max(LOOKED_AT // math.prod(self.exemplar.shape), 1)
         groups = alike(boxes, min(most, -(-len(boxes) // torch.get_num_threads())))
-        made = dict(zip(chain(*groups), chain(*shared(choose, groups)), strict=True))
-        offers = [made[number] for number in range(len(boxes))]
-        cuts = cheapest_cuts(self.sheet, offers, self.corners.owned)
-        for offer, cut in zip(offers, cuts, strict=True):
-            if cut is not None:
-                offer.window.recount(cut.take, cut.places, self.shown)
+        found = cheapest_as_offered(self.sheet, groups, choose, self.corners.owned)
+        cuts = dict(zip(chain(*groups), found, strict=True))
+        for number in range(len(boxes)):
+            if (cut := cuts[number]) is not None:
+                offers[number].window.recount(cut.take, cut.places, self.shown)
                 self.sheet.commit(cut)
-        return [cut is not None for cut in cuts]
+        return [cuts[number] is not None for number in range(len(boxes))]
 
     def _costly(self, regions: Regions, most: int) -> list[Box]:
         """Boxes around the regions whose seams cost most, up to so many: until one is near another."""
         boxes = list[Box]()
         while len(boxes) < min(most, TOGETHER) and (region := regions.costliest()) is not None:
             box = self.box(self.spread.around(region, self.shape, self.wraps))
-            if len(self._fronts([*boxes, box])) > 1:
+            if not last_apart([*boxes, box], *self._spacing):
                 break
             regions.rest(region)
             boxes.append(box)

@@ -13,20 +13,38 @@ def fronts(boxes: Sequence[Box], reach: int, shape: Sequence[int], periodic: Seq
     Each box comes in the first group after those of all earlier boxes that lie less than `reach` from it along every
     axis: so none meets another way what was there before it. shape, periodic: of the grid, and which axes wrap.
     """
-    starts, stops = (np.array([getattr(box, side) for box in boxes]) for side in ("start", "stop"))
+    sides = _sides(boxes)
     group = np.zeros(len(boxes), np.int64)
     for number in range(1, len(boxes)):
-        near = np.ones(number, bool)
-        for axis, (size, wraps) in enumerate(zip(shape, periodic, strict=True)):
-            behind, ahead = starts[:number, axis] - stops[number, axis], starts[number, axis] - stops[:number, axis]
-            away = np.maximum(behind, ahead)
-            if wraps:
-                turns = (np.maximum(behind + turn, ahead - turn) for turn in (-size, size))
-                away = np.minimum(away, np.minimum(*turns))
-            near &= away < reach
+        near = _near(number, *sides, reach, shape, periodic)
         group[number] = group[:number][near].max(initial=-1) + 1
     order = np.argsort(group, kind="stable")
     return [part.tolist() for part in np.split(order, np.flatnonzero(np.diff(group[order])) + 1)]
+
+
+def last_apart(boxes: Sequence[Box], reach: int, shape: Sequence[int], periodic: Sequence[bool]) -> bool:
+    """Whether the last of boxes could be worked on at once with all others, see `fronts`."""
+    return not _near(len(boxes) - 1, *_sides(boxes), reach, shape, periodic).any()
+
+
+def _sides(boxes: Sequence[Box]) -> tuple[np.ndarray, np.ndarray]:
+    """The first pixels of boxes (n, axes), and those after their last."""
+    return np.array([box.start for box in boxes]), np.array([box.stop for box in boxes])
+
+
+def _near(
+    number: int, starts: np.ndarray, stops: np.ndarray, reach: int, shape: Sequence[int], periodic: Sequence[bool]
+) -> np.ndarray:
+    """Which boxes before one lie less than `reach` from it along every axis, (number,)."""
+    near = np.ones(number, bool)
+    for axis, (size, wraps) in enumerate(zip(shape, periodic, strict=True)):
+        behind, ahead = starts[:number, axis] - stops[number, axis], starts[number, axis] - stops[:number, axis]
+        away = np.maximum(behind, ahead)
+        if wraps:
+            turns = (np.maximum(behind + turn, ahead - turn) for turn in (-size, size))
+            away = np.minimum(away, np.minimum(*turns))
+        near &= away < reach
+    return near
 
 
 def alike(boxes: Sequence[Box], most: int) -> list[Sequence[int]]:

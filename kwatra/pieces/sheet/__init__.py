@@ -1,7 +1,7 @@
 """The sheet that patches are laid on: its seams, regions that need a patch, the one that is laid, and laying again."""
 
 from kwatra.pieces.sheet.again import Budget, lay_again
-from kwatra.pieces.sheet.cheapest import Offer, cheapest_cuts, patch_of, sides_of
+from kwatra.pieces.sheet.cheapest import Offer, cheapest_as_offered, cheapest_cuts, patch_of, sides_of
 from kwatra.pieces.sheet.regions import Regions
 from kwatra.pieces.sheet.sheet import Cut, Patch, Sheet
 from kwatra.pieces.sheet.window import Window
@@ -14,6 +14,7 @@ __all__ = [
     "Regions",
     "Sheet",
     "Window",
+    "cheapest_as_offered",
     "cheapest_cuts",
     "lay_again",
     "patch_of",

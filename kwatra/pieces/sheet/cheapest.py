@@ -1,9 +1,9 @@
 """Of several patches of a mosaic, tried in one window, the one to lay."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -17,6 +17,8 @@ from kwatra.pieces.sheet.window import Window
 if TYPE_CHECKING:
     from kwatra.pieces.sheet.tries import Found, Ground, Tries
 
+
+Item = TypeVar("Item")
 
 ALL = np.empty(0, bool)
 """Places that are shown at all, where none is told."""
@@ -56,15 +58,33 @@ def cheapest_cuts(sheet: Sheet[Mosaic], offers: Sequence[Offer], owned: Array = 
     owned: by place of the mosaic, what patches show at all; where they lie on holes nothing changes. Threads share the
     offers.
     """
-    from kwatra.pieces.sheet.tries import cheapest_of
+    return cheapest_as_offered(sheet, [offers], list, owned)
 
-    small = [solved_at_once(offer.window.laid) for offer in offers]
-    large = [offer for offer, at_once in zip(offers, small, strict=True) if not at_once]
-    cuts = iter(shared(partial(_one_by_one, sheet, owned), large))
-    tried = [_tried(sheet, offer, owned) for offer, at_once in zip(offers, small, strict=True) if at_once]
-    found = iter(cheapest_of(tried))
-    chosen = zip(offers, small, strict=True)
-    return [_cut_of(sheet, offer, next(found)) if at_once else next(cuts) for offer, at_once in chosen]
+
+def cheapest_as_offered(
+    sheet: Sheet[Mosaic], groups: Sequence[Item], offers: Callable[[Item], Sequence[Offer]], owned: Array = ALL
+) -> list[Cut | None]:
+    """The same of what is offered of groups, one after the other; `offers` is asked by the thread that takes a group.
+
+    So none waits for what others are offered before it begins with cuts.
+    """
+    from kwatra.pieces.sheet.tries import Offered, cheapest_of
+
+    made: dict[int, Sequence[Offer]] = {}
+
+    def tried(number: int) -> list[Offered]:
+        made[number] = offers(groups[number])
+        return [_tried(sheet, offer, owned) for offer in made[number] if _small(offer)]
+
+    found = iter(cheapest_of(range(len(groups)), tried))
+    every = [(offer, _small(offer)) for number in range(len(groups)) for offer in made[number]]
+    cuts = iter(shared(partial(_one_by_one, sheet, owned), [offer for offer, small in every if not small]))
+    return [_cut_of(sheet, offer, next(found)) if small else next(cuts) for offer, small in every]
+
+
+def _small(offer: Offer) -> bool:
+    """Whether cuts in an offer's window are solved at once."""
+    return solved_at_once(offer.window.laid)
 
 
 def _cut_of(sheet: Sheet[Mosaic], offer: Offer, best: "Found | None") -> Cut | None:

@@ -6,7 +6,7 @@ box with the costliest seams, or with random placement any box.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -81,10 +81,15 @@ class Regions:
 
     def _score_around(self, box: Box) -> None:
         """Score anew all regions that touch a box."""
-        spans = []
-        for start, stop, (n, e, wraps) in zip(box.start, box.stop, self._axes, strict=True):
-            low, high = start - e + 1, stop
-            spans.append((low, min(high, low + n)) if wraps else (max(low, 0), min(high, n - e + 1)))
+        sides = zip(box.start, box.stop, self.extent, strict=True)
+        self._score_from((start - e + 1, stop) for start, stop, e in sides)
+
+    def _score_from(self, sides: Iterable[tuple[int, int]]) -> None:
+        """Score anew all regions that begin within sides, axis by axis, which may lie beyond the sheet."""
+        spans = [
+            (low, min(high, low + n)) if wraps else (max(low, 0), min(high, n - e + 1))
+            for (low, high), (n, e, wraps) in zip(sides, self._axes, strict=True)
+        ]
         if self._scores is not None and all(low < high for low, high in spans):
             self._score(spans)
 
@@ -109,7 +114,7 @@ class Regions:
             tuple(s - e // 2 for s, e in zip(region.start, region.extent, strict=True)), region.extent
         ).clipped(self.sheet.shape, self.sheet.periodic)
         self.tried[self.sheet.indices(around)] *= 0.5
-        self._score_around(around)
+        self._score_from(zip(around.start, around.stop, strict=True))
 
     def _below(self, count: int) -> int:
         return int(torch.randint(count, (1,), generator=self.generator))

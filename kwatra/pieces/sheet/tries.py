@@ -7,8 +7,9 @@ This module is compiled by numba when first used, so it is imported where patche
 """
 
 import math
-from collections.abc import Sequence
-from typing import Any, NamedTuple
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 import torch
@@ -22,8 +23,7 @@ from kwatra.pieces.loops import copy_into
 from kwatra.pieces.seams import Array, Prices
 from kwatra.pieces.seams.matches import cut_places
 
-PARTS = 4
-"""Offers are divided so that there are so many parts for each thread: few, and of unlike length, leave threads idle."""
+Item = TypeVar("Item")
 
 
 class Tries(NamedTuple):
@@ -63,6 +63,10 @@ class Ground(NamedTuple):
     prices: Prices
 
 
+Offered = tuple[Tries, Ground, float]
+"""What is tried, on what, and what it has to cost less than."""
+
+
 class Found(NamedTuple):
     """The number of the patch that costs least, and what it costs; the rest is as in `Cut`."""
 
@@ -75,27 +79,53 @@ class Found(NamedTuple):
     price: int
 
 
-def cheapest_of(offers: Sequence[tuple[Tries, Ground, float]]) -> list[Found | None]:
+def cheapest_of(groups: Sequence[Item], offered: Callable[[Item], Sequence[Offered]]) -> list[Found | None]:
     """Of each offer the patch whose cost, and price times rate, come to least; None if none comes to less than a bound.
 
-    Of equals it is the first. An offer is what is tried, on what, and the bound. Threads share the offers; who finds
-    all begun helps with the last ones, patch by patch, knowing what has been found: a cut that costs more need not be
-    solved.
+    Of equals it is the first. What is offered of a group is told when a thread begins with it, of one alone before.
+    Threads share the groups; who finds all begun helps with the last offers, patch by patch, knowing what has been
+    found: a cut that costs more need not be solved. They come in the order of groups, and of what is offered of each.
     """
-    threads = torch.get_num_threads()
-    lowest, following = [np.array([least]) for _, _, least in offers], [np.zeros(1, np.int64) for _ in offers]
-    best: list[list[Found]] = [[] for _ in offers]
 
-    def work_on(number: int) -> None:
-        tries, ground, least = offers[number]
-        if following[number][0] < len(tries.costs):
-            found = _cheapest_of(tries, ground, least, lowest[number], following[number])
+    def contests_of(group: Item) -> list[_Contest]:
+        return [_Contest(*offer) for offer in offered(group)]
+
+    begun = [[one] for one in contests_of(groups[0])] if len(groups) == 1 else [list[_Contest]() for _ in groups]
+
+    def begin(number: int) -> None:
+        begun[number] = begun[number] or contests_of(groups[number])
+        for contest in begun[number]:
+            contest.join()
+
+    def help_with(number: int) -> None:
+        for contest in reversed(begun[number]):
+            contest.join()
+
+    order, helpers = range(len(begun)), torch.get_num_threads() - 1
+    work = [*(partial(begin, n) for n in order), *(partial(help_with, n) for n in [*reversed(order)] * helpers)]
+    shared(lambda each: each(), work)
+    return [contest.best for contests in begun for contest in contests]
+
+
+class _Contest:
+    """Patches that are tried on a window, and the best of them that any thread has found."""
+
+    def __init__(self, tries: Tries, ground: Ground, least: float) -> None:
+        self._offer = tries, ground, least
+        self._lowest, self._following = np.array([least]), np.zeros(1, np.int64)
+        self._found = list[Found]()
+
+    def join(self) -> None:
+        """Try patches until all have been begun with."""
+        if self._following[0] < len(self._offer[0].costs):
+            found = _cheapest_of(*self._offer, self._lowest, self._following)
             if found is not None:
-                best[number].append(found)
+                self._found.append(found)
 
-    order = range(len(offers))
-    shared(work_on, [*order, *[number for _ in range(threads - 1) for number in reversed(order)]])
-    return [min(found, key=lambda one: (one.cost, one.number), default=None) for found in best]
+    @property
+    def best(self) -> Found | None:
+        """The cheapest of what was found, of equals the first."""
+        return min(self._found, key=lambda one: (one.cost, one.number), default=None)
 
 
 def _cheapest_of(tries: Tries, ground: Ground, least: float, lowest: Array, following: Array) -> Found | None:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from kwatra.pieces.boxes import Box
-from kwatra.pieces.fronts import alike, fronts
+from kwatra.pieces.fronts import alike, fronts, last_apart
 
 
 def apart(one, other, reach, shape, periodic):
@@ -31,6 +31,7 @@ def test_each_box_comes_as_soon_as_all_earlier_ones_near_it_are_there(periodic, 
     for number, box in enumerate(boxes):
         near = [k for k in range(number) if not apart(box, boxes[k], reach, shape, periodic)]
         assert group[number] == max((group[k] + 1 for k in near), default=0)
+        assert last_apart(boxes[: number + 1], reach, shape, periodic) == (not near)
 
 
 def test_rows_of_blocks_that_touch_follow_each_other_three_apart():
