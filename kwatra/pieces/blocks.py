@@ -71,8 +71,8 @@ class BlockStart:
     block: its size; grain: what offsets are multiples of. wraps: along which axes the output is periodic; None for
     none. usage: what a block costs whose pixels were used once more than all on average. seams: of how many blocks the
     seams are compared. aligned: False takes whole blocks at random. repeats: with which blocks are laid in step, if
-    any. along: the axis the texture runs along, if it does; easier: by how many times less seams cost then along each
-    axis (`kwatra.elements.easier`). places: what is charged for where in the exemplar a block comes from. wish: values
+    any. along: the axis along which blocks beside each other are out of step, if any; easier: by how many times less
+    seams cost along each axis. places: what is charged for where in the exemplar a block comes from. wish: values
     that pixels should have, with weights; a weight of 1 counts fully, as what is laid already. given (n, *shape): where
     in the exemplar's canvas pixels come from that are given and stay, below 0 where none is.
     """

@@ -1,7 +1,8 @@
 """Where blocks start in the output: evenly spread, and overlapping by so much or more.
 
 Blocks of a texture that runs along an axis are long and narrow. Were all of a row of them to end side by side, their
-ends would be seen as one line across, so each starts elsewhere than those beside it, as bricks do in a wall.
+ends would be seen as one line across, so each starts elsewhere than those beside it, as bricks do in a wall. So it is
+of scenes that are made larger, of which blocks from different places agree little.
 """
 
 import math
@@ -46,15 +47,22 @@ class Spread:
         wraps: Sequence[bool],
         along: int | None = None,
     ) -> "Spread":
-        """Those over an output (*shape), row by row; along: the axis along which lines of them are out of step."""
+        """Those over an output (*shape), row by row.
+
+        along: the axis along which lines of them are out of step that lie beside each other in a frame.
+        """
         axes = list(zip(shape, block, overlap, grain, wraps, strict=True))
         lines = [[_line(*axis, 0.0)] for axis in axes]
         corners = [*product(*(line for (line,) in lines))]
         if along is not None:
-            ((beside,),) = (line for axis, line in enumerate(lines) if axis != along)
+            aside = max(axis for axis in range(len(axes)) if axis != along)
+            (beside,) = lines[aside]
             lines[along] = [_line(*axes[along], number * GOLDEN % 1) for number in range(len(beside))]
-            pairs = ((a, b) for b, line in zip(beside, lines[along], strict=True) for a in line)
-            corners = sorted(pairs if along == 0 else ((b, a) for a, b in pairs))
+            corners = []
+            for line, at in zip(lines[along], beside, strict=True):
+                own = {along: line, aside: [at]}
+                corners += product(*(own.get(axis, some[0]) for axis, some in enumerate(lines)))
+            corners.sort()
         strides = (
             max(chain.from_iterable(map(np.diff, some)), default=b) for some, b in zip(lines, block, strict=True)
         )

@@ -56,3 +56,15 @@ def test_lines_of_blocks_are_out_of_step_and_cover_all(along, wraps):
     assert all(found.last[along] >= {line[-1]} for line in lines.values())
     steps = [np.diff(line).max() for line in lines.values()]
     assert found.strides[along] == max(steps) <= block[along] - overlap[along] + 2
+
+
+def test_of_videos_blocks_beside_each_other_are_out_of_step_at_all_times():
+    found = Spread.over((10, 60, 40), (4, 20, 20), (1, 5, 5), (1, 1, 1), (False,) * 3, 1)
+    assert found.corners == sorted(found.corners)
+    still = Spread.over((60, 40), (20, 20), (5, 5), (1, 1), (False, False), 0)
+    times = sorted({corner[0] for corner in found.corners})
+    assert times == [0, 3, 6]
+    for time in times:
+        assert [corner[1:] for corner in found.corners if corner[0] == time] == still.corners
+    assert found.last == [{6}, *still.last]
+    assert found.strides == (3, *still.strides)
