@@ -15,12 +15,13 @@ LINES = 32
 CALM = 0.1
 """Where the means of lines change by so much from one to the next, in deviations of the colors, a frame is stretched by
 half of what it would be where nothing changes. At twice its size a waterfall goes over one edge with it, for all of the
-width; with .3 there is the end of a second, and two where all is stretched alike. Five clips of that size score .107
-alike and .108 with it: smoke gains .006 and the waterfall, of which less is edge than in its clip, loses .008."""
+width; with .3 there is the end of a second, and two where all is stretched alike. Five clips of that size, judged as
+compressed films, score .107 stretched alike and .108 with it: smoke gains .006 and the waterfall, of which less is edge
+than in its clip, loses .008."""
 
 LITTLE = 1.5
-"""What is made so many times longer, or less, is stretched alike: nothing is seen twice then. Five clips score .094 so,
-and .097 with lines stretched by what changes."""
+"""What is made so many times longer, or less, is stretched alike: nothing is seen twice then. Five clips, judged as
+compressed films, score .094 so, and .097 with lines stretched by what changes."""
 
 
 def grown(share: Tensor, colors: Tensor, late: Tensor | None, larger: float) -> Tensor:
