@@ -2,8 +2,8 @@
 
 from kwatra.elements.anisotropy import STRAIGHT, anisotropy, drawn_sides, easier, runs_along
 from kwatra.elements.direction import direction_dependence
+from kwatra.elements.frame import grown
 from kwatra.elements.ground import Ground, find_ground, middle_of
-from kwatra.elements.growing import grown
 from kwatra.elements.lattice import Lattice, find_lattice
 from kwatra.elements.outlines import Outlines, find_outlines
 from kwatra.elements.place import place_dependence

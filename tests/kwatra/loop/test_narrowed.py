@@ -1,4 +1,4 @@
-"""Blocks of textures that run along an axis."""
+"""Blocks of textures that run along an axis, and those of scenes that are made higher."""
 
 import math
 
@@ -7,8 +7,9 @@ import pytest
 import torch
 from scipy import ndimage
 
-from kwatra import Exemplar, Settings, optimize
+from kwatra import Exemplar, Settings, begin, optimize
 from kwatra.loop.laying import narrowed
+from kwatra.pieces import BlockStart
 
 
 @pytest.mark.parametrize(
@@ -39,3 +40,15 @@ def test_the_ends_of_blocks_make_no_line_across_what_runs_along_an_axis(axis, wr
         return picture.diff(dim=axis + 1).abs().mean(dim=(0, 2 - axis)).max()
 
     assert steepest(made) < 4 * steepest(image)  # 1.6 to 2.0 times as steep; 6.2 to 12 with square blocks
+
+
+@pytest.mark.parametrize(("height", "out"), [(36, False), (37, True)])
+def test_in_much_higher_frames_blocks_beside_each_other_are_out_of_step(height, out):
+    clip = Exemplar.of(torch.rand(1, 4, 24, 24, generator=torch.Generator().manual_seed(0)))
+    blocks = begin(clip, (4, height, 36)).blocks
+    assert isinstance(blocks, BlockStart)
+    rows = dict[int, set[int]]()
+    for _, row, column in blocks.spread.corners:
+        rows.setdefault(column, set()).add(row)
+    assert len(rows) > 1
+    assert out == (len(set(map(frozenset, rows.values()))) > 1)

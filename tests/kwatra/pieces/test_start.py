@@ -246,17 +246,6 @@ def test_use_counts_less_the_more_often_a_still_shows_its_exemplar(monkeypatch):
     assert laid(monkeypatch, sheet, (32, 64), settings=Settings(even=0.5)).candidates.asked.usage == USAGE / 4
 
 
-@pytest.mark.parametrize(("height", "out"), [(36, False), (37, True)])
-def test_in_much_higher_frames_blocks_beside_each_other_are_out_of_step(height, out, monkeypatch):
-    clip = Exemplar.of(torch.rand(1, 4, 24, 24, generator=torch.Generator().manual_seed(0)))
-    start = laid(monkeypatch, clip, (4, height, 36))
-    rows = dict[int, set[int]]()
-    for _, row, column in start.spread.corners:
-        rows.setdefault(column, set()).add(row)
-    assert len(rows) > 1
-    assert out == (len(set(map(frozenset, rows.values()))) > 1)
-
-
 @pytest.mark.parametrize("rotate", [(), (30.0, 60.0)])
 @pytest.mark.parametrize("side", [4, 6, 8, 10])
 def test_a_tiny_exemplar_takes_few_blocks(side, rotate, monkeypatch):

@@ -9,7 +9,7 @@ import torch
 from kwatra.pieces.boxes import Box
 from kwatra.pieces.seams.cost import HIDDEN, Depth, SeamCost, eased, normalized
 from kwatra.pieces.seams.mosaic import LEVELS, Mosaic, by_place
-from kwatra.pieces.sheet.cheapest import Offer, cheapest_as_offered, cheapest_cuts
+from kwatra.pieces.sheet.cheapest import Offer, cheapest_cuts
 from kwatra.pieces.sheet.sheet import Patch, Sheet
 
 
@@ -255,11 +255,6 @@ def test_of_several_patches_the_one_is_cut_in_that_costs_least(shape, seams, pri
         )
         np.testing.assert_array_equal(found.take[inner], cuts[best].take)
         np.testing.assert_array_equal(found.places[inner][cuts[best].take], cuts[best].places[cuts[best].take])
-        offers = [Offer(window, box, equal[k : k + 3], *(p[k : k + 3] for p in twice), np.inf) for k in range(6)]
-        grouped = cheapest_as_offered(sheet, [offers[:1], [], offers[1:4], offers[4:]], list)
-        for one, other in zip(cheapest_cuts(sheet, offers), grouped, strict=True):
-            assert (one.patch, one.change, one.price) == (other.patch, other.change, other.price)
-            np.testing.assert_array_equal(one.take, other.take)
     must = Offer(window, box, np.array(shifts[:1]), costs[:1], rates[:1], np.inf, must=True, taking=taking[:1])
     (whole,) = cheapest_cuts(sheet, [must])
     assert int(whole.take.sum()) == np.prod(patches[0].box.extent)

@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from kwatra.elements import grown
-from kwatra.elements.growing import LINES, LITTLE
+from kwatra.elements.frame import LINES, LITTLE
 
 ROWS, TIMES = 64, 20
 
