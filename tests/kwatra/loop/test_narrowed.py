@@ -7,7 +7,7 @@ import pytest
 import torch
 from scipy import ndimage
 
-from kwatra import Exemplar, Settings, begin, optimize
+from kwatra import Exemplar, Settings, Stay, begin, optimize
 from kwatra.loop.laying import narrowed
 from kwatra.pieces import BlockStart
 
@@ -42,10 +42,10 @@ def test_the_ends_of_blocks_make_no_line_across_what_runs_along_an_axis(axis, wr
     assert steepest(made) < 4 * steepest(image)  # 1.6 to 2.0 times as steep; 6.2 to 12 with square blocks
 
 
-@pytest.mark.parametrize(("height", "out"), [(36, False), (37, True)])
-def test_in_much_higher_frames_blocks_beside_each_other_are_out_of_step(height, out):
+@pytest.mark.parametrize(("height", "terms", "out"), [(36, Stay(0.3), False), (37, Stay(0.3), True), (37, (), False)])
+def test_of_a_scene_in_much_higher_frames_blocks_beside_each_other_are_out_of_step(height, terms, out):
     clip = Exemplar.of(torch.rand(1, 4, 24, 24, generator=torch.Generator().manual_seed(0)))
-    blocks = begin(clip, (4, height, 36)).blocks
+    blocks = begin(clip, (4, height, 36), terms=terms).blocks
     assert isinstance(blocks, BlockStart)
     rows = dict[int, set[int]]()
     for _, row, column in blocks.spread.corners:
