@@ -267,16 +267,13 @@ class BlockStart:
         luck = torch.rand(len(boxes), generator=self.generator, dtype=torch.float64).tolist()
         often = None if self.scene is None else self.scene.prices(self.used)
         worn, hang = self.candidates.worn(self.shown), (0,) * len(self.shape) if rest else self.corners.hang
-        offers: dict[int, Offer] = {}
 
         def choose(numbers: Sequence[int]) -> list[Offer]:
             some = [boxes[number] for number in numbers]
             needed = None if again else self.spread.needed(some, hang)
             chosen = self.candidates.choose(some, needed, worn, self.seams, [luck[number] for number in numbers])
             seen = zip(self.sheet.windows(some), some, chosen, strict=True)
-            made = [self.offers.of(window, box, *tried, often, again) for window, box, tried in seen]
-            offers.update(zip(numbers, made, strict=True))
-            return made
+            return [self.offers.of(window, box, *tried, often, again) for window, box, tried in seen]
 
         most = max(LOOKED_AT // math.prod(self.exemplar.shape), 1)
         groups = alike(boxes, min(most, -(-len(boxes) // torch.get_num_threads())))
@@ -284,7 +281,7 @@ class BlockStart:
         cuts = dict(zip(chain(*groups), found, strict=True))
         for number in range(len(boxes)):
             if (cut := cuts[number]) is not None:
-                offers[number].window.recount(cut.take, cut.places, self.shown)
+                cut.window.recount(cut.take, cut.places, self.shown)
                 self.sheet.commit(cut)
         return [cuts[number] is not None for number in range(len(boxes))]
 

@@ -85,6 +85,7 @@ def _places(exemplar: Exemplar, shape: Sequence[int]) -> Tensor:
         time, place = exemplar.origin[1:-2, inside], exemplar.origin[-2:, inside].float()
         low, high = place.amin(1, keepdim=True), place.amax(1, keepdim=True)
         late = time[0] > int(time.amax()) // 2 if len(time) else None
+        colors = exemplar.canvas[:, inside]
         for axis, share in enumerate((place - low) / (high - low).clamp(min=1)):
-            places[axis, inside] = grown(share, exemplar.canvas[:, inside], late, larger[axis])
+            places[axis, inside] = grown(share, colors, late, larger[axis])
     return places

@@ -41,10 +41,10 @@ class Patchwork(Generic[Image]):
     @classmethod
     def of(cls, asked: Asked[Image]) -> "Patchwork[Image] | None":
         """What a guide of stills asks for; None if there is none, or none of labels."""
-        labels = None if asked.guidance is None else Labels.of(asked.guidance)
-        if asked.guidance is None or labels is None:
+        if asked.guidance is None:
             return None
-        return cls(asked.images, asked.form, labels, sum(asked.guidance.counts))
+        labels = Labels.of(asked.guidance)
+        return None if labels is None else cls(asked.images, asked.form, labels, sum(asked.guidance.counts))
 
     def made(
         self, seed: int, callback: Callable[[Progress], None] | None, tile: bool, **options: Any

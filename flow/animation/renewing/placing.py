@@ -105,4 +105,4 @@ def bounds(take: Tensor, spot: Spot) -> Spot:
 
 def taken_by(cut: Cut) -> Tensor:
     """What a cut takes of its patch's box alone, (h, w); nothing wraps."""
-    return torch.from_numpy(cut.take[cut.box.part(cut.patch.box)])
+    return torch.from_numpy(cut.take[cut.window.box.part(cut.patch.box)])

@@ -70,21 +70,16 @@ def cheapest_as_offered(
     """
     from kwatra.pieces.sheet.tries import Offered, cheapest_of
 
-    made: dict[int, Sequence[Offer]] = {}
+    made: dict[int, list[tuple[Offer, bool]]] = {}  # of each group, and whether they are small: solved at once
 
     def tried(number: int) -> list[Offered]:
-        made[number] = offers(groups[number])
-        return [_tried(sheet, offer, owned) for offer in made[number] if _small(offer)]
+        made[number] = [(offer, solved_at_once(offer.window.laid)) for offer in offers(groups[number])]
+        return [_tried(sheet, offer, owned) for offer, small in made[number] if small]
 
     found = iter(cheapest_of(range(len(groups)), tried))
-    every = [(offer, _small(offer)) for number in range(len(groups)) for offer in made[number]]
+    every = [each for number in range(len(groups)) for each in made[number]]
     cuts = iter(shared(partial(_one_by_one, sheet, owned), [offer for offer, small in every if not small]))
     return [_cut_of(sheet, offer, next(found)) if small else next(cuts) for offer, small in every]
-
-
-def _small(offer: Offer) -> bool:
-    """Whether cuts in an offer's window are solved at once."""
-    return solved_at_once(offer.window.laid)
 
 
 def _cut_of(sheet: Sheet[Mosaic], offer: Offer, best: "Found | None") -> Cut | None:
@@ -92,7 +87,7 @@ def _cut_of(sheet: Sheet[Mosaic], offer: Offer, best: "Found | None") -> Cut | N
     if best is None:
         return None
     taken = best.take, best.places, best.seams, best.change, best.price
-    return Cut(patch_of(offer.box, offer.shifts[best.number].tolist(), sheet), offer.window.box, *taken)
+    return Cut(patch_of(offer.box, offer.shifts[best.number].tolist(), sheet), offer.window, *taken)
 
 
 def _tried(sheet: Sheet[Mosaic], offer: Offer, owned: Array) -> tuple["Tries", "Ground", float]:

@@ -49,13 +49,13 @@ class Patch:
 
 
 class Cut(NamedTuple):
-    """A patch cut for the pixels of a box: which of them `take` it, its `places` there, `seams` after.
+    """A patch cut for the pixels of a window: which of them `take` it, its `places` there, `seams` after.
 
     change: by how much the total of the seams changes; price: that, and what taking costs besides.
     """
 
     patch: Patch
-    box: Box
+    window: Window
     take: np.ndarray
     places: np.ndarray
     seams: list[np.ndarray]
@@ -212,7 +212,7 @@ class Sheet(Generic[S]):
         take, seams = cut
         change = summed(seams) - window.total
         price = change + (0 if extra is None else int(extra[take & (choice == FREE)].sum()))
-        return Cut(patch, window.box, take, new, seams, change, price) if price <= most else None
+        return Cut(patch, window, take, new, seams, change, price) if price <= most else None
 
     def commit(self, cut: Cut) -> None:
         """Lay a patch as it was cut; nothing may have been laid in between."""
@@ -221,7 +221,7 @@ class Sheet(Generic[S]):
         axes, number = len(self.shape), len(self.patches)
         sheet = volume(self.label, axes), self._numbers(self.places), volume(self.seams, axes)
         taken = volume(cut.take, axes), self._numbers(np.ascontiguousarray(cut.places)), as_volumes(cut.seams)
-        lay(*sheet, in_volume(cut.box.start, 0), number, *taken)
+        lay(*sheet, in_volume(cut.window.box.start, 0), number, *taken)
         self.patches.append(cut.patch)
         self.total += cut.change
 

@@ -139,7 +139,7 @@ def test_where_a_patch_lies_on_holes_nothing_changes(large, monkeypatch):
     offer = Offer(sheet.windows([box])[0], box, np.array([[0, 4]]), np.zeros(1), np.ones(1), np.inf)
     (cut,) = cheapest_cuts(sheet, [offer], by_place(owned))
     taken = np.zeros((12, 16), bool)
-    taken[sheet.indices(cut.box)] = cut.take
+    taken[sheet.indices(cut.window.box)] = cut.take
     before = sheet.label.copy()
     assert not taken[:, 4:][~owned].any()
     assert taken[:, 9:][owned[:, 5:]].all()  # what is empty is filled with what is owned

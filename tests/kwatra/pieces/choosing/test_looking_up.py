@@ -80,7 +80,9 @@ def test_a_cut_changes_the_pixels_that_take_it_and_how_often_places_are_shown():
         cut = sheet.cut(patch)
         sheet.windows([patch.box])[0].recount(cut.take, cut.places, shown)
         sheet.commit(cut)
-        at = np.ix_(*(np.arange(s, e) % n for s, e, n in zip(cut.box.start, cut.box.stop, shape, strict=True)))
+        at = np.ix_(
+            *(np.arange(s, e) % n for s, e, n in zip(cut.window.box.start, cut.window.box.stop, shape, strict=True))
+        )
         np.testing.assert_array_equal(sheet.places[at], np.where(cut.take, cut.places, before[at]))
         np.testing.assert_array_equal(sheet.label[at] == len(sheet.patches) - 1, cut.take)
         counts = np.bincount(sheet.places[sheet.filled], minlength=shown.size)
