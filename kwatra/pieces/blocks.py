@@ -29,6 +29,7 @@ from kwatra.base import continued, mean
 from kwatra.elements import Lattice, Rows
 from kwatra.exemplar import Exemplar
 from kwatra.pieces.boxes import Box
+from kwatra.pieces.cells import Cells, find_cells, fitted
 from kwatra.pieces.choosing import (
     NO_TWINS,
     Asked,
@@ -114,8 +115,8 @@ class BlockStart:
         self.scene = SceneUse.of(self.image, self.shape) if len(self.shape) > 2 and places else None
         unasked, deviation = unguided(owned, self.wish), var**0.5 / mosaic.step
         self.gaps = find_gaps(unasked, mosaic, deviation) if still and along is None else None
-        free = still and self.wish is None and not places and bool((exemplar.owner <= 0).all())
-        self._spread_out(block, along, free)
+        self.free = still and self.wish is None and not places and bool((exemplar.owner <= 0).all())
+        self._spread_out(block, along)
         twins, device = twin_places(exemplar, mosaic) if still else NO_TWINS, exemplar.canvas.device
         are = aligned, self.scene is not None, self.given.any
         asked = Asked(usage, repeats, places, device, self.wish, self.gaps, *are, twins)
@@ -127,20 +128,21 @@ class BlockStart:
         """How often each pixel of the exemplar (*S) is shown."""
         return self.shown[(slice(1, -1),) * len(self.shape)]
 
-    def _spread_out(self, block: Sequence[int], along: int | None, free: bool) -> None:
+    def _spread_out(self, block: Sequence[int], along: int | None) -> None:
         """Settle how large blocks are, by how much they overlap, and where they lie in the exemplar and in the output.
 
-        block: how large they should be. free: whether they may lie on the exemplar's holes and over its border.
+        block: how large they should be. Free ones may lie on holes, or hang over the border where they may lie on any.
         """
         block = tuple(min(b, self.sheet.longest(axis)) for axis, b in enumerate(block))
-        fitted = partial(Corners.on_holes, whole=self.gaps is not None) if free else Corners.fitting
-        self.corners = fitted(self.exemplar, block, self.grain)
+        lying = partial(Corners.on_holes, whole=self.gaps is not None) if self.free else Corners.fitting
+        self.corners = lying(self.exemplar, block, self.grain)
         self.overlap = overlap_of(self.corners.block)
         if self.gaps is not None:
             self._heed(self.gaps)
         self.spread = Spread.over(self.shape, self.corners.block, self.overlap, self.grain, self.wraps, along)
-        if free:
-            self._hang()
+        if self.free and (self.corners.holes is not None or self.corners.valid.all()):
+            needed = (0,) * len(self.shape) if self.gaps is None else self.overlap
+            self.corners = self.corners.hanging(self.spread.overhang(needed))
 
     def _heed(self, found: Gaps) -> None:
         """Have seams hidden in gaps, and blocks overlap by enough for that; larger ones where they fit.
@@ -156,12 +158,6 @@ class BlockStart:
             grown = Corners.fitting(self.exemplar, block, self.grain)
             self.corners = grown if grown.block == block else self.corners
 
-    def _hang(self) -> None:
-        """Have blocks hang over the exemplar's border, unless it has holes on which they may not lie."""
-        if self.corners.holes is not None or self.corners.valid.all():
-            needed = (0,) * len(self.shape) if self.gaps is None else self.overlap
-            self.corners = self.corners.hanging(self.spread.overhang(needed))
-
     def run(self) -> Tensor:
         """Lay all blocks, row by row, and again where seams cost most."""
         self._fill()
@@ -169,10 +165,17 @@ class BlockStart:
 
     @property
     def where(self) -> Tensor:
-        """The source map (n, *shape) of what is laid."""
+        """The source map (n, *shape) of what is laid, with elements made whole that nothing steers."""
         places = torch.from_numpy(self.sheet.sources.coordinates(self.sheet.places)[1]).long()
-        where = places.to(self.exemplar.canvas.device)
-        return self.given.covered(where, self.exemplar.shape)
+        where = self.given.covered(places.to(self.exemplar.canvas.device), self.exemplar.shape)
+        cells = self.cells
+        return where if cells is None else fitted(where, cells, self.wraps)
+
+    @property
+    def cells(self) -> Cells | None:
+        """Those that are fitted: of a still that nothing steers, where offsets may be any."""
+        alone = self.free and self.gaps is not None and max(self.grain) == 1 and not self.given.any
+        return find_cells(self.exemplar) if alone else None
 
     def anew(self, part: Box, generator: torch.Generator) -> "BlockStart":
         """Another start, in which blocks are laid anew where a part of the output is; this one stays as it is.

@@ -1,0 +1,115 @@
+"""The cells of an exemplar: each an element, and the ground that is nearer to it than to any other."""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy import ndimage
+
+from kwatra.elements.kept import kept
+from kwatra.exemplar import Exemplar
+from kwatra.pieces.seams import Array, Parts, hidden_seams, parts_of
+
+RAYS = 256
+"""Cells are looked at, and warped, along so many rays from their middles: every half pixel of an element of 40."""
+
+COMPACT, LARGEST, SURE = 0.9, 1.6, 0.85
+"""A cell is sure if so much of its element is seen from its middle, and it is no more times as large as usual: what is
+larger is two that were not told apart. There are cells if so much of what is whole is sure.
+
+Of stones, mosaics, coins and tiles made in code .95 and more is, of chain mail .89, of nuts .57 and .80, of fabric .73,
+of letters .66 and less, of print .24 (45 exemplars)."""
+
+FEW = 3
+"""Fewer whole elements than this say nothing of their size. Not tuned."""
+
+NARROW, WIDE = 2.0, 0.75
+"""Gaps are narrow with half of their usual width, or with so many pixels on each side, and wide from this quantile of
+their widths on. With .9 seams of made stones are .05 of an element wide that are .03 in the exemplar."""
+
+SOFT = 0.06
+"""Borders between warped cells are smooth over so much of an element's size, as outlines that meet do not match."""
+
+
+class Shapes(NamedTuple):
+    """Windows around cells (n,), numbered from 1; that of 0 is empty.
+
+    first (n, 2): the place on the exemplar's canvas of a window's first pixel; extent (n, 2): its size. What follows is
+    of all their pixels, from `start` (n,) on each. away (N,): px from the cell's border, below 0 inside; soft (N,): the
+    same, smoothed; element (N,): whether a pixel is of the cell's element.
+    """
+
+    first: Array
+    extent: Array
+    start: Array
+    away: Array
+    soft: Array
+    element: Array
+
+
+class Cells(NamedTuple):
+    """The cells of an exemplar's canvas.
+
+    number (*S): of the cell each place belongs to, from 1; 0 of nobody's. element (*S): whether it is of its element.
+    area (n,): of each, px; whole (n,): whether nothing cuts its element; sure (n,): whether it is one element that can
+    be warped along rays. usual: the area of a usual whole one. gaps: how wide the ground beside an element is, px,
+    where it is narrow and where it is wide. reach: how far windows go beyond cells, px: the size of an element.
+    """
+
+    number: Array
+    element: Array
+    area: Array
+    whole: Array
+    sure: Array
+    usual: float
+    gaps: tuple[float, float]
+    reach: int
+    shapes: Shapes
+
+
+@kept
+def find_cells(exemplar: Exemplar) -> Cells | None:
+    """The cells of an exemplar of still images; None without compact elements, apart by gaps that hide seams.
+
+    Memory is that of three arrays of single precision for each cell's window, on top of some of the canvas's size.
+    """
+    hidden = hidden_seams(exemplar)
+    if hidden is None or hidden.parts is not None:
+        return None
+    inside = (exemplar.owner >= 0).cpu().numpy()
+    return cells_of(parts_of(hidden, inside), inside)
+
+
+def cells_of(parts: Parts, inside: Array) -> Cells | None:
+    """The cells around some parts, of what is `inside` (*S) of a canvas; None if the parts are few or not compact."""
+    from kwatra.pieces.cells.rays import seen_from_middle
+
+    element, whole = parts.number > 0, parts.whole(inside)
+    if np.count_nonzero(whole) < FEW:
+        return None
+    near = ndimage.distance_transform_edt(~element, return_distances=False, return_indices=True)
+    number = np.where(inside, parts.number[tuple(near)], 0)
+    area = np.bincount(number.ravel(), minlength=len(whole))
+    shapes, reach = _shapes(number, element, round(parts.size)), round(parts.size)
+    seen, gaps = np.empty(len(whole)), np.empty((len(whole), RAYS))
+    seen_from_middle(shapes, RAYS, seen, gaps)
+    usual = float(np.median(area[whole]))
+    sure = (seen >= COMPACT) & (area <= LARGEST * usual)
+    if area[whole & sure].sum() < SURE * area[whole].sum():
+        return None
+    narrow, wide = np.quantile(gaps[whole & sure], (0.5, WIDE)).tolist()
+    return Cells(number, element, area, whole, sure, usual, (min(narrow, NARROW), wide), reach, shapes)
+
+
+def _shapes(number: Array, element: Array, reach: int) -> Shapes:
+    """The windows of cells (*S), by number, which go so far beyond them."""
+    firsts, windows = [(0, 0)], [np.empty((3, 0, 0), np.float32)]
+    for cell, box in enumerate(ndimage.find_objects(number), 1):
+        own = np.pad(number[box] == cell, reach)
+        beyond, within = ndimage.distance_transform_edt(~own), ndimage.distance_transform_edt(own)
+        away = np.where(own, 0.5 - within, beyond - 0.5)
+        soft = ndimage.gaussian_filter(away, SOFT * reach)
+        firsts.append((box[0].start - reach, box[1].start - reach))
+        windows.append(np.stack([away, soft, own & np.pad(element[box], reach)]).astype(np.float32))
+    extent = np.array([window.shape[1:] for window in windows])
+    away, soft, elements = (np.concatenate([window[k].ravel() for window in windows]) for k in range(3))
+    return Shapes(np.array(firsts), extent, np.cumsum(extent.prod(1)) - extent.prod(1), away, soft, elements > 0)

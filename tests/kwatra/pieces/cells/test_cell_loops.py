@@ -1,0 +1,99 @@
+"""Loops over cells, beside what is known or counted one by one."""
+
+import numpy as np
+import pytest
+from scipy import ndimage
+
+from kwatra.pieces.cells.loops import count_inside, divide, join, move, window
+from kwatra.pieces.cells.rays import seen_from_middle, warp
+from kwatra.pieces.cells.shapes import RAYS, Shapes
+
+SIDE, MARGIN = 61, 20
+
+
+def disc(radius: float, element: float, hole: float = 0.0) -> Shapes:
+    """One cell, a disc of some radius, with an element of a smaller one in it, which may have a hole."""
+    apart = np.hypot(*(np.indices((SIDE, SIDE)) - SIDE // 2))
+    away = (apart - radius).astype(np.float32)
+    inner = ((apart <= element) & (apart >= hole)).ravel()
+    first = np.array([[0, 0], [100, 200]])
+    return Shapes(first, np.array([[0, 0], [SIDE, SIDE]]), np.zeros(2, int), away.ravel(), away.ravel(), inner)
+
+
+@pytest.mark.parametrize(("hole", "share"), [(0.0, 1.0), (3.0, 0.0)])
+def test_of_a_disc_all_is_seen_from_its_middle_and_of_a_ring_nothing(hole: float, share: float) -> None:
+    seen, gaps = np.empty(2), np.empty((2, RAYS))
+    seen_from_middle(disc(10, 7.5, hole), RAYS, seen, gaps)
+    assert seen[1] == pytest.approx(share, abs=0.05)
+    if hole == 0:
+        assert np.allclose(gaps[1], 2.5, atol=0.4)
+
+
+def test_pixels_are_joined_that_continue_each_other_in_one_cell() -> None:
+    rng = np.random.default_rng(0)
+    number = rng.integers(1, 3, (9, 11))
+    where = np.indices(number.shape) + 5 * rng.integers(0, 2, (1, 1, 11))
+    copy = np.empty(number.shape, np.int64)
+    count = join(number, where, 2, copy)
+    kinds = number * 100 + (where - np.indices(number.shape))[0]
+    truth = np.zeros(number.shape, int)
+    for kind in np.unique(kinds):
+        regions, _ = ndimage.label(kinds == kind)
+        truth[regions > 0] = regions[regions > 0] + truth.max()
+    pairs = np.unique(np.stack([truth.ravel(), copy.ravel()]), axis=1)
+    assert count == truth.max() == pairs.shape[1]
+    assert np.array_equal(np.unique(copy), np.arange(count))
+
+
+def test_each_pixel_goes_to_the_copy_it_is_deepest_in() -> None:
+    shapes, cell, first = disc(10, 8), np.array([1, 1]), np.array([[-20, -5], [-18, 9]])
+    best, second, owner = np.empty((30, 50), np.float32), np.empty((30, 50), np.float32), np.empty((30, 50), np.int64)
+    divide(shapes, shapes.away, cell, first, best, second, owner)
+    middles = first + SIDE // 2
+    aways = np.stack([np.hypot(*(np.indices((30, 50)) - m[:, None, None])) - 10 for m in middles])
+    for m, (down, right) in enumerate(first):  # nowhere else is a copy seen
+        seen = np.zeros((30, 50), bool)
+        seen[max(down, 0) : down + SIDE, max(right, 0) : right + SIDE] = True
+        aways[m][~seen] = np.inf
+    assert np.allclose(best, aways.min(0), atol=1e-4)
+    assert np.allclose(second, aways.max(0), atol=1e-4)
+    assert (owner == aways.argmin(0))[np.abs(aways[0] - aways[1]) > 1e-4].all()
+    inside = np.zeros((2, 2), np.int64)
+    count_inside(shapes, cell, first, np.array([30, 50]), inside)
+    assert np.array_equal(inside[:, 0], (aways < 0).sum((1, 2)))
+    assert np.array_equal(inside[:, 1], (aways <= -2).sum((1, 2)))
+
+
+def test_an_element_moves_to_its_share() -> None:
+    shapes, owner = disc(10, 8), np.full((60, 80), -1)
+    owner[12:32, 30:50] = 0
+    first = np.array([[22 - SIDE // 2 + 3, 40 - SIDE // 2 - 5]])
+    move(shapes, np.array([1]), first, MARGIN, 8, np.array([True]), owner)
+    own = np.hypot(*(np.indices(owner.shape) - (first[0] + SIDE // 2)[:, None, None])) <= 8
+    assert (owner[own] == 0).all()
+    stays = first.copy()
+    move(shapes, np.array([1]), stays, MARGIN, 8, np.array([False]), owner)
+    assert np.array_equal(stays, first)
+
+
+@pytest.mark.parametrize("radius", [7.0, 10.0, 13.0])
+def test_a_share_shows_the_whole_cell_and_an_element_keeps_its_gap(radius: float) -> None:
+    shapes, shape = disc(10, 8), (50, 50)
+    apart = np.hypot(*(np.indices(shape) - 25))
+    best, owner = (apart - radius).astype(np.float32), np.where(apart < radius, 0, -1)
+    where, first = np.full((2, *shape), -1), np.array([[25 - SIDE // 2] * 2])
+    gaps, written = (2.0, 2.0), owner == 0
+    warp(shapes, np.array([1]), first, RAYS, 1.5, gaps, best, -best, owner, written, where)
+    assert (where[:, ~written] == -1).all()
+    away = np.hypot(where[0] - 100 - SIDE // 2, where[1] - 200 - SIDE // 2)
+    assert away[written].max() < 10
+    assert np.corrcoef(apart[written], away[written])[0, 1] > 0.98
+    assert np.median(away[(apart > radius - 1) & written]) > 8.5  # the ground at its border
+    rim = np.abs(apart - (radius - 2)) < 0.7
+    assert np.median(away[rim]) == pytest.approx(8, abs=1.1)  # of the element, as far from the border as it was
+    if radius == 10:
+        assert np.abs(away - apart)[written].max() <= 1
+    inside = window(shapes, shapes.away, 1) < 0
+    shown = np.zeros((SIDE, SIDE), bool)
+    shown[tuple(where[:, written] - np.array([[100], [200]]))] = True
+    assert ndimage.binary_dilation(shown, np.ones((3, 3)))[inside].mean() > 0.97  # nothing of it is left out

@@ -1,0 +1,97 @@
+"""Elements made whole where copies of them overlap, or leave room between them."""
+
+import numpy as np
+import torch
+from scipy import ndimage
+from scipy.spatial import cKDTree
+
+from kwatra.pieces.cells import Cells, cells_of, fitted
+from kwatra.pieces.cells.fitting import copies_in
+from kwatra.pieces.seams import Parts
+
+SIDE, PITCH = 96, 16
+
+
+def stones() -> Cells:
+    """Stones of about PITCH pixels that fill a square of SIDE pixels, two pixels apart."""
+    rng = np.random.default_rng(0)
+    middles = np.argwhere(np.ones((SIDE // PITCH + 2,) * 2)) * PITCH - PITCH / 2 + rng.uniform(-4, 4, (64, 2))
+    pixels = np.stack(np.indices((SIDE, SIDE)), -1).reshape(-1, 2)
+    apart, which = cKDTree(middles).query(pixels, k=2)
+    number = np.where(apart[:, 1] - apart[:, 0] > 2, which[:, 0] + 1, 0).reshape(SIDE, SIDE)
+    numbered = np.unique(number, return_inverse=True)[1].reshape(SIDE, SIDE)
+    parts = Parts(numbered, numbered > 0, (numbered > 0).astype(float), float(PITCH))
+    cells = cells_of(parts, np.ones((SIDE, SIDE), bool))
+    assert cells is not None
+    return cells
+
+
+def halves(down: int) -> torch.Tensor:
+    """A map whose right half shows what is elsewhere by so much than its left half goes on."""
+    where = torch.stack(torch.meshgrid(torch.arange(80), torch.arange(80), indexing="ij"))
+    where[0, :, 40:] += down
+    where[1, :, 40:] -= 30
+    return where
+
+
+def shares_seen(where: torch.Tensor, cells: Cells) -> list[float]:
+    """How much is seen of each whole element that lies inside of an output, in each place where any of it is."""
+    shown, seen = np.where(cells.element, cells.number, 0)[tuple(where.numpy())], []
+    for number in np.flatnonzero(cells.whole):
+        regions, count = ndimage.label(shown == number, np.ones((3, 3)))
+        for region in range(1, count + 1):
+            own = np.argwhere(regions == region)
+            if own.min() > 0 and own.max() < 79:
+                seen.append(len(own) / (cells.element & (cells.number == number)).sum())
+    return seen
+
+
+def test_a_copy_that_is_whole_stays_as_it_is() -> None:
+    cells, where = stones(), halves(0)
+    where[1, :, 40:] += 30
+    assert torch.equal(fitted(where, cells), where)
+
+
+def test_elements_that_a_seam_cuts_are_whole_and_the_others_stay() -> None:
+    cells, where = stones(), halves(6)
+    made = fitted(where, cells)
+    before, after = shares_seen(where, cells), shares_seen(made, cells)
+    assert sum(share < 0.6 for share in before) > 4
+    assert sum(share < 0.6 for share in after) == 0
+    assert 1.05 < max(after) < 1.7  # some are stretched
+    assert len(after) > 12
+    assert torch.equal(made[:, :, :16], where[:, :, :16])
+    assert torch.equal(made[:, :, 64:], where[:, :, 64:])
+    assert bool(((made >= 0) & (made < SIDE)).all())
+    assert torch.equal(fitted(where, cells), made)
+
+
+def test_what_is_not_sure_stays() -> None:
+    cells, where = stones(), halves(6)
+    none = cells._replace(sure=np.zeros_like(cells.sure))
+    assert torch.equal(fitted(where, none), where)
+
+
+def test_an_output_that_wraps_is_fitted_across_its_border() -> None:
+    cells, where = stones(), halves(6)
+    made, rolled = (fitted(some, cells, (False, True)) for some in (where, where.roll(27, 2)))
+    assert not torch.equal(made[:, :, :8], where[:, :, :8])  # the halves meet there, too
+    assert float((made.roll(27, 2) != rolled).any(0).float().mean()) < 0.01  # but for ties
+
+
+def test_copies_are_those_of_which_enough_is_seen() -> None:
+    cells, where = stones(), halves(6).numpy()
+    copies = copies_in(where, cells)
+    number = cells.number[tuple(where)]
+    first = copies.first + cells.reach
+    for m, (cell, start) in enumerate(zip(copies.cell, first, strict=True)):
+        own = copies.number == m
+        assert (number[own] == cell).all()
+        there = np.argwhere(cells.number == cell).min(0)
+        assert np.array_equal(np.argwhere(own)[0] - where[:, own][:, 0], start - there)  # one copy, one offset
+        inside = (start > 1).all() and (start + np.ptp(np.argwhere(cells.number == cell), 0) < 77).all()
+        assert not inside or own.sum() >= 0.45 * cells.area[cell]
+    assert len(copies.cell) > 20
+    assert 0 < (copies.number < 0).mean() < 0.3
+    assert (number[copies.stays] > 0).all()
+    assert not cells.sure[number[copies.stays]].any()
