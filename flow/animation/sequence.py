@@ -188,7 +188,8 @@ class Motion:
 
     def _shown(self, source: Tensor, inside: Tensor) -> Frame:
         """Frame 0, at source coordinates (2, H, W)."""
-        return self._frame(State(0, source, inside, self.showing.first(source, inside)), {})
+        seen = self.showing.drawn(source, inside)
+        return self._frame(State(0, source, inside, self.showing.first(seen, inside)), {}, seen)
 
     def resumed(self, state: State) -> Frame:
         """The frame that a state shows."""
@@ -220,8 +221,9 @@ class Motion:
         new, image, left, report = self.renewal(source, inside, generator, moved | lives, left, place)
         if place is not None:
             place = torch.where(self.film.read.usable(source), place, places(self.film, new))
-        shown, fading = self.showing.next(state, look, source, new, inside, image)
-        return self._frame(State(number, new, inside, shown, fading, left, place), report)
+        seen = self.showing.drawn(new, inside)
+        shown, fading = self.showing.next(state, look, source, seen, inside, image if seen is new else None)
+        return self._frame(State(number, new, inside, shown, fading, left, place), report, seen)
 
     def _flow(self, number: int) -> Tensor:
         """The flow (2, H, W) from a frame to the next; that of a steady field is asked for once."""
@@ -236,8 +238,9 @@ class Motion:
         self._steady = inside, look
         return look
 
-    def _frame(self, state: State, report: dict[str, float]) -> Frame:
-        pixels = self.film.read.pixels(state.source)
+    def _frame(self, state: State, report: dict[str, float], seen: Tensor | None = None) -> Frame:
+        """A state as a frame; seen (2, H, W): what it shows, found from the state if not known."""
+        pixels = self.film.read.pixels(self.showing.drawn(state.source, state.inside) if seen is None else seen)
         where, origin = self.film.where(pixels), look_up(self.film.strip.origin, pixels)
         origin[:1] = torch.where(state.inside, origin[:1], -1)
         rows: list[Row] = [{"frame": state.number, **report}]

@@ -2,6 +2,7 @@
 
 from kwatra.pieces.blocks import BlockStart
 from kwatra.pieces.boxes import Box
+from kwatra.pieces.cells import find_cells, redrawn
 from kwatra.pieces.choosing import Fit, totals
 from kwatra.pieces.given import GivenCopies
 from kwatra.pieces.seams import (
@@ -44,12 +45,14 @@ __all__ = [
     "SlantedStart",
     "Stock",
     "cheaper",
+    "find_cells",
     "find_gaps",
     "found_coarser",
     "hidden_along",
     "hidden_seams",
     "lay_again",
     "parts_of",
+    "redrawn",
     "totals",
     "visible_seams",
 ]

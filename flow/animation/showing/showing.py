@@ -20,6 +20,7 @@ from flow.animation.state import State
 from flow.animation.term import lasting
 from flow.warps import Lookup, filled, warp
 from kwatra.base import over_channels
+from kwatra.pieces import find_cells, redrawn
 
 _SEEN = 1 / 512
 """Of what fades seams are feathered where more than this share of it is still shown: half of one of 256 levels."""
@@ -42,20 +43,31 @@ class Showing:
         self.read, self._beyond = (Reading(strip, way) for way in ways)
         self._read_also, self._beyond_also = (None if also is None else Reading(also, way) for way in ways)
         self._details = strengths_of(strip)
+        keep = film.hidden is not None and not film.turning
+        self._cells = find_cells(film.strip) if keep else None
+
+    def drawn(self, source: Tensor, inside: Tensor) -> Tensor:
+        """Which source coordinates (2, H, W) are seen of those that copies have, x first, inside (H, W).
+
+        Of a picture whose elements keep their directions these are drawn anew, each whole (`kwatra.pieces.cells`):
+        carried by flows that are not rigid they come to overlap, and to leave room between them.
+        """
+        return source if self._cells is None else redrawn(source.flip(0), inside, self._cells).flip(0)
 
     def first(self, source: Tensor, inside: Tensor) -> Tensor:
         """What a first frame shows, of copies at source coordinates (2, H, W), x first, inside (H, W)."""
         return self._colors(self.picture(source, inside))
 
     def next(
-        self, before: State, look: Lookup, source: Tensor, new: Tensor, inside: Tensor, image: Tensor
+        self, before: State, look: Lookup, source: Tensor, new: Tensor, inside: Tensor, image: Tensor | None
     ) -> tuple[Tensor, Tensor | None]:
         """What the frame after a state shows, carried as `look` says, and what then fades (`State.fading`).
 
-        source (2, H, W): where its copies were read before they were renewed; new (2, H, W): after. inside (H, W):
-        where there is texture. image (C', H, W): the exemplar at new coordinates, its colors first.
+        source (2, H, W): where its copies were read before they were renewed; new (2, H, W): where they are seen after.
+        inside (H, W): where there is texture. image (C', H, W): the exemplar at new coordinates, its colors first, if
+        these are known.
         """
-        copies = self.picture(new, inside, image[: self.channels])
+        copies = self.picture(new, inside, None if image is None else image[: self.channels])
         if self.film.motion is None:
             return self._blended(copies, before, look), None
         shown, fading = self._dissolved(copies, before, look, source, new)

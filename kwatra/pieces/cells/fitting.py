@@ -9,27 +9,21 @@ for texture synthesis", where patches are warped until their features meet).
 """
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 import torch
 from scipy import ndimage
 from torch import Tensor
 
+from kwatra.pieces.cells.copies import Copies, copies_in
 from kwatra.pieces.cells.shapes import RAYS, Cells
 from kwatra.pieces.seams import Array
-
-APART = 2
-"""Copies of an element that are apart by so many pixels at most, and touch, are one. Not tuned."""
-
-SEEN, CRUMB = 0.45, 0.02
-"""An element is wanted if so much of its cell is seen as would be in the output, and the second part of a usual one."""
 
 MISSED = 0.01
 """An element has its place if no more of it, or of its area of others, is where it should not be. Not tuned."""
 
-MOVED = 1 / 6
-"""Elements move by so much of their size at most, along each axis."""
+MOVED = 1 / 3
+"""Elements move by so much of what they are stretched by at most, along each axis."""
 
 RIM = 2
 """So many pixels of ground stay around an element that stays. Not tuned."""
@@ -37,27 +31,14 @@ RIM = 2
 STRETCHED = 1.5
 """Elements are stretched and squeezed by no more where that is enough, and keep their size around the middle."""
 
-AROUND = 4
-"""An output that wraps is looked at with so many elements around it: further than what one does to the next."""
-
-
-class Copies(NamedTuple):
-    """Copies of an exemplar's cells in an output that are wanted.
-
-    cell (m,): its number; first (m, 2): where its window begins in the output, px. number (H, W): of which copy each
-    pixel is, -1 of none of them. stays (H, W): what is of cells that are not sure, and stays as it is.
-    """
-
-    cell: Array
-    first: Array
-    number: Array
-    stays: Array
+AROUND = 8
+"""An output that wraps is looked at with so many times as much around it as one element reaches the next."""
 
 
 def fitted(where: Tensor, cells: Cells, wraps: Sequence[bool] = (False, False)) -> Tensor:
     """A source map (2, H, W) with the elements of copies made whole; wraps: along which axes it is periodic.
 
-    Memory is that of some eight arrays of the output's size.
+    Memory is that of some ten arrays of the output's size.
     """
     around = [(AROUND * cells.reach * wrap,) * 2 for wrap in wraps]
     made = _fitted(np.pad(where.cpu().numpy(), [(0, 0), *around], mode="wrap"), cells)
@@ -66,49 +47,54 @@ def fitted(where: Tensor, cells: Cells, wraps: Sequence[bool] = (False, False)) 
 
 
 def _fitted(where: Array, cells: Cells) -> Array:
-    from kwatra.pieces.cells.loops import divide, move
-    from kwatra.pieces.cells.rays import warp
+    from kwatra.pieces.cells.loops import move
 
-    copies, shape, shapes = copies_in(where, cells), where.shape[1:], cells.shapes
-    best, second, share = np.empty(shape, np.float32), np.empty(shape, np.float32), np.empty(shape, np.int64)
-    divide(shapes, shapes.away, copies.cell, copies.first, best, second, share)
-    share[copies.stays] = -1
+    copies, shapes = copies_in(where, cells), cells.shapes
+    share, _, _ = _divided(copies, cells, shapes.away)
     loose, others = _loose(where, cells, copies, share)
     if not (loose.any() or others.any()):
         return where
-    first = copies.first.copy()
-    move(shapes, copies.cell, first, cells.reach, round(MOVED * cells.reach), loose, share)
-    divide(shapes, shapes.soft, copies.cell, first, best, second, share)
-    share[copies.stays] = -1
+    move(shapes.windows, shapes.element, tuple(copies.laid), round(MOVED * cells.reach), loose, share)
+    share, best, second = _divided(copies, cells, shapes.soft)
     kept = (copies.number >= 0) & ~loose[copies.number]
     kept &= ndimage.binary_dilation(kept & cells.element[tuple(where)], iterations=RIM)
     share[kept] = copies.number[kept]
-    made, written = where.copy(), (share >= 0) & (loose[share] | (others & (copies.number != share)))
-    warp(shapes, copies.cell, first, RAYS, STRETCHED, cells.gaps, best, second, share, written, made)
-    return made
+    made, written = where.astype(np.float64), (share >= 0) & (loose[share] | (others & (copies.number != share)))
+    _warp(copies, cells, share, best, second, written, made)
+    return np.rint(made).astype(where.dtype)
 
 
-def copies_in(where: Array, cells: Cells) -> Copies:
-    """The copies of cells of which enough is seen in a source map (2, H, W)."""
-    from kwatra.pieces.cells.loops import count_inside, join
+def redrawn(places: Tensor, inside: Tensor, cells: Cells) -> Tensor:
+    """Places (2, H, W) between pixels, where they are inside (H, W), with each copy's element drawn anew, and whole.
 
-    shape, number = where.shape[1:], cells.number[tuple(where)]
-    copy = np.empty(shape, np.int64)
-    count = join(number, where, APART, copy)
-    seen, offsets = np.bincount(copy.ravel(), minlength=count), np.indices(shape) - where
-    cell = number.ravel()[np.unique(copy, return_index=True)[1]]
-    summed = np.stack([np.bincount(copy.ravel(), offset.ravel()) for offset in offsets], 1)
-    first = np.rint(summed / seen[:, None]).astype(np.int64) + cells.shapes.first[cell]
-    inside = np.zeros((count, 2), np.int64)
-    count_inside(cells.shapes, cell, first, np.array(shape), inside)
-    start, stop = first + cells.reach, first + cells.shapes.extent[cell] - cells.reach
-    beside = ((start <= 1) | (stop >= np.array(shape) - 1)).any(1)  # nobody sees there where the exemplar ends
-    usual = np.where(cells.whole, 0, cells.usual)
-    wanted = seen >= np.maximum(SEEN * np.where(beside, inside[:, 0], np.maximum(cells.area, usual)[cell]), 1)
-    wanted &= (cell > 0) & (seen > CRUMB * cells.usual)
-    stays, wanted = wanted & ~cells.sure[cell], wanted & cells.sure[cell]
-    renumbered = np.where(wanted, np.cumsum(wanted) - 1, -1)
-    return Copies(cell[wanted], first[wanted], renumbered[copy], stays[copy])
+    An element is drawn as what is seen of it has been moved, turned and stretched on the mean, and gives way where
+    others come too near. As all are drawn so nothing jumps that moves a little. Memory is as of `fitted`.
+    """
+    made, known = places.double().cpu().numpy().copy(), inside.cpu().numpy()
+    copies = copies_in(made, cells, known)
+    share, best, second = _divided(copies, cells, cells.shapes.soft)
+    _warp(copies, cells, share, best, second, (share >= 0) & known, made)
+    return torch.from_numpy(made).to(places)
+
+
+def _divided(copies: Copies, cells: Cells, aways: Array) -> tuple[Array, Array, Array]:
+    """Which copy each pixel (H, W) goes to, -1 where to none, how near that is, and how near the next."""
+    from kwatra.pieces.cells.loops import divide
+
+    shape = copies.number.shape
+    best, second, share = np.empty(shape, np.float32), np.empty(shape, np.float32), np.empty(shape, np.int64)
+    divide(cells.shapes.windows, aways, tuple(copies.laid), best, second, share)
+    share[copies.stays] = -1
+    return share, best, second
+
+
+def _warp(copies: Copies, cells: Cells, share: Array, best: Array, second: Array, written: Array, made: Array) -> None:
+    """Have shares show whole cells: set the places `made` (2, H, W) that are written (H, W)."""
+    from kwatra.pieces.cells.rays import warp
+
+    shapes, how = cells.shapes, (RAYS, STRETCHED, cells.gaps)
+    values = shapes.windows, shapes.away, shapes.element
+    warp(*values, tuple(copies.laid), *how, best, second, share, written, made)
 
 
 def _loose(where: Array, cells: Cells, copies: Copies, share: Array) -> tuple[Array, Array]:
@@ -118,9 +104,10 @@ def _loose(where: Array, cells: Cells, copies: Copies, share: Array) -> tuple[Ar
     """
     from kwatra.pieces.cells.loops import count_inside
 
-    count, inside = len(copies.cell), np.zeros((len(copies.cell), 2), np.int64)
-    count_inside(cells.shapes, copies.cell, copies.first, np.array(share.shape), inside)
+    shapes, count, inside = cells.shapes, len(copies.laid.cell), np.zeros((len(copies.laid.cell), 3), np.int64)
+    known = np.ones(share.shape, bool)
+    count_inside(shapes.windows, shapes.away, shapes.element, tuple(copies.laid), known, inside)
     element, own = cells.element[tuple(where)] & (share >= 0), copies.number == share
     others = element & ~own
     placed, found = (np.bincount(share[some], minlength=count) for some in (element & own, others))
-    return (placed < (1 - MISSED) * inside[:, 1]) | (found > MISSED * inside[:, 1]), others
+    return (placed < (1 - MISSED) * inside[:, 2]) | (found > MISSED * inside[:, 2]), others

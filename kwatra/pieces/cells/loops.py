@@ -1,7 +1,8 @@
 """Cells of an exemplar in an output, in compiled loops.
 
-Windows of cells (n,) lie one after the other in flat arrays (`Shapes`). Copies (m,) are of some cell each, their
-windows begin at `first` (m, 2), which may be beyond the output. Pixels, rows and columns are those of an output.
+Windows of cells (n,) lie one after the other in flat arrays, as `Shapes.windows` says. Copies (m,) are of some cell
+each, and lie in an output as `Laid` says. Both are plain tuples here: numba keeps what it compiles with the names of
+classes, and could not read it again once one had another.
 
 This module is compiled by numba when first used, so it is imported where cells are fitted.
 """
@@ -12,13 +13,16 @@ import numpy as np
 
 from kwatra.base.compiled import jitted
 
+BEYOND = 1e3
+"""px that what lies beyond a cell's window is away from it."""
+
 
 @jitted
 def join(number: Any, where: Any, apart: Any, copy: Any) -> Any:
     """Set of which copy each pixel is (H, W), counted from 0 by their first pixels; returns how many there are.
 
     Pixels beside each other are of one if their places (2, H, W) are of one cell, number (H, W), and continue each
-    other but for `apart` pixels.
+    other but for `apart` pixels along each axis.
     """
     height, width = number.shape
     root = np.arange(height * width)
@@ -52,61 +56,92 @@ def _root(root: Any, pixel: Any) -> Any:
 
 
 @jitted
-def window(shapes: Any, values: Any, cell: Any) -> Any:
+def window(windows: Any, values: Any, cell: Any) -> Any:
     """A cell's window (h, w) of values (N,)."""
-    height, width = shapes.extent[cell]
-    return values[shapes.start[cell] : shapes.start[cell] + height * width].reshape((height, width))
+    _, extent, start = windows
+    height, width = extent[cell]
+    return values[start[cell] : start[cell] + height * width].reshape((height, width))
 
 
 @jitted
-def count_inside(shapes: Any, cell: Any, first: Any, shape: Any, inside: Any) -> None:
-    """Count the pixels inside (m, 2) of copies' cells, and of their elements, that are in an output of a shape."""
-    for m in range(len(cell)):
-        away, element = window(shapes, shapes.away, cell[m]), window(shapes, shapes.element, cell[m])
-        for i in range(max(-first[m, 0], 0), min(away.shape[0], shape[0] - first[m, 0])):
-            for j in range(max(-first[m, 1], 0), min(away.shape[1], shape[1] - first[m, 1])):
-                inside[m, 0] += away[i, j] < 0
-                inside[m, 1] += element[i, j]
+def seen(windows: Any, values: Any, laid: Any, m: Any, beyond: Any) -> Any:
+    """What a copy's part of an output (h, w) sees of values (N,), bilinear; `beyond` where its window ends."""
+    cell, to, corner, size = laid[0][m], laid[1][m], laid[2][m], laid[3][m]
+    there, first = window(windows, values, cell), windows[0][cell]
+    found = np.full((size[0], size[1]), np.float32(beyond))
+    for i in range(found.shape[0]):
+        for j in range(found.shape[1]):
+            y, x = i + corner[0], j + corner[1]
+            row = to[0, 0] * y + to[0, 1] * x + to[0, 2] - first[0]
+            column = to[1, 0] * y + to[1, 1] * x + to[1, 2] - first[1]
+            if 0 <= row <= there.shape[0] - 1 and 0 <= column <= there.shape[1] - 1:
+                found[i, j] = between(there, row, column)
+    return found
 
 
 @jitted
-def divide(shapes: Any, aways: Any, cell: Any, first: Any, best: Any, second: Any, owner: Any) -> None:
+def between(values: Any, row: Any, column: Any) -> Any:
+    """Values (h, w) between pixels, bilinear."""
+    i, j = min(int(row), values.shape[0] - 2), min(int(column), values.shape[1] - 2)
+    down, right = row - i, column - j
+    upper = values[i, j] * (1 - right) + values[i, j + 1] * right
+    return upper * (1 - down) + (values[i + 1, j] * (1 - right) + values[i + 1, j + 1] * right) * down
+
+
+@jitted
+def count_inside(windows: Any, away: Any, element: Any, laid: Any, known: Any, counts: Any) -> None:
+    """Count the pixels (m, 3) of copies' cells, of these where an output is known (H, W), and of elements there."""
+    for m in range(len(counts)):
+        far, of_element = seen(windows, away, laid, m, BEYOND), seen(windows, element, laid, m, 0.0)
+        top, left = laid[2][m]
+        for i in range(far.shape[0]):
+            for j in range(far.shape[1]):
+                counts[m, 0] += far[i, j] < 0
+                y, x = i + top, j + left
+                if 0 <= y < known.shape[0] and 0 <= x < known.shape[1] and known[y, x]:
+                    counts[m, 1] += far[i, j] < 0
+                    counts[m, 2] += of_element[i, j] > 0.5
+
+
+@jitted
+def divide(windows: Any, away: Any, laid: Any, best: Any, second: Any, owner: Any) -> None:
     """Set which copy is nearest to each pixel, `owner` (H, W), -1 where none is, how near, and how near the second is.
 
-    aways (N,): how far from cells each pixel of their windows is, px, below 0 inside.
+    away (N,): how far from cells each pixel of their windows is, px, below 0 inside.
     """
     best[:], second[:], owner[:] = np.inf, np.inf, -1
-    for m in range(len(cell)):
-        away = window(shapes, aways, cell[m])
-        for i in range(max(-first[m, 0], 0), min(away.shape[0], best.shape[0] - first[m, 0])):
-            y = i + first[m, 0]
-            for j in range(max(-first[m, 1], 0), min(away.shape[1], best.shape[1] - first[m, 1])):
-                x = j + first[m, 1]
-                if away[i, j] < best[y, x]:
-                    second[y, x], best[y, x], owner[y, x] = best[y, x], away[i, j], m
-                elif away[i, j] < second[y, x]:
-                    second[y, x] = away[i, j]
+    for m in range(len(laid[0])):
+        far, (top, left) = seen(windows, away, laid, m, BEYOND), laid[2][m]
+        for i in range(max(-top, 0), min(far.shape[0], best.shape[0] - top)):
+            for j in range(max(-left, 0), min(far.shape[1], best.shape[1] - left)):
+                y, x = i + top, j + left
+                if far[i, j] == np.float32(BEYOND):
+                    continue
+                if far[i, j] < best[y, x]:
+                    second[y, x], best[y, x], owner[y, x] = best[y, x], far[i, j], m
+                elif far[i, j] < second[y, x]:
+                    second[y, x] = far[i, j]
 
 
 @jitted
-def move(shapes: Any, cell: Any, first: Any, margin: Any, reach: Any, loose: Any, owner: Any) -> None:
+def move(windows: Any, element: Any, laid: Any, reach: Any, loose: Any, owner: Any) -> None:
     """Move the copies that are loose (m,) to where most of their elements lies in their share, `owner` (H, W).
 
-    margin: of windows around cells. reach: by so many pixels at most, along each axis; of equal places to the nearest.
+    reach: by so many pixels at most, along each axis; of equal places to the nearest.
     """
-    for m in range(len(cell)):
+    for m in range(len(loose)):
         if not loose[m]:
             continue
-        element = window(shapes, shapes.element, cell[m])[margin:-margin, margin:-margin]
+        here, to, (top, left) = seen(windows, element, laid, m, 0.0), laid[1][m], laid[2][m]
         most, nearest, best = -1, 0, (0, 0)
         for down in range(-reach, reach + 1):
             for right in range(-reach, reach + 1):
-                far = down * down + right * right
-                count = _count_own(element, first[m, 0] + margin + down, first[m, 1] + margin + right, m, owner)
+                far, count = down * down + right * right, _count_own(here, top + down, left + right, m, owner)
                 if count > most or (count == most and far < nearest):
                     most, nearest, best = count, far, (down, right)
-        first[m, 0] += best[0]
-        first[m, 1] += best[1]
+        for axis in range(2):
+            laid[2][m, axis] += best[axis]
+            to[axis, 2] -= to[axis, 0] * best[0] + to[axis, 1] * best[1]
 
 
 @jitted
@@ -115,7 +150,7 @@ def _count_own(element: Any, top: Any, left: Any, m: Any, owner: Any) -> Any:
     count = 0
     for i in range(element.shape[0]):
         for j in range(element.shape[1]):
-            if element[i, j]:
+            if element[i, j] > 0.5:
                 y, x = top + i, left + j
                 count += not (0 <= y < owner.shape[0] and 0 <= x < owner.shape[1]) or owner[y, x] == m
     return count

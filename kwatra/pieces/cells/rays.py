@@ -8,62 +8,64 @@ from typing import Any
 import numpy as np
 
 from kwatra.base.compiled import jitted
-from kwatra.pieces.cells.loops import window
+from kwatra.pieces.cells.loops import BEYOND, between, seen, window
 
 STEP = 0.5
 """px between points of a ray that are looked at."""
 
 
 @jitted
-def seen_from_middle(shapes: Any, rays: Any, seen: Any, gaps: Any) -> None:
+def seen_from_middle(windows: Any, aways: Any, elements: Any, rays: Any, share: Any, gaps: Any) -> None:
     """Set the share of each element that is seen from the middle of its cell (n,), 0 to 1, along so many rays.
 
     gaps (n, rays): how wide the ground is between the element and its cell's border along each, px.
     """
     cell_at = np.empty(rays)
-    seen[0], gaps[0] = 0, 0
-    for cell in range(1, len(seen)):
-        away, element = window(shapes, shapes.away, cell), window(shapes, shapes.element, cell)
-        middle, _ = _deepest(away, away)
-        _reach(_side(element), middle, gaps[cell])
+    share[0], gaps[0] = 0, 0
+    for cell in range(1, len(share)):
+        away, element = window(windows, aways, cell), window(windows, elements, cell)
+        middle = _middle(away)
+        _reach(0.5 - element, middle, gaps[cell])
         _reach(away, middle, cell_at)
         area = np.square(gaps[cell]).sum() * np.pi / rays
-        seen[cell] = min(area / max(element.sum(), 1), 1.0) if element[middle] else 0.0
+        in_it = element[int(np.rint(middle[0])), int(np.rint(middle[1]))]
+        share[cell] = min(area / max(element.sum(), 1), 1.0) if in_it else 0.0
         gaps[cell] = np.maximum(cell_at - gaps[cell], 0)
 
 
 @jitted
 def warp(
-    shapes: Any, cell: Any, first: Any, rays: Any, most: Any, gaps: Any, best: Any, second: Any, owner: Any,
-    written: Any, where: Any,
+    windows: Any, aways: Any, elements: Any, laid: Any, rays: Any, most: Any, gaps: Any, best: Any, second: Any,
+    owner: Any, written: Any, where: Any,
 ) -> None:  # fmt: skip
     """Have the share of each copy show its whole cell: set places `where` (2, H, W) that are `written` (H, W).
 
-    rays: along so many the border of a share becomes that of the cell. most: elements are stretched and squeezed along
-    one by no more, while they need not be. gaps (2,): as of `_shown`. best, second, owner: as of `divide`.
+    Places are between pixels. rays: along so many the border of a share becomes that of the cell. most: elements are
+    stretched and squeezed along one by no more, while they need not be. gaps (2,): as of `_shown`. best, second, owner:
+    as of `divide`.
     """
     share_at, cell_at, element_at, shown_at = np.empty(rays), np.empty(rays), np.empty(rays), np.empty(rays)
-    some = _some(len(cell), owner, written)
-    for m in range(len(cell)):
+    some = _some(len(laid[0]), owner, written)
+    for m in range(len(some)):
         if not some[m]:
             continue
-        away, element = window(shapes, shapes.away, cell[m]), window(shapes, shapes.element, cell[m])
-        outside = _outside(away, first[m], m, best, second, owner)
-        middle, deepest = _deepest(away, outside)
-        if deepest == 0:
+        away, to, (top, left) = seen(windows, aways, laid, m, BEYOND), laid[1][m], laid[2][m]
+        both, outside = _outside(away, top, left, m, best, second, owner)
+        middle = _middle(both)
+        if middle[0] < 0:
             continue
         _reach(outside, middle, share_at)
         _reach(away, middle, cell_at)
-        _reach(_side(element), middle, element_at)
+        _reach(0.5 - seen(windows, elements, laid, m, 0.0), middle, element_at)
         _shown(share_at, cell_at, element_at, gaps, shown_at)
-        for i in range(away.shape[0]):
-            for j in range(away.shape[1]):
-                y, x = i + first[m, 0], j + first[m, 1]
-                if 0 <= y < owner.shape[0] and 0 <= x < owner.shape[1] and owner[y, x] == m and written[y, x]:
+        for i in range(max(-top, 0), min(away.shape[0], owner.shape[0] - top)):
+            for j in range(max(-left, 0), min(away.shape[1], owner.shape[1] - left)):
+                y, x = i + top, j + left
+                if owner[y, x] == m and written[y, x]:
                     scale = _scale(i - middle[0], j - middle[1], share_at, cell_at, element_at, shown_at, most)
                     row, column = _inside(away, middle, (i - middle[0]) * scale, (j - middle[1]) * scale)
-                    where[0, y, x] = row + shapes.first[cell[m], 0]
-                    where[1, y, x] = column + shapes.first[cell[m], 1]
+                    for axis in range(2):
+                        where[axis, y, x] = to[axis, 0] * (row + top) + to[axis, 1] * (column + left) + to[axis, 2]
 
 
 @jitted
@@ -78,35 +80,40 @@ def _some(copies: Any, owner: Any, written: Any) -> Any:
 
 
 @jitted
-def _side(element: Any) -> Any:
-    """Below 0 in an element (h, w), above it beyond."""
-    return np.where(element, np.float32(-0.5), np.float32(0.5))
+def _outside(away: Any, top: Any, left: Any, m: Any, best: Any, second: Any, owner: Any) -> Any:
+    """How far outside of a copy's share pixels are, px, below 0 inside, and of the share and the cell; two (h, w).
+
+    Beyond an output it is as `away` (h, w), from (top, left) on.
+    """
+    outside, both = away.copy(), away.copy()
+    for i in range(max(-top, 0), min(away.shape[0], owner.shape[0] - top)):
+        for j in range(max(-left, 0), min(away.shape[1], owner.shape[1] - left)):
+            y, x = i + top, j + left
+            if owner[y, x] == m:
+                outside[i, j] = max(best[y, x] - second[y, x], -2 * len(away)) / 2
+            else:
+                outside[i, j] = max(away[i, j] - best[y, x], 0.5) / 2
+            both[i, j] = max(outside[i, j], away[i, j])
+    return both, outside
 
 
 @jitted
-def _outside(away: Any, first: Any, m: Any, best: Any, second: Any, owner: Any) -> Any:
-    """How far outside of a copy's share pixels of its window are, px, below 0 inside; beyond an output as `away`."""
-    outside = away.copy()
-    for i in range(away.shape[0]):
-        for j in range(away.shape[1]):
-            y, x = i + first[0], j + first[1]
-            if 0 <= y < owner.shape[0] and 0 <= x < owner.shape[1]:
-                if owner[y, x] == m:
-                    outside[i, j] = max(best[y, x] - second[y, x], -2 * len(away)) / 2
-                else:
-                    outside[i, j] = max(away[i, j] - best[y, x], 0.5) / 2
-    return outside
+def _middle(outside: Any) -> Any:
+    """Where it is deepest inside, (row, column), between pixels; below 0 if nothing is inside.
 
-
-@jitted
-def _deepest(one: Any, other: Any) -> Any:
-    """The pixel of a window (h, w) that is deepest inside of two things, and how deep, 0 where none is in both."""
-    middle, deepest = (0, 0), np.float32(0)
-    for i in range(one.shape[0]):
-        for j in range(one.shape[1]):
-            if max(one[i, j], other[i, j]) < deepest:
-                middle, deepest = (i, j), max(one[i, j], other[i, j])
-    return middle, deepest
+    It is the mean of places weighted by a power of how deep they are, which does not jump.
+    """
+    total, down, right = 0.0, 0.0, 0.0
+    for i in range(outside.shape[0]):
+        for j in range(outside.shape[1]):
+            if outside[i, j] < 0:
+                weight = outside[i, j] ** 4
+                total += weight
+                down += weight * i
+                right += weight * j
+    middle = (down / total, right / total) if total > 0 else (-1.0, -1.0)
+    inside = total > 0 and outside[int(np.rint(middle[0])), int(np.rint(middle[1]))] < 0
+    return middle if inside else (-1.0, -1.0)
 
 
 @jitted
@@ -116,16 +123,17 @@ def _reach(outside: Any, middle: Any, at: Any) -> None:
     In the mean over two pixels of the border, as what is told by pixels has steps.
     """
     reached = np.empty(len(at))
+    start = between(outside, middle[0], middle[1])
     for k in range(len(at)):
         angle = 2 * np.pi * k / len(at)
         down, right = np.sin(angle), np.cos(angle)
-        far, before, now = 0.0, outside[middle], outside[middle]
+        far, before, now = 0.0, start, start
         while now < 0:
             far, before = far + STEP, now
             row, column = middle[0] + down * far, middle[1] + right * far
             if not (0 <= row < outside.shape[0] - 1 and 0 <= column < outside.shape[1] - 1):
                 break
-            now = _between(outside, row, column)
+            now = between(outside, row, column)
         reached[k] = max(far - STEP * now / (now - before), STEP) if now >= 0 and now > before else max(far, STEP)
     _spread(reached, round(len(at) / (2 * np.pi * reached.mean())), at)
 
@@ -140,15 +148,6 @@ def _spread(values: Any, near: Any, means: Any) -> None:
         for n in range(k - near, k + near + 1):
             total += values[n % count]
         means[k] = total / (2 * near + 1)
-
-
-@jitted
-def _between(values: Any, row: Any, column: Any) -> Any:
-    """Values (h, w) between pixels, bilinear."""
-    i, j = int(row), int(column)
-    down, right = row - i, column - j
-    upper = values[i, j] * (1 - right) + values[i, j + 1] * right
-    return upper * (1 - down) + (values[i + 1, j] * (1 - right) + values[i + 1, j + 1] * right) * down
 
 
 @jitted
@@ -200,9 +199,12 @@ def _scale(down: Any, right: Any, share_at: Any, cell_at: Any, element_at: Any, 
 
 @jitted
 def _inside(away: Any, middle: Any, down: Any, right: Any) -> Any:
-    """The pixel of a window so far from its middle, or the last before it that is in the cell."""
-    row, column = int(np.rint(middle[0] + down)), int(np.rint(middle[1] + right))
-    while not (0 <= row < away.shape[0] and 0 <= column < away.shape[1] and away[row, column] < 0):
+    """The place of a window so far from its middle, or the last before it that is in the cell."""
+    while True:
+        row, column = middle[0] + down, middle[1] + right
+        i, j = int(np.rint(row)), int(np.rint(column))
+        if 0 <= i < away.shape[0] and 0 <= j < away.shape[1] and away[i, j] < 0:
+            return row, column
         down, right = 0.97 * down, 0.97 * right
-        row, column = int(np.rint(middle[0] + down)), int(np.rint(middle[1] + right))
-    return row, column
+        if abs(down) + abs(right) < 0.5:
+            return middle

@@ -26,6 +26,9 @@ NARROW, WIDE = 2.0, 0.75
 """Gaps are narrow with half of their usual width, or with so many pixels on each side, and wide from this quantile of
 their widths on. With .9 seams of made stones are .05 of an element wide that are .03 in the exemplar."""
 
+AROUND = 0.5
+"""Cells are stretched by so much of an element's size at most; further away from all of them output stays as it is."""
+
 SOFT = 0.06
 """Borders between warped cells are smooth over so much of an element's size, as outlines that meet do not match."""
 
@@ -45,6 +48,11 @@ class Shapes(NamedTuple):
     soft: Array
     element: Array
 
+    @property
+    def windows(self) -> tuple[Array, Array, Array]:
+        """Where windows lie on the canvas, how large they are, and where each begins among values of all."""
+        return self.first, self.extent, self.start
+
 
 class Cells(NamedTuple):
     """The cells of an exemplar's canvas.
@@ -52,7 +60,7 @@ class Cells(NamedTuple):
     number (*S): of the cell each place belongs to, from 1; 0 of nobody's. element (*S): whether it is of its element.
     area (n,): of each, px; whole (n,): whether nothing cuts its element; sure (n,): whether it is one element that can
     be warped along rays. usual: the area of a usual whole one. gaps: how wide the ground beside an element is, px,
-    where it is narrow and where it is wide. reach: how far windows go beyond cells, px: the size of an element.
+    where it is narrow and where it is wide. reach: how far windows go beyond cells, px.
     """
 
     number: Array
@@ -89,9 +97,10 @@ def cells_of(parts: Parts, inside: Array) -> Cells | None:
     near = ndimage.distance_transform_edt(~element, return_distances=False, return_indices=True)
     number = np.where(inside, parts.number[tuple(near)], 0)
     area = np.bincount(number.ravel(), minlength=len(whole))
-    shapes, reach = _shapes(number, element, round(parts.size)), round(parts.size)
+    reach = max(round(AROUND * parts.size), 2)
+    shapes = _shapes(number, element, reach)
     seen, gaps = np.empty(len(whole)), np.empty((len(whole), RAYS))
-    seen_from_middle(shapes, RAYS, seen, gaps)
+    seen_from_middle(shapes.windows, shapes.away, shapes.element, RAYS, seen, gaps)
     usual = float(np.median(area[whole]))
     sure = (seen >= COMPACT) & (area <= LARGEST * usual)
     if area[whole & sure].sum() < SURE * area[whole].sum():
@@ -107,7 +116,7 @@ def _shapes(number: Array, element: Array, reach: int) -> Shapes:
         own = np.pad(number[box] == cell, reach)
         beyond, within = ndimage.distance_transform_edt(~own), ndimage.distance_transform_edt(own)
         away = np.where(own, 0.5 - within, beyond - 0.5)
-        soft = ndimage.gaussian_filter(away, SOFT * reach)
+        soft = ndimage.gaussian_filter(away, SOFT * reach / AROUND)
         firsts.append((box[0].start - reach, box[1].start - reach))
         windows.append(np.stack([away, soft, own & np.pad(element[box], reach)]).astype(np.float32))
     extent = np.array([window.shape[1:] for window in windows])

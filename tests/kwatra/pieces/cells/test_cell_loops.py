@@ -11,6 +11,14 @@ from kwatra.pieces.cells.shapes import RAYS, Shapes
 SIDE, MARGIN = 61, 20
 
 
+def laid(first: list[list[int]]) -> tuple[np.ndarray, ...]:
+    """Copies of it, moved by whole pixels, whose windows begin there."""
+    corner = np.array(first)
+    to = np.tile(np.eye(2, 3), (len(first), 1, 1))
+    to[:, :, 2] = np.array([100, 200]) - corner
+    return np.ones(len(first), int), to, corner, np.full((len(first), 2), SIDE)
+
+
 def disc(radius: float, element: float, hole: float = 0.0) -> Shapes:
     """One cell, a disc of some radius, with an element of a smaller one in it, which may have a hole."""
     apart = np.hypot(*(np.indices((SIDE, SIDE)) - SIDE // 2))
@@ -23,7 +31,8 @@ def disc(radius: float, element: float, hole: float = 0.0) -> Shapes:
 @pytest.mark.parametrize(("hole", "share"), [(0.0, 1.0), (3.0, 0.0)])
 def test_of_a_disc_all_is_seen_from_its_middle_and_of_a_ring_nothing(hole: float, share: float) -> None:
     seen, gaps = np.empty(2), np.empty((2, RAYS))
-    seen_from_middle(disc(10, 7.5, hole), RAYS, seen, gaps)
+    shapes = disc(10, 7.5, hole)
+    seen_from_middle(shapes.windows, shapes.away, shapes.element, RAYS, seen, gaps)
     assert seen[1] == pytest.approx(share, abs=0.05)
     if hole == 0:
         assert np.allclose(gaps[1], 2.5, atol=0.4)
@@ -46,9 +55,9 @@ def test_pixels_are_joined_that_continue_each_other_in_one_cell() -> None:
 
 
 def test_each_pixel_goes_to_the_copy_it_is_deepest_in() -> None:
-    shapes, cell, first = disc(10, 8), np.array([1, 1]), np.array([[-20, -5], [-18, 9]])
+    shapes, first = disc(10, 8), np.array([[-20, -5], [-18, 9]])
     best, second, owner = np.empty((30, 50), np.float32), np.empty((30, 50), np.float32), np.empty((30, 50), np.int64)
-    divide(shapes, shapes.away, cell, first, best, second, owner)
+    divide(shapes.windows, shapes.away, laid(first.tolist()), best, second, owner)
     middles = first + SIDE // 2
     aways = np.stack([np.hypot(*(np.indices((30, 50)) - m[:, None, None])) - 10 for m in middles])
     for m, (down, right) in enumerate(first):  # nowhere else is a copy seen
@@ -58,22 +67,25 @@ def test_each_pixel_goes_to_the_copy_it_is_deepest_in() -> None:
     assert np.allclose(best, aways.min(0), atol=1e-4)
     assert np.allclose(second, aways.max(0), atol=1e-4)
     assert (owner == aways.argmin(0))[np.abs(aways[0] - aways[1]) > 1e-4].all()
-    inside = np.zeros((2, 2), np.int64)
-    count_inside(shapes, cell, first, np.array([30, 50]), inside)
-    assert np.array_equal(inside[:, 0], (aways < 0).sum((1, 2)))
-    assert np.array_equal(inside[:, 1], (aways <= -2).sum((1, 2)))
+    counts, known = np.zeros((2, 3), np.int64), np.ones((30, 50), bool)
+    known[:, 30:] = False
+    count_inside(shapes.windows, shapes.away, shapes.element, laid(first.tolist()), known, counts)
+    assert (counts[:, 0] == (shapes.away < 0).sum()).all()
+    assert np.array_equal(counts[:, 1], ((aways < 0) & known).sum((1, 2)))
+    assert np.array_equal(counts[:, 2], ((aways <= -2) & known).sum((1, 2)))
 
 
 def test_an_element_moves_to_its_share() -> None:
     shapes, owner = disc(10, 8), np.full((60, 80), -1)
     owner[12:32, 30:50] = 0
-    first = np.array([[22 - SIDE // 2 + 3, 40 - SIDE // 2 - 5]])
-    move(shapes, np.array([1]), first, MARGIN, 8, np.array([True]), owner)
-    own = np.hypot(*(np.indices(owner.shape) - (first[0] + SIDE // 2)[:, None, None])) <= 8
+    copies = laid([[22 - SIDE // 2 + 3, 40 - SIDE // 2 - 5]])
+    stays = tuple(part.copy() for part in copies)
+    move(shapes.windows, shapes.element, copies, 8, np.array([True]), owner)
+    own = np.hypot(*(np.indices(owner.shape) - (copies[2][0] + SIDE // 2)[:, None, None])) <= 8
     assert (owner[own] == 0).all()
-    stays = first.copy()
-    move(shapes, np.array([1]), stays, MARGIN, 8, np.array([False]), owner)
-    assert np.array_equal(stays, first)
+    assert np.array_equal(copies[1][0] @ [*copies[2][0], 1], [100, 200])
+    move(shapes.windows, shapes.element, stays, 8, np.array([False]), owner)
+    assert np.array_equal(stays[2], [[22 - SIDE // 2 + 3, 40 - SIDE // 2 - 5]])
 
 
 @pytest.mark.parametrize("radius", [7.0, 10.0, 13.0])
@@ -81,9 +93,10 @@ def test_a_share_shows_the_whole_cell_and_an_element_keeps_its_gap(radius: float
     shapes, shape = disc(10, 8), (50, 50)
     apart = np.hypot(*(np.indices(shape) - 25))
     best, owner = (apart - radius).astype(np.float32), np.where(apart < radius, 0, -1)
-    where, first = np.full((2, *shape), -1), np.array([[25 - SIDE // 2] * 2])
+    where, values = np.full((2, *shape), -1.0), (shapes.windows, shapes.away, shapes.element)
     gaps, written = (2.0, 2.0), owner == 0
-    warp(shapes, np.array([1]), first, RAYS, 1.5, gaps, best, -best, owner, written, where)
+    warp(*values, laid([[25 - SIDE // 2] * 2]), RAYS, 1.5, gaps, best, -best, owner, written, where)
+    where = np.rint(where).astype(int)
     assert (where[:, ~written] == -1).all()
     away = np.hypot(where[0] - 100 - SIDE // 2, where[1] - 200 - SIDE // 2)
     assert away[written].max() < 10
@@ -93,7 +106,7 @@ def test_a_share_shows_the_whole_cell_and_an_element_keeps_its_gap(radius: float
     assert np.median(away[rim]) == pytest.approx(8, abs=1.1)  # of the element, as far from the border as it was
     if radius == 10:
         assert np.abs(away - apart)[written].max() <= 1
-    inside = window(shapes, shapes.away, 1) < 0
+    inside = window(shapes.windows, shapes.away, 1) < 0
     shown = np.zeros((SIDE, SIDE), bool)
     shown[tuple(where[:, written] - np.array([[100], [200]]))] = True
     assert ndimage.binary_dilation(shown, np.ones((3, 3)))[inside].mean() > 0.97  # nothing of it is left out

@@ -42,23 +42,24 @@ def test_cells_are_elements_and_the_ground_nearer_to_them_than_to_others() -> No
     assert cells.whole[1:].all()
     assert cells.sure[1:].all()
     assert not cells.sure[0]
-    assert cells.reach == PITCH
+    assert cells.reach == PITCH // 2
     assert 1.8 < cells.gaps[0] <= 2 < cells.gaps[1] < 2.9  # wider along rays that meet them obliquely
 
 
 def test_windows_tell_how_far_it_is_to_the_border_of_a_cell() -> None:
     cells = found(squares(4, 5))
-    away, soft = (window(cells.shapes, values, 7) for values in (cells.shapes.away, cells.shapes.soft))
-    assert away.shape == (3 * PITCH, 3 * PITCH)
-    assert tuple(cells.shapes.first[7]) == (PITCH - PITCH, PITCH - PITCH)
+    away, soft = (window(cells.shapes.windows, values, 7) for values in (cells.shapes.away, cells.shapes.soft))
+    half = PITCH // 2
+    assert away.shape == (2 * PITCH, 2 * PITCH)
+    assert tuple(cells.shapes.first[7]) == (PITCH - half, PITCH - half)
     own = np.zeros(away.shape, bool)
-    own[PITCH:-PITCH, PITCH:-PITCH] = True
+    own[half:-half, half:-half] = True
     truth = np.where(own, 0.5 - ndimage.distance_transform_edt(own), ndimage.distance_transform_edt(~own) - 0.5)
     assert np.allclose(away, truth)
     assert np.allclose(soft, away, atol=1)
     assert not np.array_equal(soft, away)
-    element = window(cells.shapes, cells.shapes.element, 7)
-    assert np.array_equal(np.argwhere(element)[[0, -1]], [[PITCH + 2] * 2, [2 * PITCH - 3] * 2])
+    element = window(cells.shapes.windows, cells.shapes.element, 7)
+    assert np.array_equal(np.argwhere(element)[[0, -1]], [[half + 2] * 2, [half + PITCH - 3] * 2])
 
 
 def test_what_is_larger_or_not_compact_is_not_sure_and_where_most_is_not_there_are_no_cells() -> None:

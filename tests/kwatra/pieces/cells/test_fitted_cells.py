@@ -5,8 +5,8 @@ import torch
 from scipy import ndimage
 from scipy.spatial import cKDTree
 
-from kwatra.pieces.cells import Cells, cells_of, fitted
-from kwatra.pieces.cells.fitting import copies_in
+from kwatra.pieces.cells import Cells, cells_of, fitted, redrawn
+from kwatra.pieces.cells.copies import copies_in
 from kwatra.pieces.seams import Parts
 
 SIDE, PITCH = 96, 16
@@ -83,15 +83,57 @@ def test_copies_are_those_of_which_enough_is_seen() -> None:
     cells, where = stones(), halves(6).numpy()
     copies = copies_in(where, cells)
     number = cells.number[tuple(where)]
-    first = copies.first + cells.reach
-    for m, (cell, start) in enumerate(zip(copies.cell, first, strict=True)):
+    for m, (cell, to) in enumerate(zip(copies.laid.cell, copies.laid.to, strict=True)):
         own = copies.number == m
         assert (number[own] == cell).all()
-        there = np.argwhere(cells.number == cell).min(0)
-        assert np.array_equal(np.argwhere(own)[0] - where[:, own][:, 0], start - there)  # one copy, one offset
+        assert np.array_equal(to[:, :2], np.eye(2))
+        assert np.array_equal(where[:, own], np.argwhere(own).T + to[:, 2:])  # one copy, one offset
+        start = np.argwhere(cells.number == cell).min(0) - to[:, 2]
         inside = (start > 1).all() and (start + np.ptp(np.argwhere(cells.number == cell), 0) < 77).all()
         assert not inside or own.sum() >= 0.45 * cells.area[cell]
-    assert len(copies.cell) > 20
+    assert len(copies.laid.cell) > 20
     assert 0 < (copies.number < 0).mean() < 0.3
     assert (number[copies.stays] > 0).all()
     assert not cells.sure[number[copies.stays]].any()
+
+
+def turned(angle: float, stretched: float) -> torch.Tensor:
+    """Places (2, 80, 80) of a picture that is turned about its middle, and stretched along its columns."""
+    down, right = torch.meshgrid(torch.arange(80.0) - 40, torch.arange(80.0) - 40, indexing="ij")
+    cos, sin = np.cos(angle), np.sin(angle)
+    return torch.stack([cos * down - sin * right, sin * down + cos * right]) * torch.tensor([1 / stretched, 1.0]).view(
+        2, 1, 1
+    ) + torch.tensor([47.3, 48.1]).view(2, 1, 1)
+
+
+def test_what_is_whole_is_drawn_as_it_is_turned_and_stretched() -> None:
+    cells, places = stones(), turned(0.5, 1.1)
+    inside = ((places >= 0) & (places <= SIDE - 1)).all(0)
+    drawn = redrawn(places, inside, cells)
+    off = (drawn - places).square().sum(0).sqrt()
+    assert float((off[inside] < 0.05).float().mean()) > 0.75
+    assert float(off[inside].median()) < 1e-3
+    assert torch.equal(drawn[:, ~inside], places[:, ~inside])
+    assert torch.equal(redrawn(places, inside, cells), drawn)
+
+
+def test_elements_that_overlap_are_drawn_whole_and_move_a_little_if_they_do() -> None:
+    cells, places = stones(), halves(6).double()
+    everywhere, near = torch.ones(80, 80, dtype=torch.bool), torch.tensor([0.2, -0.1]).double().view(2, 1, 1)
+    drawn, moved = redrawn(places, everywhere, cells), redrawn(places + near, everywhere, cells)
+    shares = shares_seen(drawn.round().long().clamp(0, SIDE - 1), cells)
+    assert sum(share < 0.6 for share in shares) == 0
+    assert len(shares) > 12
+    off = (moved - drawn - near).square().sum(0).sqrt()
+    assert float(off.median()) < 0.1
+    assert float((off > 1).float().mean()) < 0.05
+
+
+def test_of_elements_that_a_mask_hides_what_is_seen_stays() -> None:
+    cells, places = stones(), turned(0.0, 1.0)
+    inside = torch.zeros(80, 80, dtype=torch.bool)
+    inside[:, :37] = True
+    drawn = redrawn(places, inside, cells)
+    off = (drawn - places).square().sum(0).sqrt()
+    assert float((off[4:-4, 30:37] < 0.5).float().mean()) > 0.9
+    assert torch.equal(drawn[:, :, 37:], places[:, :, 37:])

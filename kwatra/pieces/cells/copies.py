@@ -1,0 +1,114 @@
+"""Copies of an exemplar's cells in an output: where they lie, however little is seen of them."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from kwatra.pieces.cells.shapes import Cells
+from kwatra.pieces.seams import Array
+
+APART = 2
+"""Copies of an element that are apart by so many pixels at most, and touch, are one. Not tuned."""
+
+SEEN, CRUMB = 0.45, 0.02
+"""An element is wanted if so much of its cell is seen as would be in the output, and the second part of a usual one."""
+
+MOST = 2.0
+"""What seems to be so many times as large or as small as it was is only moved: it tells too little. Not tuned."""
+
+LEAST = 1e-3
+"""px^2 by which no direction is told. Not tuned."""
+
+
+class Laid(NamedTuple):
+    """Where copies of cells lie in an output.
+
+    cell (m,): the numbers. to (m, 2, 3): what takes a pixel (row, column, 1) to its place on the exemplar's canvas.
+    corner (m, 2), size (m, 2): the part of the output, or beyond it, that a cell's window covers, px.
+    """
+
+    cell: Array
+    to: Array
+    corner: Array
+    size: Array
+
+
+class Copies(NamedTuple):
+    """Copies of an exemplar's cells in an output that are wanted.
+
+    laid: where they lie. number (H, W): of which copy each pixel is, -1 of none of them. stays (H, W): what is of cells
+    that are not sure, and stays as it is.
+    """
+
+    laid: Laid
+    number: Array
+    stays: Array
+
+
+def copies_in(places: Array, cells: Cells, inside: Array | None = None) -> Copies:
+    """The copies of cells of which enough is seen where an output shows places (2, H, W).
+
+    inside (H, W): where there is any, of places between pixels, to which copies may have been turned and stretched;
+    None for a source map, of which all is copied.
+    """
+    from kwatra.pieces.cells.loops import count_inside, join
+
+    shapes, shape, corner = cells.shapes, places.shape[1:], np.array(cells.number.shape)[:, None, None] - 1
+    number = cells.number[tuple(np.rint(places).astype(np.int64).clip(0, corner))]
+    known = np.ones(shape, bool) if inside is None else inside
+    number = np.where(known, number, 0)
+    copy = np.empty(shape, np.int64)
+    count = join(number, places, APART, copy)
+    shown, cell = np.bincount(copy.ravel(), minlength=count), number.ravel()[np.unique(copy, return_index=True)[1]]
+    enough = (cell > 0) & (shown > CRUMB * cells.usual)
+    copy, shown, cell = np.where(enough, np.cumsum(enough) - 1, -1)[copy], shown[enough], cell[enough]
+    laid = _laid(cell, (_moved if inside is None else _turned)(places, copy, len(cell)), cells)
+    counts = np.zeros((len(cell), 3), np.int64)
+    count_inside(shapes.windows, shapes.away, shapes.element, tuple(laid), known, counts)
+    beside = ((laid.corner + cells.reach <= 1) | (laid.corner + laid.size - cells.reach >= np.array(shape) - 1)).any(1)
+    hidden = beside | (counts[:, 1] < counts[:, 0])  # nobody sees how an element goes on there, or whether it does
+    usual = np.maximum(cells.area, np.where(cells.whole, 0, cells.usual))[cell]
+    wanted = shown >= SEEN * np.where(hidden, counts[:, 1], usual)
+    stays, wanted = wanted & ~cells.sure[cell], wanted & cells.sure[cell]
+    renumbered = np.append(np.where(wanted, np.cumsum(wanted) - 1, -1), -1)
+    return Copies(Laid(*(part[wanted] for part in laid)), renumbered[copy], np.append(stays, False)[copy])
+
+
+def _moved(places: Array, copy: Array, count: int) -> Array:
+    """What takes pixels to places (2, H, W) by whole pixels, as most do of each copy (m, 2, 3), numbered (H, W)."""
+    some, to = copy >= 0, np.tile(np.eye(2, 3), (count, 1, 1))
+    offsets = (places - np.indices(copy.shape))[:, some]
+    to[:, :, 2] = np.rint(_means(copy[some], offsets, count))
+    return to
+
+
+def _turned(places: Array, copy: Array, count: int) -> Array:
+    """What takes pixels to places (2, H, W) by least squares over each copy (m, 2, 3), numbered (H, W)."""
+    some, to = copy >= 0, np.tile(np.eye(2, 3), (count, 1, 1))
+    copy, pixels, places = copy[some], np.indices(copy.shape)[:, some].astype(float), places[:, some]
+    middle, there = _means(copy, pixels, count), _means(copy, places, count)
+    across, away = pixels - middle.T[:, copy], places - there.T[:, copy]
+    spread, shared = (
+        _means(copy, (one[:, None] * across).reshape(4, -1), count).reshape(-1, 2, 2) for one in (across, away)
+    )
+    turned = shared @ np.linalg.inv(spread + LEAST * np.eye(2))
+    larger = np.abs(np.linalg.det(turned))
+    to[:, :, :2] = np.where(((larger < MOST) & (larger > 1 / MOST))[:, None, None], turned, to[:, :, :2])
+    to[:, :, 2] = there - np.einsum("mij,mj->mi", to[:, :, :2], middle)
+    return to
+
+
+def _means(copy: Array, values: Array, count: int) -> Array:
+    """The means (m, k) of values (k, N) over copies, numbered (N,)."""
+    pixels = np.maximum(np.bincount(copy, minlength=count), 1)
+    return np.stack([np.bincount(copy, value, count) / pixels for value in values], 1)
+
+
+def _laid(cell: Array, to: Array, cells: Cells) -> Laid:
+    """Copies of cells that lie so, with the parts of the output that their windows cover."""
+    first, extent, back = cells.shapes.first[cell], cells.shapes.extent[cell], np.linalg.inv(to[:, :, :2])
+    half = (extent - 1) / 2
+    middle = np.einsum("mij,mj->mi", back, first + half - to[:, :, 2])
+    reach = np.einsum("mij,mj->mi", np.abs(back), half)
+    corner = np.floor(middle - reach + 1e-6).astype(np.int64)
+    return Laid(cell, to, corner, np.ceil(middle + reach - 1e-6).astype(np.int64) - corner + 1)
