@@ -132,6 +132,10 @@ class _Back:
         turned = (stop.since <= number) & back.state.inside
         share = (self._seam if self.motion.film.motion is None else self._feathered)(turned, ahead, back)
         take = share > 0.5
+        if self.motion.showing.draws:  # elements that are cut where both ways meet are drawn whole, too
+            both = (torch.where(take, *parts) for parts in zip(_placed(back), _placed(ahead), strict=True))
+            whole = self.motion.shown(*both)
+            return replace(ahead, image=whole.image, also=whole.also, source=whole.source, where=whole.where)
         maps = None if ahead.also is None or back.also is None else torch.where(take, back.also, ahead.also)
         return replace(
             ahead, image=self._mixed(share, ahead, back), also=maps,
@@ -178,6 +182,11 @@ class _Back:
             return eased(mosaic, easier(anisotropy(film.strip), film.along))
         places = [nearest_pixels(source, hidden.depth.shape).numpy() for source in sources]
         return hidden.cost(mosaic, [tuple(place) for place in places], mosaic.deviation)
+
+
+def _placed(frame: Frame) -> tuple[Tensor, Tensor]:
+    """The source coordinates (2, H, W) of a frame's copies, and where (H, W) there is texture."""
+    return frame.state.source, frame.state.inside
 
 
 def _reversed(field: Field, frames: int) -> Field:

@@ -174,7 +174,7 @@ class Motion:
             empty = self.showing.picture(nowhere, inside) * 0
             return self._frame(State(0, nowhere, inside, empty), {})
         if self.film.placed is not None and first is None:
-            return self._shown(self.film.middle(self.shape), inside)
+            return self.shown(self.film.middle(self.shape), inside)
         start: Tensor | str = "aligned"
         if first is not None:
             start, synthesis = floats_of(first).to(self.device), replace(synthesis, levels=_PROJECTION)
@@ -184,10 +184,10 @@ class Motion:
         stay = [Stay(STAYING)] if self.film.scene and first is None else []
         still = optimize(exemplar, self.shape, settings=synthesis, terms=stay, start=start, mask=mask, seed=self.seed)
         source = tidied(self.film.uncut(still.where.cpu(), pages).flip(0).float(), inside, inside)
-        return self._shown(source, inside)
+        return self.shown(source, inside)
 
-    def _shown(self, source: Tensor, inside: Tensor) -> Frame:
-        """Frame 0, at source coordinates (2, H, W)."""
+    def shown(self, source: Tensor, inside: Tensor) -> Frame:
+        """What copies at source coordinates (2, H, W) show inside (H, W), as frame 0."""
         seen = self.showing.drawn(source, inside)
         return self._frame(State(0, source, inside, self.showing.first(seen, inside)), {}, seen)
 

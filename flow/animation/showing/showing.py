@@ -46,6 +46,11 @@ class Showing:
         keep = film.hidden is not None and not film.turning
         self._cells = find_cells(film.strip) if keep else None
 
+    @property
+    def draws(self) -> bool:
+        """Whether elements are drawn anew."""
+        return self._cells is not None
+
     def drawn(self, source: Tensor, inside: Tensor) -> Tensor:
         """Which source coordinates (2, H, W) are seen of those that copies have, x first, inside (H, W).
 
