@@ -16,7 +16,7 @@ from scipy import ndimage
 from torch import Tensor
 
 from kwatra.pieces.cells.copies import Copies, copies_in
-from kwatra.pieces.cells.shapes import RAYS, Cells
+from kwatra.pieces.cells.shapes import Cells
 from kwatra.pieces.seams import Array
 
 MISSED = 0.01
@@ -92,7 +92,7 @@ def _warp(copies: Copies, cells: Cells, share: Array, best: Array, second: Array
     """Have shares show whole cells: set the places `made` (2, H, W) that are written (H, W)."""
     from kwatra.pieces.cells.rays import warp
 
-    shapes, how = cells.shapes, (RAYS, STRETCHED, cells.gaps)
+    shapes, how = cells.shapes, (cells.rays, STRETCHED, cells.gaps)
     values = shapes.windows, shapes.away, shapes.element
     warp(*values, tuple(copies.laid), *how, best, second, share, written, made)
 

@@ -1,5 +1,6 @@
 """The cells of an exemplar: each an element, and the ground that is nearer to it than to any other."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -9,8 +10,9 @@ from kwatra.elements.kept import kept
 from kwatra.exemplar import Exemplar
 from kwatra.pieces.seams import Array, Parts, hidden_seams, parts_of
 
-RAYS = 256
-"""Cells are looked at, and warped, along so many rays from their middles: every half pixel of an element of 40."""
+RAYS = 2 * math.pi
+"""Cells are looked at, and warped, along so many rays for each pixel of an element's size: every half pixel of its
+outline."""
 
 COMPACT, LARGEST, SURE = 0.9, 1.6, 0.85
 """A cell is sure if so much of its element is seen from its middle, and it is no more times as large as usual: what is
@@ -61,6 +63,7 @@ class Cells(NamedTuple):
     area (n,): of each, px; whole (n,): whether nothing cuts its element; sure (n,): whether it is one element that can
     be warped along rays. usual: the area of a usual whole one. gaps: how wide the ground beside an element is, px,
     where it is narrow and where it is wide. reach: how far windows go beyond cells, px.
+    rays: along how many cells are warped.
     """
 
     number: Array
@@ -71,6 +74,7 @@ class Cells(NamedTuple):
     usual: float
     gaps: tuple[float, float]
     reach: int
+    rays: int
     shapes: Shapes
 
 
@@ -99,14 +103,15 @@ def cells_of(parts: Parts, inside: Array) -> Cells | None:
     area = np.bincount(number.ravel(), minlength=len(whole))
     reach = max(round(AROUND * parts.size), 2)
     shapes = _shapes(number, element, reach)
-    seen, gaps = np.empty(len(whole)), np.empty((len(whole), RAYS))
-    seen_from_middle(shapes.windows, shapes.away, shapes.element, RAYS, seen, gaps)
+    rays = round(RAYS * max(parts.size, FEW))
+    seen, gaps = np.empty(len(whole)), np.empty((len(whole), rays))
+    seen_from_middle(shapes.windows, shapes.away, shapes.element, rays, seen, gaps)
     usual = float(np.median(area[whole]))
     sure = (seen >= COMPACT) & (area <= LARGEST * usual)
     if area[whole & sure].sum() < SURE * area[whole].sum():
         return None
     narrow, wide = np.quantile(gaps[whole & sure], (0.5, WIDE)).tolist()
-    return Cells(number, element, area, whole, sure, usual, (min(narrow, NARROW), wide), reach, shapes)
+    return Cells(number, element, area, whole, sure, usual, (min(narrow, NARROW), wide), reach, rays, shapes)
 
 
 def _shapes(number: Array, element: Array, reach: int) -> Shapes:

@@ -6,9 +6,9 @@ from scipy import ndimage
 
 from kwatra.pieces.cells.loops import count_inside, divide, join, move, window
 from kwatra.pieces.cells.rays import seen_from_middle, warp
-from kwatra.pieces.cells.shapes import RAYS, Shapes
+from kwatra.pieces.cells.shapes import Shapes
 
-SIDE, MARGIN = 61, 20
+SIDE, RAYS = 61, 128
 
 
 def laid(first: list[list[int]]) -> tuple[np.ndarray, ...]:
