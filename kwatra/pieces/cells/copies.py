@@ -11,7 +11,8 @@ APART = 2
 """Copies of an element that are apart by so many pixels at most, and touch, are one. Not tuned."""
 
 SEEN, CRUMB = 0.45, 0.02
-"""An element is wanted if so much of its cell is seen as would be in the output, and the second part of a usual one."""
+"""An element is wanted if so much of its cell is seen as would be in the output, and the second part of a usual one. By
+eye, as STRETCHED (`fitting`), on stones, mosaics and coins of 12 to 50 pixels."""
 
 MOST = 2.0
 """What seems to be so many times as large or as small as it was is only moved: it tells too little. Not tuned."""

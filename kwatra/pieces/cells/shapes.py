@@ -25,14 +25,15 @@ FEW = 3
 """Fewer whole elements than this say nothing of their size. Not tuned."""
 
 NARROW, WIDE = 2.0, 0.75
-"""Gaps are narrow with half of their usual width, or with so many pixels on each side, and wide from this quantile of
-their widths on. With .9 seams of made stones are .05 of an element wide that are .03 in the exemplar."""
+"""Gaps are narrow with their median width, or with so many pixels on each side if that is more, and wide from this
+quantile of their widths on; by eye, on made stones and coins: with .9 joints of stones become too wide."""
 
 AROUND = 0.5
 """Cells are stretched by so much of an element's size at most; further away from all of them output stays as it is."""
 
 SOFT = 0.06
-"""Borders between warped cells are smooth over so much of an element's size, as outlines that meet do not match."""
+"""Borders between warped cells are smooth over so much of an element's size, as outlines that meet do not match. By
+eye."""
 
 
 class Shapes(NamedTuple):
@@ -62,8 +63,8 @@ class Cells(NamedTuple):
     number (*S): of the cell each place belongs to, from 1; 0 of nobody's. element (*S): whether it is of its element.
     area (n,): of each, px; whole (n,): whether nothing cuts its element; sure (n,): whether it is one element that can
     be warped along rays. usual: the area of a usual whole one. gaps: how wide the ground beside an element is, px,
-    where it is narrow and where it is wide. reach: how far windows go beyond cells, px.
-    rays: along how many cells are warped.
+    where it is narrow and where it is wide. reach: how far windows go beyond cells, px. rays: along how many each is
+    warped.
     """
 
     number: Array
@@ -102,8 +103,7 @@ def cells_of(parts: Parts, inside: Array) -> Cells | None:
     number = np.where(inside, parts.number[tuple(near)], 0)
     area = np.bincount(number.ravel(), minlength=len(whole))
     reach = max(round(AROUND * parts.size), 2)
-    shapes = _shapes(number, element, reach)
-    rays = round(RAYS * max(parts.size, FEW))
+    shapes, rays = _shapes(number, element, reach), round(RAYS * reach / AROUND)
     seen, gaps = np.empty(len(whole)), np.empty((len(whole), rays))
     seen_from_middle(shapes.windows, shapes.away, shapes.element, rays, seen, gaps)
     usual = float(np.median(area[whole]))
