@@ -19,6 +19,7 @@ from kwatra.levels import Level
 from kwatra.loop.beginning import Beginning, begin
 from kwatra.loop.scene import Estimate, Scene
 from kwatra.loop.task import Task
+from kwatra.pieces import bent, find_cells
 from kwatra.result import Progress, Result, Row, Stage
 from kwatra.settings import Settings
 from kwatra.source import Prepared, Texture, sourcemap
@@ -100,7 +101,9 @@ def _uncut(beginning: Beginning, image: Tensor, where: Tensor, factors: tuple[in
         return image, where
     if not max(beginning.factors) == max(factors) == 1:
         return image, where
-    take = beginning.gaps.cheaper(before, where, task.wraps)
+    take, cells = beginning.gaps.cheaper(before, where, task.wraps), find_cells(exemplar)
+    if cells is not None:  # along joints that were warped all is a seam, and dots of other elements would cost less
+        take = take & ~bent(before, cells)
     if task.mask is not None:
         take = take | ~task.mask
     copied = sourcemap.look_up(exemplar.canvas, before)

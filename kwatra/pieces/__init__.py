@@ -2,7 +2,7 @@
 
 from kwatra.pieces.blocks import BlockStart
 from kwatra.pieces.boxes import Box
-from kwatra.pieces.cells import find_cells, redrawn
+from kwatra.pieces.cells import bent, find_cells, redrawn
 from kwatra.pieces.choosing import Fit, totals
 from kwatra.pieces.given import GivenCopies
 from kwatra.pieces.seams import (
@@ -44,6 +44,7 @@ __all__ = [
     "Sheet",
     "SlantedStart",
     "Stock",
+    "bent",
     "cheaper",
     "find_cells",
     "find_gaps",

@@ -28,6 +28,9 @@ MOVED = 1 / 3
 RIM = 2
 """So many pixels of ground stay around an element that stays. Not tuned."""
 
+BENT = 3
+"""Where neighbors show places so many pixels further apart at most, or closer, a cell is warped. Not tuned."""
+
 STRETCHED = 1.5
 """Elements are stretched and squeezed by no more where that is enough, and keep their size around the middle."""
 
@@ -62,6 +65,22 @@ def _fitted(where: Array, cells: Cells) -> Array:
     made, written = where.astype(np.float64), (share >= 0) & (loose[share] | (others & (copies.number != share)))
     _warp(copies, cells, share, best, second, written, made)
     return np.rint(made).astype(where.dtype)
+
+
+def bent(where: Tensor, cells: Cells) -> Tensor:
+    """Where (H, W) a source map (2, H, W) shows warped cells, beside the ground between elements.
+
+    There it steps by few pixels more or less than one, all the time, which seams between copies seldom do.
+    """
+    places = where.cpu().numpy()
+    ground, steps = ~cells.element[tuple(places)], np.zeros(places.shape[1:], bool)
+    for along in range(2):
+        off = np.abs(np.diff(places, axis=along + 1) - (np.arange(2) == along)[:, None, None]).max(0)
+        few = (off > 0) & (off <= BENT)
+        for side in (slice(None, -1), slice(1, None)):
+            steps[(slice(None),) * along + (side,)] |= few
+    near = (ndimage.binary_dilation(one, iterations=RIM) for one in (ground, steps))
+    return torch.from_numpy(next(near) & next(near)).to(where.device)
 
 
 def redrawn(places: Tensor, inside: Tensor, cells: Cells) -> Tensor:

@@ -78,6 +78,7 @@ def test_what_is_larger_or_not_compact_is_not_sure_and_where_most_is_not_there_a
     )  # of the form of a C
     assert cells_of(parts._replace(number=hollow), parts.number >= 0) is None
     assert cells_of(squares(1, 2), np.ones((PITCH, 2 * PITCH), bool)) is None
+    assert cells_of(squares(5, 5, pitch=9), np.ones((45, 45), bool)) is None  # too small
 
 
 def test_discs_have_cells_and_print_has_none() -> None:

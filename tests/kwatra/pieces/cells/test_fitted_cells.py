@@ -5,7 +5,7 @@ import torch
 from scipy import ndimage
 from scipy.spatial import cKDTree
 
-from kwatra.pieces.cells import Cells, cells_of, fitted, redrawn
+from kwatra.pieces.cells import Cells, bent, cells_of, fitted, redrawn
 from kwatra.pieces.cells.copies import copies_in
 from kwatra.pieces.seams import Parts
 
@@ -64,6 +64,18 @@ def test_elements_that_a_seam_cuts_are_whole_and_the_others_stay() -> None:
     assert torch.equal(made[:, :, 64:], where[:, :, 64:])
     assert bool(((made >= 0) & (made < SIDE)).all())
     assert torch.equal(fitted(where, cells), made)
+
+
+def test_what_is_warped_is_told_beside_gaps_and_nothing_else() -> None:
+    cells, where = stones(), halves(6)
+    assert not bent(where, cells).any()
+    made = fitted(where, cells)
+    changed, told = (made != where).any(0), bent(made, cells)
+    assert float((~changed & told).float().mean()) < 0.12
+    ground = torch.from_numpy(~cells.element)[tuple(made)]
+    assert float(told[changed & ground].float().mean()) > 0.8
+    inside = torch.from_numpy(ndimage.distance_transform_edt(~ground) > 3)
+    assert not told[inside].any()
 
 
 def test_what_is_not_sure_stays() -> None:
