@@ -19,7 +19,7 @@ from kwatra.levels import Level
 from kwatra.loop.beginning import Beginning, begin
 from kwatra.loop.scene import Estimate, Scene
 from kwatra.loop.task import Task
-from kwatra.pieces import bent, find_cells
+from kwatra.pieces import bent, find_cells, softened
 from kwatra.result import Progress, Result, Row, Stage
 from kwatra.settings import Settings
 from kwatra.source import Prepared, Texture, sourcemap
@@ -102,11 +102,12 @@ def _uncut(beginning: Beginning, image: Tensor, where: Tensor, factors: tuple[in
     if not max(beginning.factors) == max(factors) == 1:
         return image, where
     take, cells = beginning.gaps.cheaper(before, where, task.wraps), find_cells(exemplar)
+    copied = sourcemap.look_up(exemplar.canvas, before)
     if cells is not None:  # along joints that were warped all is a seam, and dots of other elements would cost less
-        take = take & ~bent(before, cells)
+        warped = bent(before, cells)
+        take, copied = take & ~warped, softened(copied, warped, task.wraps)
     if task.mask is not None:
         take = take | ~task.mask
-    copied = sourcemap.look_up(exemplar.canvas, before)
     return torch.where(take, image, copied), torch.where(take, where, before)
 
 

@@ -2,7 +2,7 @@
 
 from kwatra.pieces.blocks import BlockStart
 from kwatra.pieces.boxes import Box
-from kwatra.pieces.cells import bent, find_cells, redrawn
+from kwatra.pieces.cells import bent, find_cells, redrawn, softened
 from kwatra.pieces.choosing import Fit, totals
 from kwatra.pieces.given import GivenCopies
 from kwatra.pieces.seams import (
@@ -54,6 +54,7 @@ __all__ = [
     "lay_again",
     "parts_of",
     "redrawn",
+    "softened",
     "totals",
     "visible_seams",
 ]

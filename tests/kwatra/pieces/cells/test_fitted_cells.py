@@ -5,7 +5,7 @@ import torch
 from scipy import ndimage
 from scipy.spatial import cKDTree
 
-from kwatra.pieces.cells import Cells, bent, cells_of, fitted, redrawn
+from kwatra.pieces.cells import Cells, bent, cells_of, fitted, redrawn, softened
 from kwatra.pieces.cells.copies import copies_in
 from kwatra.pieces.seams import Parts
 
@@ -76,6 +76,18 @@ def test_what_is_warped_is_told_beside_gaps_and_nothing_else() -> None:
     assert float(told[changed & ground].float().mean()) > 0.8
     inside = torch.from_numpy(ndimage.distance_transform_edt(~ground) > 3)
     assert not told[inside].any()
+
+
+def test_steps_are_evened_out_where_it_is_told_alone() -> None:
+    image, where = torch.zeros(1, 6, 6), torch.ones(6, 6, dtype=torch.bool)
+    image[0, 0, 2] = 1.0
+    where[:, 3:] = False
+    even, round_ = softened(image, where), softened(image, where, (True, False))
+    assert torch.equal(even[0, :, 3:], image[0, :, 3:])
+    assert np.allclose(even[0, :2, 1:3], [[1 / 3 * 0.1875, 2 / 3 + 1 / 3 * 0.375], [1 / 3 * 0.0625, 1 / 3 * 0.125]])
+    assert float(even[0, 5, 2]) == 0
+    assert np.isclose(float(round_[0, 5, 2]), 1 / 3 * 0.125)
+    assert np.allclose(softened(torch.full((1, 6, 6), 0.7), where), 0.7)
 
 
 def test_what_is_not_sure_stays() -> None:
