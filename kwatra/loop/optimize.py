@@ -102,13 +102,13 @@ def _uncut(beginning: Beginning, image: Tensor, where: Tensor, factors: tuple[in
     if not max(beginning.factors) == max(factors) == 1:
         return image, where
     take, cells = beginning.gaps.cheaper(before, where, task.wraps), find_cells(exemplar)
-    copied = sourcemap.look_up(exemplar.canvas, before)
-    if cells is not None:  # along joints that were warped all is a seam, and dots of other elements would cost less
+    copied, seen = sourcemap.look_up(exemplar.canvas, before), take
+    if cells is not None:  # along joints that were warped all is a seam, and EM dots them with other elements
         warped = bent(before, cells)
-        take, copied = take & ~warped, softened(copied, warped, task.wraps)
+        seen, copied = take & ~warped, softened(copied, warped, task.wraps)
     if task.mask is not None:
-        take = take | ~task.mask
-    return torch.where(take, image, copied), torch.where(take, where, before)
+        take, seen = take | ~task.mask, seen | ~task.mask
+    return torch.where(seen, image, copied), torch.where(take, where, before)
 
 
 def _iterate(scene: Scene, estimate: Estimate, report: "_Report", between: Between | None) -> tuple[Estimate, str]:

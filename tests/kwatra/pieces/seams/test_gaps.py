@@ -177,7 +177,8 @@ def test_where_em_is_not_taken_pixels_are_the_exemplars_own():
     made = MADE["stones"](128, 20, 0)
     result = optimize(Exemplar.of(made.image), (96, 96))
     copied = made.image[(slice(None), *result.where)]
-    assert float((result.image == copied).all(0).float().mean()) > 0.9
+    assert float((result.image == copied).all(0).float().mean()) > 0.65  # but for joints that are warped
+    assert float((result.image - copied).abs().amax(0).quantile(0.9)) < 0.15
     assert torch.equal(result.stages[-1].image, result.image)
 
 
