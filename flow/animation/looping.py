@@ -133,8 +133,8 @@ class _Back:
         share = (self._seam if self.motion.film.motion is None else self._feathered)(turned, ahead, back)
         take = share > 0.5
         if self.motion.showing.draws:  # elements that are cut where both ways meet are drawn whole, too
-            both = (torch.where(take, *parts) for parts in zip(_placed(back), _placed(ahead), strict=True))
-            whole = self.motion.shown(*both)
+            source = torch.where(take, back.state.source, ahead.state.source)
+            whole = self.motion.shown(source, torch.where(take, back.state.inside, ahead.state.inside))
             return replace(ahead, image=whole.image, also=whole.also, source=whole.source, where=whole.where)
         maps = None if ahead.also is None or back.also is None else torch.where(take, back.also, ahead.also)
         return replace(
@@ -182,11 +182,6 @@ class _Back:
             return eased(mosaic, easier(anisotropy(film.strip), film.along))
         places = [nearest_pixels(source, hidden.depth.shape).numpy() for source in sources]
         return hidden.cost(mosaic, [tuple(place) for place in places], mosaic.deviation)
-
-
-def _placed(frame: Frame) -> tuple[Tensor, Tensor]:
-    """The source coordinates (2, H, W) of a frame's copies, and where (H, W) there is texture."""
-    return frame.state.source, frame.state.inside
 
 
 def _reversed(field: Field, frames: int) -> Field:

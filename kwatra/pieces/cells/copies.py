@@ -37,11 +37,12 @@ class Laid(NamedTuple):
 class Copies(NamedTuple):
     """Copies of an exemplar's cells in an output that are wanted.
 
-    laid: where they lie. number (H, W): of which copy each pixel is, -1 of none of them. stays (H, W): what is of cells
-    that are not sure, and stays as it is.
+    laid: where they lie. elements (m,): how many pixels of each's element the output has room for. number (H, W): of
+    which copy each pixel is, -1 of none of them. stays (H, W): what is of cells that are not sure, and stays as it is.
     """
 
     laid: Laid
+    elements: Array
     number: Array
     stays: Array
 
@@ -72,7 +73,8 @@ def copies_in(places: Array, cells: Cells, inside: Array | None = None) -> Copie
     wanted = shown >= SEEN * np.where(hidden, counts[:, 1], usual)
     stays, wanted = wanted & ~cells.sure[cell], wanted & cells.sure[cell]
     renumbered = np.append(np.where(wanted, np.cumsum(wanted) - 1, -1), -1)
-    return Copies(Laid(*(part[wanted] for part in laid)), renumbered[copy], np.append(stays, False)[copy])
+    laid = Laid(*(part[wanted] for part in laid))
+    return Copies(laid, counts[wanted, 2], renumbered[copy], np.append(stays, False)[copy])
 
 
 def _moved(places: Array, copy: Array, count: int) -> Array:

@@ -138,12 +138,7 @@ def _loose(where: Array, cells: Cells, copies: Copies, share: Array) -> tuple[Ar
 
     All of an element is to be in its share, and nothing of another.
     """
-    from kwatra.pieces.cells.loops import count_inside
-
-    shapes, count, inside = cells.shapes, len(copies.laid.cell), np.zeros((len(copies.laid.cell), 3), np.int64)
-    known = np.ones(share.shape, bool)
-    count_inside(shapes.windows, shapes.away, shapes.element, tuple(copies.laid), known, inside)
-    element, own = cells.element[tuple(where)] & (share >= 0), copies.number == share
+    element, own, room = cells.element[tuple(where)] & (share >= 0), copies.number == share, copies.elements
     others = element & ~own
-    placed, found = (np.bincount(share[some], minlength=count) for some in (element & own, others))
-    return (placed < (1 - MISSED) * inside[:, 2]) | (found > MISSED * inside[:, 2]), others
+    placed, found = (np.bincount(share[some], minlength=len(room)) for some in (element & own, others))
+    return (placed < (1 - MISSED) * room) | (found > MISSED * room), others

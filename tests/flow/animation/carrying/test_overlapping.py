@@ -13,7 +13,7 @@ from flow.animation.carrying.copies import parted, rigid, turned
 from flow.animation.carrying.overlapping import overlapped
 from flow.warps.warp import pixel_coordinates
 from kwatra import Exemplar
-from kwatra.pieces import hidden_seams
+from kwatra.pieces import blocks, hidden_seams
 
 SHAPE = (24, 30)
 SEAM = 15
@@ -120,7 +120,8 @@ def test_fewer_seams_lead_through_elements_that_flow(monkeypatch: pytest.MonkeyP
             count += int((seams[0, :, :-1] & deep[:, :-1] & deep[:, 1:]).sum())
         return count
 
+    monkeypatch.setattr(blocks, "fitted", lambda where, *_: where)  # the first frame has seams through elements, too
     stones = [MADE["stones"](96, 20, number).image for number in range(2)]
     now = sum(map(through, stones))
     monkeypatch.setattr(sequence, "overlapped", lambda source, *_: source)
-    assert now < 0.75 * sum(map(through, stones))
+    assert now < 0.6 * sum(map(through, stones))
