@@ -132,9 +132,10 @@ class _Back:
         turned = (stop.since <= number) & back.state.inside
         share = (self._seam if self.motion.film.motion is None else self._feathered)(turned, ahead, back)
         take = share > 0.5
-        if self.motion.showing.draws:  # elements that are cut where both ways meet are drawn whole, too
+        if self.motion.cells is not None:  # elements that are cut where both ways meet are drawn whole, too
             source = torch.where(take, back.state.source, ahead.state.source)
-            whole = self.motion.shown(source, torch.where(take, back.state.inside, ahead.state.inside))
+            inside = torch.where(take, back.state.inside, ahead.state.inside)
+            whole = self.motion.shown(self.motion.whole(source, inside), inside)
             return replace(ahead, image=whole.image, also=whole.also, source=whole.source, where=whole.where)
         maps = None if ahead.also is None or back.also is None else torch.where(take, back.also, ahead.also)
         return replace(

@@ -26,19 +26,23 @@ from flow.animation.asked import Mask, allowed, check, film_of, frame_of
 from flow.animation.carrying import SIDES, Upright, carried, entered, known_of, overlapped, tidied
 from flow.animation.film import Film, grown
 from flow.animation.renewing import NOWHERE, Renewal, places, places_onward
-from flow.animation.settings import PRESETS, VIDEO_PRESETS, Renewing
+from flow.animation.settings import PRESETS, VIDEO_PRESETS, Renewing, seldom
 from flow.animation.showing import Showing
 from flow.animation.state import State
 from flow.fields import Field
 from flow.warps import Lookup, lookup, warp
 from kwatra import Exemplar, InputError, Level, Result, Settings, Stay, optimize
 from kwatra.base import floats_of, generator_of, is_whole
+from kwatra.pieces import find_cells, redrawn
 from kwatra.result import Row
 from kwatra.source import look_up
 from kwatra.terms.stay import STAYING
 
 _BEGINNING = 1 << 17
 """The first frame of a video is made of frames that have about so many pixels together, and of two at least."""
+
+_SETTLING = 4
+"""Elements of a first frame are drawn so often, until they hardly move any more."""
 
 _PROJECTION = (Level(1, 16), Level(1, 8))
 """How a given first picture is brought to the exemplar: at full resolution, keeping what is texture already."""
@@ -133,6 +137,9 @@ class Motion:
         renewing = renewing or (PRESETS if film.motion is None else VIDEO_PRESETS)["default"]
         self.device, film = film.strip.canvas.device, film.to("cpu")
         self.film, self.field, self.shape, self.mask, self.enter, self.seed = film, field, shape, mask, enter, seed
+        self.cells = None if film.hidden is None or film.turning else find_cells(film.strip)
+        if self.cells is not None:
+            renewing = seldom(renewing)
         self.upright = Upright(film.strip, renewing.stiffness, film.turning)
         self.renewing, self.renewal = renewing, Renewal(film, shape, renewing)
         self.showing = Showing(film, renewing, self.renewal.wear.variance)
@@ -184,12 +191,17 @@ class Motion:
         stay = [Stay(STAYING)] if self.film.scene and first is None else []
         still = optimize(exemplar, self.shape, settings=synthesis, terms=stay, start=start, mask=mask, seed=self.seed)
         source = tidied(self.film.uncut(still.where.cpu(), pages).flip(0).float(), inside, inside)
+        for _ in range(_SETTLING):
+            source = self.whole(source, inside)
         return self.shown(source, inside)
 
     def shown(self, source: Tensor, inside: Tensor) -> Frame:
         """What copies at source coordinates (2, H, W) show inside (H, W), as frame 0."""
-        seen = self.showing.drawn(source, inside)
-        return self._frame(State(0, source, inside, self.showing.first(seen, inside)), {}, seen)
+        return self._frame(State(0, source, inside, self.showing.first(source, inside)), {})
+
+    def whole(self, source: Tensor, inside: Tensor) -> Tensor:
+        """Source coordinates (2, H, W) inside (H, W), elements drawn anew, each whole, where the exemplar has such."""
+        return source if self.cells is None else redrawn(source.flip(0), inside, self.cells).flip(0)
 
     def resumed(self, state: State) -> Frame:
         """The frame that a state shows."""
@@ -210,20 +222,24 @@ class Motion:
         generator = generator_of(self.seed, number)
         source = carried(state.source, look, state.inside)
         moved = inside & (source != state.source).any(0)
-        older = self.upright(tidied(source, moved, inside), moved)
+        older = tidied(source, moved, inside)
+        if self.cells is None:
+            older = self.upright(older, moved)
         source = self.film.onward(older)
-        if self.film.hidden is not None:
+        if self.film.hidden is not None and self.cells is None:
             depth = torch.from_numpy(self.film.hidden.depth)
             source = overlapped(source, moved, inside, depth, self.film.read.usable)
         lives = inside & (source != older).any(0)
         left = None if state.left is None else warp(state.left[None], look.coordinates, "nearest")[0] * look.known
         place = places_onward(self.film, state.place, state.source, look, state.inside)
-        new, image, left, report = self.renewal(source, inside, generator, moved | lives, left, place)
+        new, read, left, report = self.renewal(source, inside, generator, moved | lives, left, place)
         if place is not None:
             place = torch.where(self.film.read.usable(source), place, places(self.film, new))
-        seen = self.showing.drawn(new, inside)
-        shown, fading = self.showing.next(state, look, source, seen, inside, image if seen is new else None)
-        return self._frame(State(number, new, inside, shown, fading, left, place), report, seen)
+        image: Tensor | None = read
+        if self.cells is not None and bool(moved.any()):
+            new, image = self.whole(new, inside), None
+        shown, fading = self.showing.next(state, look, source, new, inside, image)
+        return self._frame(State(number, new, inside, shown, fading, left, place), report)
 
     def _flow(self, number: int) -> Tensor:
         """The flow (2, H, W) from a frame to the next; that of a steady field is asked for once."""
@@ -238,9 +254,9 @@ class Motion:
         self._steady = inside, look
         return look
 
-    def _frame(self, state: State, report: dict[str, float], seen: Tensor | None = None) -> Frame:
-        """A state as a frame; seen (2, H, W): what it shows, found from the state if not known."""
-        pixels = self.film.read.pixels(self.showing.drawn(state.source, state.inside) if seen is None else seen)
+    def _frame(self, state: State, report: dict[str, float]) -> Frame:
+        """A state as a frame."""
+        pixels = self.film.read.pixels(state.source)
         where, origin = self.film.where(pixels), look_up(self.film.strip.origin, pixels)
         origin[:1] = torch.where(state.inside, origin[:1], -1)
         rows: list[Row] = [{"frame": state.number, **report}]

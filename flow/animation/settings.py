@@ -80,3 +80,14 @@ VIDEO_PRESETS = {
 a plume of smoke that move by 2 px a frame; feather by looking at the smoke and a flame, of which 7 px leave squares;
 tones on the fountain, of which .81 of the sharpness is left over 40 frames with .6, .88 with 1.2 and more with 2, with
 which dark drops come to lie in bright water."""
+
+
+def seldom(renewing: Renewing) -> Renewing:
+    """The same for pictures whose elements are drawn whole in every frame (`kwatra.pieces.redrawn`): less is renewed.
+
+    They are bent as others come near, and lie as they have moved, which is no wear. Of stones, coins, tiles and mosaics
+    of 20 and 32 px in a pair of vortices .069 are cut or swollen at frame 150 with a tolerance of .3, .093 with .5 and
+    .17 with 1; with 6 blocks .062, at two thirds of the time, and motion of stones and coins of 20 px is off by .13
+    .18 px, by .13 .20 and more with 14.
+    """
+    return replace(renewing, tolerance=max(renewing.tolerance, 0.3), blocks=min(renewing.blocks, 6))

@@ -20,7 +20,6 @@ from flow.animation.state import State
 from flow.animation.term import lasting
 from flow.warps import Lookup, filled, warp
 from kwatra.base import over_channels
-from kwatra.pieces import find_cells, redrawn
 
 _SEEN = 1 / 512
 """Of what fades seams are feathered where more than this share of it is still shown: half of one of 256 levels."""
@@ -43,21 +42,6 @@ class Showing:
         self.read, self._beyond = (Reading(strip, way) for way in ways)
         self._read_also, self._beyond_also = (None if also is None else Reading(also, way) for way in ways)
         self._details = strengths_of(strip)
-        keep = film.hidden is not None and not film.turning
-        self._cells = find_cells(film.strip) if keep else None
-
-    @property
-    def draws(self) -> bool:
-        """Whether elements are drawn anew."""
-        return self._cells is not None
-
-    def drawn(self, source: Tensor, inside: Tensor) -> Tensor:
-        """Which source coordinates (2, H, W) are seen of those that copies have, x first, inside (H, W).
-
-        Of a picture whose elements keep their directions these are drawn anew, each whole (`kwatra.pieces.cells`):
-        carried by flows that are not rigid they come to overlap, and to leave room between them.
-        """
-        return source if self._cells is None else redrawn(source.flip(0), inside, self._cells).flip(0)
 
     def first(self, source: Tensor, inside: Tensor) -> Tensor:
         """What a first frame shows, of copies at source coordinates (2, H, W), x first, inside (H, W)."""

@@ -103,8 +103,9 @@ def softened(image: Tensor, where: Tensor, wraps: Sequence[bool] = (False, False
 def redrawn(places: Tensor, inside: Tensor, cells: Cells) -> Tensor:
     """Places (2, H, W) between pixels, where they are inside (H, W), with each copy's element drawn anew, and whole.
 
-    An element is drawn as what is seen of it has been moved, turned and stretched on the mean, and gives way where
-    others come too near. As all are drawn so nothing jumps that moves a little. Memory is as of `fitted`.
+    An element is drawn as what is seen of it has been moved, turned and stretched on the mean, a part of which is
+    undone (`copies.UNDONE`), and gives way where others come too near. As all are drawn so nothing jumps that moves a
+    little. Memory is as of `fitted`.
     """
     made, known = places.double().cpu().numpy().copy(), inside.cpu().numpy()
     copies = copies_in(made, cells, known)

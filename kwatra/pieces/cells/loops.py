@@ -111,16 +111,17 @@ def divide(windows: Any, away: Any, laid: Any, best: Any, second: Any, owner: An
     """
     best[:], second[:], owner[:] = np.inf, np.inf, -1
     for m in range(len(laid[0])):
-        far, (top, left) = seen(windows, away, laid, m, BEYOND), laid[2][m]
+        far, (top, left), push = seen(windows, away, laid, m, BEYOND), laid[2][m], laid[4][m]
         for i in range(max(-top, 0), min(far.shape[0], best.shape[0] - top)):
             for j in range(max(-left, 0), min(far.shape[1], best.shape[1] - left)):
                 y, x = i + top, j + left
                 if far[i, j] == np.float32(BEYOND):
                     continue
-                if far[i, j] < best[y, x]:
-                    second[y, x], best[y, x], owner[y, x] = best[y, x], far[i, j], m
-                elif far[i, j] < second[y, x]:
-                    second[y, x] = far[i, j]
+                near = far[i, j] - push
+                if near < best[y, x]:
+                    second[y, x], best[y, x], owner[y, x] = best[y, x], near, m
+                elif near < second[y, x]:
+                    second[y, x] = near
 
 
 @jitted

@@ -50,7 +50,7 @@ def warp(
         if not some[m]:
             continue
         away, to, (top, left) = seen(windows, aways, laid, m, BEYOND), laid[1][m], laid[2][m]
-        both, outside = _outside(away, top, left, m, best, second, owner)
+        both, outside = _outside(away, top, left, m, laid[4][m], best, second, owner)
         middle = _middle(both)
         if middle[0] < 0:
             continue
@@ -80,7 +80,7 @@ def _some(copies: Any, owner: Any, written: Any) -> Any:
 
 
 @jitted
-def _outside(away: Any, top: Any, left: Any, m: Any, best: Any, second: Any, owner: Any) -> Any:
+def _outside(away: Any, top: Any, left: Any, m: Any, push: Any, best: Any, second: Any, owner: Any) -> Any:
     """How far outside of a copy's share pixels are, px, below 0 inside, and of the share and the cell; two (h, w).
 
     Beyond an output it is as `away` (h, w), from (top, left) on.
@@ -92,7 +92,7 @@ def _outside(away: Any, top: Any, left: Any, m: Any, best: Any, second: Any, own
             if owner[y, x] == m:
                 outside[i, j] = max(best[y, x] - second[y, x], -2 * len(away)) / 2
             else:
-                outside[i, j] = max(away[i, j] - best[y, x], 0.5) / 2
+                outside[i, j] = max(away[i, j] - push - best[y, x], 0.5) / 2
             both[i, j] = max(outside[i, j], away[i, j])
     return both, outside
 

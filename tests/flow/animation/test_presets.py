@@ -12,6 +12,7 @@ from torch import Tensor
 from torch.utils._python_dispatch import TorchDispatchMode
 
 import flow
+from flow.animation.settings import seldom
 from kwatra import Exemplar, Settings
 
 
@@ -57,3 +58,12 @@ def test_the_presets_spend_rising_work_on_a_frame(
 
 def test_the_default_preset_is_what_is_done_without_one() -> None:
     assert flow.PRESETS["default"] == flow.Renewing()
+
+
+@pytest.mark.parametrize("preset", flow.PRESETS)
+def test_less_is_renewed_of_elements_that_are_drawn_whole(preset: str) -> None:
+    usual = flow.PRESETS[preset]
+    rare = seldom(usual)
+    assert rare.tolerance > usual.tolerance
+    assert rare.blocks <= usual.blocks
+    assert seldom(rare) == rare

@@ -11,12 +11,13 @@ from kwatra.pieces.cells.shapes import Shapes
 SIDE, RAYS = 61, 128
 
 
-def laid(first: list[list[int]]) -> tuple[np.ndarray, ...]:
-    """Copies of it, moved by whole pixels, whose windows begin there."""
+def laid(first: list[list[int]], push: float = 0.0) -> tuple[np.ndarray, ...]:
+    """Copies of it, moved by whole pixels, whose windows begin there; the first is pushed."""
     corner = np.array(first)
     to = np.tile(np.eye(2, 3), (len(first), 1, 1))
     to[:, :, 2] = np.array([100, 200]) - corner
-    return np.ones(len(first), int), to, corner, np.full((len(first), 2), SIDE)
+    pushes = np.array([push] + [0.0] * (len(first) - 1))
+    return np.ones(len(first), int), to, corner, np.full((len(first), 2), SIDE), pushes
 
 
 def disc(radius: float, element: float, hole: float = 0.0) -> Shapes:
@@ -54,19 +55,21 @@ def test_pixels_are_joined_that_continue_each_other_in_one_cell() -> None:
     assert np.array_equal(np.unique(copy), np.arange(count))
 
 
-def test_each_pixel_goes_to_the_copy_it_is_deepest_in() -> None:
+@pytest.mark.parametrize("push", [0.0, 3.0])
+def test_each_pixel_goes_to_the_copy_it_is_deepest_in(push: float) -> None:
     shapes, first = disc(10, 8), np.array([[-20, -5], [-18, 9]])
     best, second, owner = np.empty((30, 50), np.float32), np.empty((30, 50), np.float32), np.empty((30, 50), np.int64)
-    divide(shapes.windows, shapes.away, laid(first.tolist()), best, second, owner)
+    divide(shapes.windows, shapes.away, laid(first.tolist(), push), best, second, owner)
     middles = first + SIDE // 2
     aways = np.stack([np.hypot(*(np.indices((30, 50)) - m[:, None, None])) - 10 for m in middles])
     for m, (down, right) in enumerate(first):  # nowhere else is a copy seen
         seen = np.zeros((30, 50), bool)
         seen[max(down, 0) : down + SIDE, max(right, 0) : right + SIDE] = True
         aways[m][~seen] = np.inf
-    assert np.allclose(best, aways.min(0), atol=1e-4)
-    assert np.allclose(second, aways.max(0), atol=1e-4)
-    assert (owner == aways.argmin(0))[np.abs(aways[0] - aways[1]) > 1e-4].all()
+    far = aways - np.array([push, 0])[:, None, None]
+    assert np.allclose(best, far.min(0), atol=1e-4)
+    assert np.allclose(second, far.max(0), atol=1e-4)
+    assert (owner == far.argmin(0))[np.abs(far[0] - far[1]) > 1e-4].all()
     counts, known = np.zeros((2, 3), np.int64), np.ones((30, 50), bool)
     known[:, 30:] = False
     count_inside(shapes.windows, shapes.away, shapes.element, laid(first.tolist()), known, counts)
