@@ -10,7 +10,7 @@ from kwatra.exemplar import Exemplar
 from kwatra.loop.laying import block_start, repeated
 from kwatra.loop.recognition import recognized
 from kwatra.loop.task import Task, task_of
-from kwatra.pieces import BlockStart, Box, Gaps, SlantedStart
+from kwatra.pieces import BlockStart, Box, Cells, Gaps, SlantedStart
 from kwatra.settings import Settings
 from kwatra.source import Prepared, Texture, sourcemap
 from kwatra.terms import Sum, TermLike
@@ -21,8 +21,9 @@ class Beginning:
     """What the first level of a task begins with: an image (C, *S), a source map (n, *S), neither or both.
 
     factors: the resolution that both have. gaps: those in which the source map's seams are hidden, where elements are
-    known. blocks: those that it is of, None if it is of none, or nothing of it is to be laid anew. finished: whether
-    nothing is left to improve, as where its exemplar goes on by itself.
+    known; cells: those that were fitted in it, None where none were. blocks: those that it is of, None if it is of
+    none, or nothing of it is to be laid anew. finished: whether nothing is left to improve, as where its exemplar goes
+    on by itself.
     """
 
     task: Task
@@ -30,6 +31,7 @@ class Beginning:
     where: Tensor | None
     factors: tuple[int, ...]
     gaps: Gaps | None = None
+    cells: Cells | None = None
     blocks: BlockStart | SlantedStart | None = None
     finished: bool = False
 
@@ -92,7 +94,7 @@ def begin(
         image = sourcemap.look_up(exemplar.canvas, where)
         return Beginning(replace(task, levels=finest), image, where, factors, finished=True)
     laid = block_start(seen, exemplar)
-    return Beginning(task, None, laid.where, laid.factors, laid.blocks.gaps, laid.blocks)
+    return Beginning(task, None, laid.where, laid.factors, laid.blocks.gaps, laid.blocks.cells, laid.blocks)
 
 
 def _recognized(task: Task, exemplar: Exemplar) -> Task:

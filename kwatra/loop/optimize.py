@@ -19,7 +19,7 @@ from kwatra.levels import Level
 from kwatra.loop.beginning import Beginning, begin
 from kwatra.loop.scene import Estimate, Scene
 from kwatra.loop.task import Task
-from kwatra.pieces import bent, find_cells, softened
+from kwatra.pieces import bent, softened
 from kwatra.result import Progress, Result, Row, Stage
 from kwatra.settings import Settings
 from kwatra.source import Prepared, Texture, sourcemap
@@ -101,10 +101,10 @@ def _uncut(beginning: Beginning, image: Tensor, where: Tensor, factors: tuple[in
         return image, where
     if not max(beginning.factors) == max(factors) == 1:
         return image, where
-    take, cells = beginning.gaps.cheaper(before, where, task.wraps), find_cells(exemplar)
+    take = beginning.gaps.cheaper(before, where, task.wraps)
     copied, seen = sourcemap.look_up(exemplar.canvas, before), take
-    if cells is not None:  # along joints that were warped all is a seam, and EM dots them with other elements
-        warped = bent(before, cells)
+    if beginning.cells is not None:  # along joints that were warped all is a seam, EM dots them with other elements
+        warped = bent(before, beginning.cells)
         seen, copied = take & ~warped, softened(copied, warped, task.wraps)
     if task.mask is not None:
         take, seen = take | ~task.mask, seen | ~task.mask

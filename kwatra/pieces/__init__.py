@@ -2,7 +2,7 @@
 
 from kwatra.pieces.blocks import BlockStart
 from kwatra.pieces.boxes import Box
-from kwatra.pieces.cells import bent, find_cells, redrawn, softened
+from kwatra.pieces.cells import Cells, bent, find_cells, redrawn, softened
 from kwatra.pieces.choosing import Fit, totals
 from kwatra.pieces.given import GivenCopies
 from kwatra.pieces.seams import (
@@ -30,6 +30,7 @@ __all__ = [
     "BlockStart",
     "Box",
     "Budget",
+    "Cells",
     "Cut",
     "Depth",
     "Fit",

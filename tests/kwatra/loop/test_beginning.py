@@ -10,7 +10,7 @@ from kwatra import Exemplar, InputError, Level, Settings, SoftPixels, begin, imp
 from kwatra.base import generator_of
 from kwatra.elements import find_rows, find_weave
 from kwatra.loop import laying, looks
-from kwatra.pieces import BlockStart, Box
+from kwatra.pieces import BlockStart, Box, find_cells
 
 SMALL = Settings(levels=(Level(2, 8, 2), Level(1, 8, 2)))
 
@@ -197,3 +197,14 @@ def test_cloth_that_terms_ask_something_of_is_laid_of_blocks():
     exemplar, wanted = Exemplar.of(stripes_across_stripes(48, 48)), torch.zeros(1, 60, 60)
     assert begin(exemplar, (60, 60), SMALL).blocks is None
     assert begin(exemplar, (60, 60), SMALL, SoftPixels(wanted, 0.1 * torch.ones(1, 60, 60))).blocks is not None
+
+
+def test_cells_are_those_that_were_fitted() -> None:
+    stones = [MADE["stones"](96, 20, number).image for number in range(2)]
+    one = Exemplar.of(stones[0])
+    found = find_cells(one)
+    assert found is not None
+    assert begin(one, (64, 64)).cells is found
+    assert begin(Exemplar.of(stones), (64, 64)).cells is None
+    noise = torch.rand(3, 64, 64, generator=torch.Generator().manual_seed(0))
+    assert begin(Exemplar.of(noise), (64, 64)).cells is None
