@@ -6,6 +6,9 @@ their elements turned upright (`flow.upright`) and blocks copied where the textu
 (`flow.renewal`); so a sequence never wears out. What is shown is the blend of these copies and x+, as the flow term has
 it (`flow.term`), where both are alike. Memory does not grow with the number of frames.
 
+Elements of pictures that keep their directions, and are compact and apart, are drawn anew in every frame instead, each
+whole, as it has been moved and bent on the mean (`kwatra.pieces.redrawn`); what was drawn is what is carried.
+
 Where the exemplar of a picture prefers no direction, and the flow turns what it carries more than it bends it, elements
 turn with the flow and are only kept rigid; the first frame is then the middle of a larger still that takes the
 exemplar's place (`flow.growing`).
@@ -42,7 +45,8 @@ _BEGINNING = 1 << 17
 """The first frame of a video is made of frames that have about so many pixels together, and of two at least."""
 
 _SETTLING = 4
-"""Elements of a first frame are drawn so often, until they hardly move any more."""
+"""Elements of a first frame are drawn so often, until they hardly move any more: of stones of 20 px a hundredth by more
+than half a pixel."""
 
 _PROJECTION = (Level(1, 16), Level(1, 8))
 """How a given first picture is brought to the exemplar: at full resolution, keeping what is texture already."""

@@ -6,6 +6,7 @@ from kwatra.base.errors import InputError, check_mask
 from kwatra.base.membrane import every_pair, membrane
 from kwatra.base.nearest import continued, nearest_known, nearest_owned
 from kwatra.base.reductions import atan2, mean, over_channels, power, principal_axes, product, total
+from kwatra.base.regions import joined
 from kwatra.base.resampling import turned
 from kwatra.base.seeds import generator_of, whole_seed
 from kwatra.base.sizes import is_whole, whole_sizes
@@ -37,6 +38,7 @@ __all__ = [
     "floats_of",
     "generator_of",
     "is_whole",
+    "joined",
     "mean",
     "membrane",
     "nearest_known",

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 import torch.nn.functional as F
-from scipy import sparse
 from torch import Tensor
 
+from kwatra.base import joined
 from kwatra.scoring.nearest import PART, Nearest, Windows
 
 BINS = 8
@@ -135,16 +135,13 @@ def _regions(sources: _Sources, window: int, tolerance: float, shape: Sequence[i
 
 def _connected(offset: Tensor, verbatim: Tensor) -> np.ndarray:
     """Component (h * w,) of each grid window; neighbors connect when verbatim and of one offset."""
-    node = torch.arange(verbatim.numel()).reshape(verbatim.shape)
-    pairs = []
+    links = []
     for axis in (0, 1):
-        a = [x.narrow(-2 + axis, 0, x.shape[-2 + axis] - 1) for x in (offset, verbatim, node)]
-        b = [x.narrow(-2 + axis, 1, x.shape[-2 + axis] - 1) for x in (offset, verbatim, node)]
-        joined = (a[0] == b[0]).all(0) & a[1] & b[1]
-        pairs.append(torch.stack((a[2][joined], b[2][joined])))
-    edges = torch.cat(pairs, 1).numpy()
-    graph = sparse.coo_matrix((np.ones(edges.shape[1]), edges), shape=(node.numel(),) * 2)
-    return sparse.csgraph.connected_components(graph, directed=False)[1]
+        one, other = (
+            [x.narrow(-2 + axis, first, x.shape[-2 + axis] - 1) for x in (offset, verbatim)] for first in (0, 1)
+        )
+        links.append(((one[0] == other[0]).all(0) & one[1] & other[1]).numpy())
+    return joined(*links)[1].ravel()
 
 
 def _cover(numbered: Tensor, sources: _Sources, window: int, shape: Sequence[int]) -> Tensor:

@@ -12,15 +12,14 @@ from dataclasses import replace
 
 import numpy as np
 import torch
-from scipy import ndimage, sparse
-from scipy.sparse.csgraph import connected_components
+from scipy import ndimage
 from torch import Tensor
 
 from flow.animation.carrying import angles, changes, onward
 from flow.animation.film import Reading
 from flow.animation.showing.fading import strengthened, strengths
 from kwatra import Exemplar
-from kwatra.base import nearest_known
+from kwatra.base import joined, nearest_known
 
 BEYOND = "bicubic"
 """How copies, colors and maps, are to be read beyond seams: bilinearly .42 of a fountain's gradients are left there."""
@@ -96,14 +95,7 @@ def _shares(copy: np.ndarray, reach: int) -> tuple[np.ndarray, np.ndarray, np.nd
 def _numbered(source: Tensor, inside: Tensor) -> np.ndarray:
     """The number of the copy that each pixel belongs to, (H, W), and 0 where not inside; not all numbers are used."""
     (_, down), (_, right) = changes(source)
-    number = np.arange(inside.numel()).reshape(inside.shape)
-    links = []
-    for axis, joined in enumerate((down & inside[1:] & inside[:-1], right & inside[:, 1:] & inside[:, :-1])):
-        both = joined.numpy()
-        first, second = np.delete(number, -1, axis), np.delete(number, 0, axis)
-        links.append(np.stack([first[both], second[both]]))
-    one, other = np.concatenate(links, 1)
-    graph = sparse.coo_matrix((np.ones(len(one), bool), (one, other)), (number.size, number.size))
-    _, copies = connected_components(graph, directed=False)
-    numbered: np.ndarray = np.where(inside.numpy(), copies.reshape(inside.shape) + 1, 0)
+    links = down & inside[1:] & inside[:-1], right & inside[:, 1:] & inside[:, :-1]
+    _, copies = joined(*(link.numpy() for link in links))
+    numbered: np.ndarray = np.where(inside.numpy(), copies + 1, 0)
     return numbered

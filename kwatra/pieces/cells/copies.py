@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kwatra.base import joined
 from kwatra.pieces.cells.shapes import Cells
 from kwatra.pieces.seams import Array
 
@@ -70,14 +71,13 @@ def copies_in(places: Array, cells: Cells, inside: Array | None = None) -> Copie
     inside (H, W): where there is any, of places between pixels, to which copies may have been turned and stretched,
     a part of which is undone; None for a source map, of which all is copied.
     """
-    from kwatra.pieces.cells.loops import count_inside, join
+    from kwatra.pieces.cells.loops import count_inside
 
     shapes, shape, corner = cells.shapes, places.shape[1:], np.array(cells.number.shape)[:, None, None] - 1
     number = cells.number[tuple(np.rint(places).astype(np.int64).clip(0, corner))]
     known = np.ones(shape, bool) if inside is None else inside
     number = np.where(known, number, 0)
-    copy = np.empty(shape, np.int64)
-    count = join(number, places, APART, copy)
+    count, copy = joined(*(_continued(number, places, axis) for axis in range(2)))
     shown, cell = np.bincount(copy.ravel(), minlength=count), number.ravel()[np.unique(copy, return_index=True)[1]]
     enough = (cell > 0) & (shown > CRUMB * cells.usual)
     copy, shown, cell = np.where(enough, np.cumsum(enough) - 1, -1)[copy], shown[enough], cell[enough]
@@ -94,6 +94,13 @@ def copies_in(places: Array, cells: Cells, inside: Array | None = None) -> Copie
         laid.push[:] = _push(shown, np.where(hidden, counts[:, 1], usual), usual)
     laid = Laid(*(part[wanted] for part in laid))
     return Copies(laid, counts[wanted, 2], renumbered[copy], np.append(stays, False)[copy])
+
+
+def _continued(number: Array, places: Array, axis: int) -> Array:
+    """Whether pixels along an axis show places (2, H, W) of one cell, number (H, W), that continue each other."""
+    steps = np.diff(places, axis=axis + 1) - (np.arange(2) == axis)[:, None, None]
+    near: Array = (np.diff(number, axis=axis) == 0) & (np.abs(steps) <= APART).all(0)
+    return near
 
 
 def _moved(places: Array, copy: Array, count: int) -> Array:

@@ -18,44 +18,6 @@ BEYOND = 1e3
 
 
 @jitted
-def join(number: Any, where: Any, apart: Any, copy: Any) -> Any:
-    """Set of which copy each pixel is (H, W), counted from 0 by their first pixels; returns how many there are.
-
-    Pixels beside each other are of one if their places (2, H, W) are of one cell, number (H, W), and continue each
-    other but for `apart` pixels along each axis.
-    """
-    height, width = number.shape
-    root = np.arange(height * width)
-    for i in range(height):
-        for j in range(width):
-            for down, right in ((0, 1), (1, 0)):
-                y, x = i + down, j + right
-                if y < height and x < width and number[i, j] == number[y, x]:
-                    rows, columns = where[0, y, x] - where[0, i, j] - down, where[1, y, x] - where[1, i, j] - right
-                    if abs(rows) <= apart and abs(columns) <= apart:
-                        one, other = _root(root, i * width + j), _root(root, y * width + x)
-                        root[max(one, other)] = min(one, other)
-    count = 0
-    for i in range(height):
-        for j in range(width):
-            first = _root(root, i * width + j)
-            if first == i * width + j:
-                copy[i, j] = count
-                count += 1
-            else:
-                copy[i, j] = copy[first // width, first % width]
-    return count
-
-
-@jitted
-def _root(root: Any, pixel: Any) -> Any:
-    while root[pixel] != pixel:
-        root[pixel] = root[root[pixel]]
-        pixel = root[pixel]
-    return pixel
-
-
-@jitted
 def window(windows: Any, values: Any, cell: Any) -> Any:
     """A cell's window (h, w) of values (N,)."""
     _, extent, start = windows

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from kwatra.pieces.cells.loops import count_inside, divide, join, move, window
+from kwatra.pieces.cells.loops import count_inside, divide, move, window
 from kwatra.pieces.cells.rays import seen_from_middle, warp
 from kwatra.pieces.cells.shapes import Shapes
 
@@ -37,22 +37,6 @@ def test_of_a_disc_all_is_seen_from_its_middle_and_of_a_ring_nothing(hole: float
     assert seen[1] == pytest.approx(share, abs=0.05)
     if hole == 0:
         assert np.allclose(gaps[1], 2.5, atol=0.4)
-
-
-def test_pixels_are_joined_that_continue_each_other_in_one_cell() -> None:
-    rng = np.random.default_rng(0)
-    number = rng.integers(1, 3, (9, 11))
-    where = np.indices(number.shape) + 5 * rng.integers(0, 2, (1, 1, 11))
-    copy = np.empty(number.shape, np.int64)
-    count = join(number, where, 2, copy)
-    kinds = number * 100 + (where - np.indices(number.shape))[0]
-    truth = np.zeros(number.shape, int)
-    for kind in np.unique(kinds):
-        regions, _ = ndimage.label(kinds == kind)
-        truth[regions > 0] = regions[regions > 0] + truth.max()
-    pairs = np.unique(np.stack([truth.ravel(), copy.ravel()]), axis=1)
-    assert count == truth.max() == pairs.shape[1]
-    assert np.array_equal(np.unique(copy), np.arange(count))
 
 
 @pytest.mark.parametrize("push", [0.0, 3.0])

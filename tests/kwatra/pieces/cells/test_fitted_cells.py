@@ -62,6 +62,20 @@ def parts_seen(where: torch.Tensor, cells: Cells) -> list[float]:
     return seen
 
 
+def test_pixels_continue_each_other_in_one_cell() -> None:
+    rng = np.random.default_rng(0)
+    number = rng.integers(1, 3, (9, 11))
+    where = np.indices(number.shape) + copies.APART * rng.integers(0, 3, (1, 1, 11))
+    for axis in range(2):
+        found = copies._continued(number, where, axis)
+        for i, j in np.ndindex(found.shape):
+            y, x = i + (axis == 0), j + (axis == 1)
+            off = np.abs(where[:, y, x] - where[:, i, j] - np.eye(2)[axis]).max()
+            assert found[i, j] == (number[i, j] == number[y, x] and off <= copies.APART)
+    assert found.any()
+    assert not found.all()
+
+
 def test_a_copy_that_is_whole_stays_as_it_is() -> None:
     cells, where = stones(), halves(0)
     where[1, :, 40:] += 30
