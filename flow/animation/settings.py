@@ -19,7 +19,8 @@ class Renewing:
     around, lasts. feather: of videos, over how many px from a seam the copy beyond it is seen; 0: none. aging: what a
     video's texture costs that cannot live on; what soon cannot, a part of it. blocks: at most so many a frame, besides
     those that new texture needs. block: their size, or that of two elements where there are gaps between them. window,
-    step: the windows whose energy is measured, and their distance. interpolation: see `flow.warp`.
+    step: the windows whose energy is measured, and their distance. interpolation: see `flow.warp`. Of elements that are
+    drawn whole less is renewed than is asked for (`seldom`).
     inertia was tuned on made stones, radishes, nuts and bricks in a pair of vortices: half as much flickers more by
     .004, and of sharpness this loses .02 to fast frames.
     Energies are in variances of the exemplar, sizes in px. flow_weight and blocks were tuned on nuts and bricks that
