@@ -149,7 +149,7 @@ class Motion:
         self.showing = Showing(film, renewing, self.renewal.wear.variance)
         self._steady: tuple[Tensor, Lookup] | None = None
         self._flowing: Tensor | None = None
-        self._whole = torch.ones(shape, dtype=torch.bool)
+        self._everywhere = torch.ones(shape, dtype=torch.bool)
 
     @classmethod
     def of(
@@ -174,7 +174,7 @@ class Motion:
 
     def allowed(self, number: int) -> Tensor:
         """Where (H, W) texture may be in a frame."""
-        return self._whole if self.mask is None else allowed(self.mask, number, self.shape).cpu()
+        return self._everywhere if self.mask is None else allowed(self.mask, number, self.shape).cpu()
 
     def begin(self, first: Tensor | None, synthesis: Settings) -> Frame:
         """Frame 0: empty if texture is to enter it, else synthesized, or a given picture brought to the exemplar."""
@@ -236,14 +236,12 @@ class Motion:
         lives = inside & (source != older).any(0)
         left = None if state.left is None else warp(state.left[None], look.coordinates, "nearest")[0] * look.known
         place = places_onward(self.film, state.place, state.source, look, state.inside)
-        new, read, left, report = self.renewal(source, inside, generator, moved | lives, left, place)
+        new, image, left, report = self.renewal(source, inside, generator, moved | lives, left, place)
         if place is not None:
             place = torch.where(self.film.read.usable(source), place, places(self.film, new))
-        image: Tensor | None = read
-        if self.cells is not None and bool(moved.any()):
-            new, image = self.whole(new, inside), None
-        shown, fading = self.showing.next(state, look, source, new, inside, image)
-        return self._frame(State(number, new, inside, shown, fading, left, place), report)
+        drawn = self.whole(new, inside) if bool(moved.any()) else new
+        shown, fading = self.showing.next(state, look, source, drawn, inside, image if drawn is new else None)
+        return self._frame(State(number, drawn, inside, shown, fading, left, place), report)
 
     def _flow(self, number: int) -> Tensor:
         """The flow (2, H, W) from a frame to the next; that of a steady field is asked for once."""
