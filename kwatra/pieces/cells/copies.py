@@ -87,11 +87,12 @@ def copies_in(places: Array, cells: Cells, inside: Array | None = None) -> Copie
     beside = ((laid.corner + cells.reach <= 1) | (laid.corner + laid.size - cells.reach >= np.array(shape) - 1)).any(1)
     hidden = beside | (counts[:, 1] < counts[:, 0])  # nobody sees how an element goes on there, or whether it does
     usual = np.maximum(cells.area, np.where(cells.whole, 0, cells.usual))[cell]
-    wanted = shown >= (SEEN if inside is None else LEFT) * np.where(hidden, counts[:, 1], usual)
+    room = np.where(hidden, counts[:, 1], usual)
+    wanted = shown >= (SEEN if inside is None else LEFT) * room
     stays, wanted = wanted & ~cells.sure[cell], wanted & cells.sure[cell]
     renumbered = np.append(np.where(wanted, np.cumsum(wanted) - 1, -1), -1)
     if inside is not None:
-        laid.push[:] = _push(shown, np.where(hidden, counts[:, 1], usual), usual)
+        laid.push[:] = _push(shown, room, usual)
     laid = Laid(*(part[wanted] for part in laid))
     return Copies(laid, counts[wanted, 2], renumbered[copy], np.append(stays, False)[copy])
 
