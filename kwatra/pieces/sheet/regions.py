@@ -6,7 +6,7 @@ box with the costliest seams, or with random placement any box.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -80,17 +80,15 @@ class Regions:
         return list(zip(self.sheet.shape, self.extent, self.sheet.periodic, strict=True))
 
     def _score_around(self, box: Box) -> None:
-        """Score anew all regions that touch a box."""
-        sides = zip(box.start, box.stop, self.extent, strict=True)
-        self._score_from((start - e + 1, stop) for start, stop, e in sides)
-
-    def _score_from(self, sides: Iterable[tuple[int, int]]) -> None:
-        """Score anew all regions that begin within sides, axis by axis, which may lie beyond the sheet."""
-        spans = [
-            (low, min(high, low + n)) if wraps else (max(low, 0), min(high, n - e + 1))
-            for (low, high), (n, e, wraps) in zip(sides, self._axes, strict=True)
-        ]
-        if self._scores is not None and all(low < high for low, high in spans):
+        """Score anew all regions that touch a box, which may lie beyond the sheet."""
+        assert self._scores is not None
+        begun = Box(
+            tuple(s - e + 1 for s, e in zip(box.start, self.extent, strict=True)),
+            tuple(b + e - 1 for b, e in zip(box.extent, self.extent, strict=True)),
+        )
+        on = begun.clipped(self._scores.shape, self.sheet.periodic)
+        spans = [(s, s + min(e, n)) for s, e, n in zip(on.start, on.extent, self._scores.shape, strict=True)]
+        if all(low < high for low, high in spans):
             self._score(spans)
 
     def _score(self, spans: Sequence[tuple[int, int]]) -> None:
@@ -114,7 +112,10 @@ class Regions:
             tuple(s - e // 2 for s, e in zip(region.start, region.extent, strict=True)), region.extent
         ).clipped(self.sheet.shape, self.sheet.periodic)
         self.tried[self.sheet.indices(around)] *= 0.5
-        self._score_from(zip(around.start, around.stop, strict=True))
+        if self._scores is not None:  # the same seams, each score counting half
+            begun = self.sheet.indices(around.clipped(self._scores.shape, self.sheet.periodic))
+            self._scores[begun] *= 0.5
+            self._highest[begun[:-1]] = self._scores[begun[:-1]].max(-1)
 
     def _below(self, count: int) -> int:
         return int(torch.randint(count, (1,), generator=self.generator))
