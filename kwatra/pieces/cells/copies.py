@@ -22,10 +22,15 @@ vortices .18 are cut or swollen at frame 150 with .45, .07 with this, .07 with .
 MOST = 2.0
 """What seems to be so many times as large or as small as it was is only moved: it tells too little. Not tuned."""
 
-UNDONE = 0.3
-"""So much of what elements that flow are turned and stretched by is undone in every frame. Of stones of 20 and 50 px
-and coins of 32 in a pair of vortices, 60 frames, motion is off by .14 .35 .30 px with .1, by .13 .37 .29 with this, by
-.14 .43 .35 with 1; by eye, with .1 coins become ovals."""
+UNDONE, UNDONE_LOOSE = 0.3, 0.5
+"""So much of what elements that flow are turned and stretched by is undone in every frame, the second of those that are
+loose. Of stones of 20 and 50 px in a pair of vortices, 60 frames, motion is off by .14 .35 px with .1, by .13 .37 with
+the first, by .14 .43 with 1. Of coins of 20 and 32 px it is as far off with the first, the second and .6; by eye, with
+the first some become ovals."""
+
+MORE = 0.1
+"""Another element stands in for one that the exemplar's border cuts where so much more of it is seen at least; it may
+differ by as much in form. Not tuned."""
 
 PUSH, LARGE = 0.5, 4.0
 """What flows and is seen smaller than it is comes so many times the radii that it lacks before others, and what is seen
@@ -71,9 +76,7 @@ def copies_in(places: Array, cells: Cells, inside: Array | None = None) -> Copie
     inside (H, W): where there is any, of places between pixels, to which copies may have been turned and stretched,
     a part of which is undone; None for a source map, of which all is copied.
     """
-    from kwatra.pieces.cells.loops import count_inside
-
-    shapes, shape, corner = cells.shapes, places.shape[1:], np.array(cells.number.shape)[:, None, None] - 1
+    shape, corner = places.shape[1:], np.array(cells.number.shape)[:, None, None] - 1
     number = cells.number[tuple(np.rint(places).astype(np.int64).clip(0, corner))]
     known = np.ones(shape, bool) if inside is None else inside
     number = np.where(known, number, 0)
@@ -81,9 +84,8 @@ def copies_in(places: Array, cells: Cells, inside: Array | None = None) -> Copie
     shown, cell = np.bincount(copy.ravel(), minlength=count), number.ravel()[np.unique(copy, return_index=True)[1]]
     enough = (cell > 0) & (shown > CRUMB * cells.usual)
     copy, shown, cell = np.where(enough, np.cumsum(enough) - 1, -1)[copy], shown[enough], cell[enough]
-    laid = _laid(cell, (_moved if inside is None else _turned)(places, copy, len(cell)), cells)
-    counts = np.zeros((len(cell), 3), np.int64)
-    count_inside(shapes.windows, shapes.away, shapes.element, tuple(laid), known, counts)
+    to = (_moved if inside is None else _turned)(places, copy, len(cell), cells)
+    cell, laid, counts = _seen(cell, to, cells, known)
     beside = ((laid.corner + cells.reach <= 1) | (laid.corner + laid.size - cells.reach >= np.array(shape) - 1)).any(1)
     hidden = beside | (counts[:, 1] < counts[:, 0])  # nobody sees how an element goes on there, or whether it does
     usual = np.maximum(cells.area, np.where(cells.whole, 0, cells.usual))[cell]
@@ -97,6 +99,33 @@ def copies_in(places: Array, cells: Cells, inside: Array | None = None) -> Copie
     return Copies(laid, counts[wanted, 2], renumbered[copy], np.append(stays, False)[copy])
 
 
+def _seen(cell: Array, to: Array, cells: Cells, known: Array) -> tuple[Array, Laid, Array]:
+    """Which cells (m,) are drawn where `cell` (m,) lie so, `to` (m, 2, 3), where they lie, and their counts (m, 3).
+
+    Another stands in for one of which the output would show more than there is. Counted are the pixels of a cell, of
+    these where an output is known (H, W), and of its element there.
+    """
+    laid, counts = _counted(cell, to, cells, known)
+    other = cells.instead[cell]
+    if (other == cell).all():
+        return cell, laid, counts
+    moved = np.concatenate([to[:, :, :2], to[:, :, 2:] + cells.further[cell][:, :, None]], 2)
+    shown, more = _counted(other, moved, cells, known)
+    shows = more[:, 2] > (1 + MORE) * counts[:, 2]
+    both = zip(laid, shown, strict=True)
+    laid = Laid(*(np.where(shows.reshape(-1, *[1] * (one.ndim - 1)), two, one) for one, two in both))
+    return laid.cell, laid, np.where(shows[:, None], more, counts)
+
+
+def _counted(cell: Array, to: Array, cells: Cells, known: Array) -> tuple[Laid, Array]:
+    """Where copies of cells lie, and their counts (m, 3), as of `_seen`."""
+    from kwatra.pieces.cells.loops import count_inside
+
+    laid, counts, shapes = _laid(cell, to, cells), np.zeros((len(cell), 3), np.int64), cells.shapes
+    count_inside(shapes.windows, shapes.away, shapes.element, tuple(laid), known, counts)
+    return laid, counts
+
+
 def _continued(number: Array, places: Array, axis: int) -> Array:
     """Whether pixels along an axis show places (2, H, W) of one cell, number (H, W), that continue each other."""
     steps = np.diff(places, axis=axis + 1) - (np.arange(2) == axis)[:, None, None]
@@ -104,7 +133,7 @@ def _continued(number: Array, places: Array, axis: int) -> Array:
     return near
 
 
-def _moved(places: Array, copy: Array, count: int) -> Array:
+def _moved(places: Array, copy: Array, count: int, cells: Cells) -> Array:
     """What takes pixels to places (2, H, W) by whole pixels, as most do of each copy (m, 2, 3), numbered (H, W)."""
     some, to = copy >= 0, np.tile(np.eye(2, 3), (count, 1, 1))
     offsets = (places - np.indices(copy.shape))[:, some]
@@ -112,10 +141,10 @@ def _moved(places: Array, copy: Array, count: int) -> Array:
     return to
 
 
-def _turned(places: Array, copy: Array, count: int) -> Array:
+def _turned(places: Array, copy: Array, count: int, cells: Cells) -> Array:
     """What takes pixels to places (2, H, W) by least squares over each copy (m, 2, 3), numbered (H, W).
 
-    UNDONE of what they are turned and stretched by is left out.
+    A part of what they are turned and stretched by is left out.
     """
     some, to = copy >= 0, np.tile(np.eye(2, 3), (count, 1, 1))
     copy, pixels, places = copy[some], np.indices(copy.shape)[:, some].astype(float), places[:, some]
@@ -127,7 +156,7 @@ def _turned(places: Array, copy: Array, count: int) -> Array:
     turned = shared @ np.linalg.inv(spread + LEAST * np.eye(2))
     larger = np.abs(np.linalg.det(turned))
     turned[(larger > MOST) | (larger < 1 / MOST)] = np.eye(2)
-    to[:, :, :2] = turned + UNDONE * (np.eye(2) - turned)
+    to[:, :, :2] = turned + (UNDONE_LOOSE if cells.loose else UNDONE) * (np.eye(2) - turned)
     to[:, :, 2] = there - np.einsum("mij,mj->mi", to[:, :, :2], middle)
     return to
 

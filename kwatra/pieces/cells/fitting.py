@@ -5,7 +5,8 @@ others are left. So cells are taken whole from what is laid. Of each of which en
 laid; the plane is divided among these, each pixel going to the cell that it is deepest in, or nearest to. An element
 that has its place stays as it is. Another moves to where most of it lies in its share, and its cell is warped along
 rays from its middle until it fills that share, gaps and all (compare Wu and Yu 2004, "Feature matching and deformation
-for texture synthesis", where patches are warped until their features meet).
+for texture synthesis", where patches are warped until their features meet). Elements on wide and plain ground are
+loose: they are squeezed where they lack room, but never stretched to fill it.
 """
 
 from collections.abc import Sequence
@@ -22,8 +23,9 @@ from kwatra.pieces.seams import Array
 MISSED = 0.01
 """An element has its place if no more of it, or of its area of others, is where it should not be. Not tuned."""
 
-MOVED = 1 / 3
-"""Elements move by so much of what they are stretched by at most, along each axis."""
+MOVES, MOVED = 4, 1 / 3
+"""Elements move so often to where they have room, each time by so much of what they are stretched by at most, along
+each axis. By eye: if they move once coins that met are dented, with 10 times no less than with 4."""
 
 RIM = 2
 """So many pixels of ground stay around an element that stays. Not tuned."""
@@ -57,12 +59,15 @@ def _fitted(where: Array, cells: Cells) -> Array:
     from kwatra.pieces.cells.loops import move
 
     copies, shapes = copies_in(where, cells), cells.shapes
-    share, _, _ = _divided(copies, cells, shapes.away)
+    share, best, second = _divided(copies, cells, shapes.away)
     loose, others = _loose(where, cells, copies, share)
     if not (loose.any() or others.any()):
         return where
-    move(shapes.windows, shapes.element, tuple(copies.laid), round(MOVED * cells.reach), loose, share)
-    share, best, second = _divided(copies, cells, shapes.soft)
+    for _ in range(MOVES):
+        move(shapes.windows, shapes.element, tuple(copies.laid), round(MOVED * cells.reach), loose, share)
+        share, best, second = _divided(copies, cells, shapes.soft)
+        more = _loose(where, cells, copies, share)
+        loose, others = loose | more[0], others | more[1]
     kept = (copies.number >= 0) & ~loose[copies.number]
     kept &= ndimage.binary_dilation(kept & cells.element[tuple(where)], iterations=RIM)
     share[kept] = copies.number[kept]

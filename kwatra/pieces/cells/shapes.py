@@ -8,6 +8,8 @@ from scipy import ndimage
 
 from kwatra.elements.kept import kept
 from kwatra.exemplar import Exemplar
+from kwatra.pieces.cells.rims import plain_ground, with_rims
+from kwatra.pieces.cells.standins import stand_ins
 from kwatra.pieces.seams import Array, Parts, hidden_seams, parts_of
 
 RAYS = 2 * math.pi
@@ -28,6 +30,13 @@ stones come out well, chain mail of 7 px scores .067 in place of .060."""
 NARROW, WIDE = 2.0, 0.75
 """Gaps are narrow with their median width, or with so many pixels on each side if that is more, and wide from this
 quantile of their widths on; by eye, on made stones and coins: with .9 joints of stones become too wide."""
+
+CUT = 0.3
+"""A cell that is smaller, as a part of a usual one, needs no other in its place: it is never wanted."""
+
+LEAST, TOUCHING = 0.05, 1.0
+"""Gaps of loose elements are narrow with this quantile of their widths, or with so many pixels if that is more: they
+rather come near each other than lose their form. Not tuned."""
 
 AROUND = 0.5
 """Cells are stretched by so much of an element's size at most; further away from all of them output stays as it is."""
@@ -64,8 +73,9 @@ class Cells(NamedTuple):
     number (*S): of the cell each place belongs to, from 1; 0 of nobody's. element (*S): whether it is of its element.
     area (n,): of each, px; whole (n,): whether nothing cuts its element; sure (n,): whether it is one element that can
     be warped along rays. usual: the area of a usual whole one. gaps: how wide the ground beside an element is, px,
-    where it is narrow and where it is wide. reach: how far windows go beyond cells, px. rays: along how many each is
-    warped.
+    where it is narrow and where it is wide; infinite where elements are loose. reach: how far windows go beyond cells,
+    px. rays: along how many each is warped. instead (n,): the cell that is drawn for each where it would show what
+    nobody knows (`standins`), and how much further on the canvas the places of that one are: further (n, 2).
     """
 
     number: Array
@@ -78,6 +88,13 @@ class Cells(NamedTuple):
     reach: int
     rays: int
     shapes: Shapes
+    instead: Array
+    further: Array
+
+    @property
+    def loose(self) -> bool:
+        """Whether elements lie on wide and plain ground, and need not fill the room that they have."""
+        return math.isinf(self.gaps[1])
 
 
 @kept
@@ -89,12 +106,24 @@ def find_cells(exemplar: Exemplar) -> Cells | None:
     hidden = hidden_seams(exemplar)
     if hidden is None or hidden.parts is not None:
         return None
-    inside = (exemplar.owner >= 0).cpu().numpy()
-    return cells_of(parts_of(hidden, inside), inside)
+    inside, colors = (exemplar.owner >= 0).cpu().numpy(), exemplar.canvas.cpu().numpy()
+    parts = parts_of(hidden, inside)
+    plain = plain_ground(parts.number, inside)
+    if plain is not None:
+        parts = with_rims(parts, colors, inside, plain)
+    cells = cells_of(parts, inside, loose=plain is not None)
+    if cells is None:
+        return None
+    cut, whole = ~cells.whole & (cells.area > CUT * cells.usual), cells.whole & cells.sure
+    instead, further = stand_ins(cells.number, cells.element, colors, cells.reach, cut, whole)
+    return cells._replace(instead=instead, further=further)
 
 
-def cells_of(parts: Parts, inside: Array) -> Cells | None:
-    """The cells around some parts, of what is `inside` (*S) of a canvas; None if the parts are few or not compact."""
+def cells_of(parts: Parts, inside: Array, loose: bool = False) -> Cells | None:
+    """The cells around some parts, of what is `inside` (*S) of a canvas; None if the parts are few or not compact.
+
+    loose: whether they lie on wide ground.
+    """
     from kwatra.pieces.cells.rays import seen_from_middle
 
     element, whole = parts.number > 0, parts.whole(inside)
@@ -111,8 +140,11 @@ def cells_of(parts: Parts, inside: Array) -> Cells | None:
     sure = (seen >= COMPACT) & (area <= LARGEST * usual)
     if area[whole & sure].sum() < SURE * area[whole].sum():
         return None
-    narrow, wide = np.quantile(gaps[whole & sure], (0.5, WIDE)).tolist()
-    return Cells(number, element, area, whole, sure, usual, (min(narrow, NARROW), wide), reach, rays, shapes)
+    least, narrow, wide = np.quantile(gaps[whole & sure], (LEAST, 0.5, WIDE)).tolist()
+    ground = (min(least, TOUCHING), math.inf) if loose else (min(narrow, NARROW), wide)
+    themselves = np.arange(len(whole))
+    unmoved = np.zeros((len(whole), 2), np.int64)
+    return Cells(number, element, area, whole, sure, usual, ground, reach, rays, shapes, themselves, unmoved)
 
 
 def _shapes(number: Array, element: Array, reach: int) -> Shapes:

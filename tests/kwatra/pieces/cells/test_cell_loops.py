@@ -97,3 +97,20 @@ def test_a_share_shows_the_whole_cell_and_an_element_keeps_its_gap(radius: float
     shown = np.zeros((SIDE, SIDE), bool)
     shown[tuple(where[:, written] - np.array([[100], [200]]))] = True
     assert ndimage.binary_dilation(shown, np.ones((3, 3)))[inside].mean() > 0.97  # nothing of it is left out
+
+
+def test_ground_that_a_cell_lacks_on_one_side_is_taken_from_beside() -> None:
+    """An element that touches another in the exemplar has no rim drawn out where there is room around it."""
+    shapes, shape = disc(10, 8), (50, 50)
+    right = np.indices((SIDE, SIDE))[1] - SIDE // 2
+    away = np.maximum(shapes.away.reshape(SIDE, SIDE), right - 7.5).astype(np.float32).ravel()
+    apart = np.hypot(*(np.indices(shape) - 25))
+    best, owner = (apart - 13).astype(np.float32), np.where(apart < 13, 0, -1)
+    where, values = np.full((2, *shape), -1.0), (shapes.windows, away, shapes.element)
+    warp(*values, laid([[25 - SIDE // 2] * 2]), RAYS, 1.5, (1.0, np.inf), best, -best, owner, owner == 0, where)
+    written = where[:, owner == 0] - np.array([[100], [200]])
+    at = np.rint(written).astype(int)
+    assert (away.reshape(SIDE, SIDE)[tuple(at)] < 0.5).all()
+    element = shapes.element.reshape(SIDE, SIDE)[tuple(at)]
+    assert element[apart[owner == 0] < 7].all()
+    assert element[apart[owner == 0] > 9].mean() < 0.03  # it is loose, and keeps its size

@@ -1,0 +1,72 @@
+"""Elements up to their rims, on ground that is wide and plain."""
+
+import numpy as np
+from discs import RADIUS, discs
+from scipy import ndimage
+
+from kwatra.pieces.cells.rims import SOME, UNLIKE, plain_ground, with_rims
+from kwatra.pieces.seams import Parts
+
+RIM = 2
+
+
+def rimmed(noise: float) -> tuple[Parts, np.ndarray, np.ndarray]:
+    """Discs taken for elements without their rims, which are nearly as dark as the ground; colors, and the truth."""
+    image, number = discs(3, 4, noise=noise)
+    inner = np.where(ndimage.binary_erosion(number > 0, iterations=RIM), number, 0)
+    colors = image.numpy().copy()
+    colors[:, (number > 0) & (inner == 0)] = 0.35
+    return Parts(inner, inner > 0, (inner > 0).astype(float), 2.0 * RADIUS), colors, number
+
+
+def test_rims_are_of_the_elements_beside_them() -> None:
+    for noise in (0.0, 0.01):
+        parts, colors, truth = rimmed(noise)
+        inside = np.ones(truth.shape, bool)
+        plain = plain_ground(parts.number, inside)
+        assert plain is not None
+        assert not (plain & (truth > 0)).any()
+        found = with_rims(parts, colors, inside, plain).number
+        assert (found != truth).mean() < 0.002
+        assert np.array_equal(with_rims(parts._replace(number=found), colors, inside, plain).number > 0, found > 0)
+
+
+def test_ground_that_looks_like_the_rest_of_it_is_none_and_nothing_is_added_outside() -> None:
+    parts, colors, truth = rimmed(0.02)
+    inside = np.ones(truth.shape, bool)
+    inside[:, 40:] = False
+    plain = plain_ground(parts.number, inside)
+    assert plain is not None
+    assert not (plain & ~inside).any()
+    found = with_rims(parts, colors, inside, plain).number
+    assert np.array_equal(found[:, 40:], parts.number[:, 40:])
+    near = ndimage.binary_dilation(truth > 0)
+    assert not (found > 0)[~near].any()
+    quiet = np.where(truth > 0, colors, 0.1 + 0.02 * np.sin(np.arange(colors[0].size)).reshape(truth.shape))
+    assert UNLIKE * 0.02 / np.sqrt(2) < 0.15
+    assert (with_rims(parts, quiet, inside, plain).number[:, :40] == truth[:, :40]).all()
+
+
+def test_no_element_is_lost_and_what_looks_like_ground_along_an_edge_is_ground() -> None:
+    parts, colors, truth = rimmed(0.0)
+    inside, wide = np.ones(truth.shape, bool), ndimage.grey_dilation(truth, footprint=np.ones((3, 3)))
+    wide[1:3, 1:3] = truth.max() + 1  # as dark as the ground
+    plain = plain_ground(wide, inside)
+    assert plain is not None
+    found = with_rims(parts._replace(number=wide), colors, inside, plain).number
+    assert np.array_equal(found[3:], truth[3:])
+    assert np.array_equal(np.unique(found), np.arange(truth.max() + 2))
+    assert (found[1:3, 1:3] == truth.max() + 1).all()
+
+
+def test_joints_are_no_plain_ground() -> None:
+    number = np.kron(np.arange(1, 26).reshape(5, 5), np.ones((16, 16), int))
+    inside = np.ones(number.shape, bool)
+    joints = (np.indices(number.shape) % 16 >= 12).any(0)  # 4 px wide: 2 from either side
+    assert plain_ground(np.where(joints, 0, number), inside) is None
+    wide = (np.indices(number.shape) % 16 >= 9).any(0)
+    plain = plain_ground(np.where(wide, 0, number), inside)
+    assert plain is not None
+    assert plain.mean() > SOME
+    assert ndimage.distance_transform_edt(wide)[plain].min() >= 3
+    assert plain_ground(np.zeros((4, 4), int), np.zeros((4, 4), bool)) is None
