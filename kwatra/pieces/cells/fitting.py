@@ -24,8 +24,9 @@ MISSED = 0.01
 """An element has its place if no more of it, or of its area of others, is where it should not be. Not tuned."""
 
 MOVES, MOVED = 4, 1 / 3
-"""Elements move so often to where they have room, each time by so much of what they are stretched by at most, along
-each axis. By eye: if they move once coins that met are dented, with 10 times no less than with 4."""
+"""Elements move to where they have room by so much of what they are stretched by at most, along each axis; loose ones
+so often. By eye: if they move once coins that met are dented, with 10 times no less than with 4. Three stills of stones
+of 50 px that fill the plane score .068 if these move once, .078 with 4 times."""
 
 RIM = 2
 """So many pixels of ground stay around an element that stays. Not tuned."""
@@ -63,11 +64,12 @@ def _fitted(where: Array, cells: Cells) -> Array:
     loose, others = _loose(where, cells, copies, share)
     if not (loose.any() or others.any()):
         return where
-    for _ in range(MOVES):
+    for _ in range(MOVES if cells.loose else 1):
         move(shapes.windows, shapes.element, tuple(copies.laid), round(MOVED * cells.reach), loose, share)
         share, best, second = _divided(copies, cells, shapes.soft)
-        more = _loose(where, cells, copies, share)
-        loose, others = loose | more[0], others | more[1]
+        if cells.loose:
+            more = _loose(where, cells, copies, share)
+            loose, others = loose | more[0], others | more[1]
     kept = (copies.number >= 0) & ~loose[copies.number]
     kept &= ndimage.binary_dilation(kept & cells.element[tuple(where)], iterations=RIM)
     share[kept] = copies.number[kept]
