@@ -16,7 +16,7 @@ import torch
 from scipy import ndimage
 from torch import Tensor
 
-from kwatra.pieces.cells.copies import Copies, copies_in
+from kwatra.pieces.cells.copies import Copies, copies_of, copies_that_flow
 from kwatra.pieces.cells.shapes import Cells
 from kwatra.pieces.seams import Array
 
@@ -59,7 +59,7 @@ def fitted(where: Tensor, cells: Cells, wraps: Sequence[bool] = (False, False)) 
 def _fitted(where: Array, cells: Cells) -> Array:
     from kwatra.pieces.cells.loops import move
 
-    copies, shapes = copies_in(where, cells), cells.shapes
+    copies, shapes = copies_of(where, cells), cells.shapes
     share, best, second = _divided(copies, cells, shapes.away)
     loose, others = _loose(where, cells, copies, share)
     if not (loose.any() or others.any()):
@@ -115,7 +115,7 @@ def redrawn(places: Tensor, inside: Tensor, cells: Cells) -> Tensor:
     little. Memory is as of `fitted`.
     """
     made, known = places.double().cpu().numpy().copy(), inside.cpu().numpy()
-    copies = copies_in(made, cells, known)
+    copies = copies_that_flow(made, known, cells)
     share, best, second = _divided(copies, cells, cells.shapes.soft)
     _warp(copies, cells, share, best, second, (share >= 0) & known, made)
     return torch.from_numpy(made).to(places)

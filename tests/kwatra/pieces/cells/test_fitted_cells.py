@@ -7,7 +7,7 @@ from scipy import ndimage
 from scipy.spatial import cKDTree
 
 from kwatra.pieces.cells import Cells, bent, cells_of, copies, fitted, redrawn, softened
-from kwatra.pieces.cells.copies import UNDONE, copies_in
+from kwatra.pieces.cells.copies import UNDONE, copies_of, copies_that_flow
 from kwatra.pieces.seams import Parts
 
 SIDE, PITCH = 96, 16
@@ -135,7 +135,7 @@ def test_an_output_that_wraps_is_fitted_across_its_border() -> None:
 
 def test_copies_are_those_of_which_enough_is_seen() -> None:
     cells, where = stones(), halves(6).numpy()
-    copies = copies_in(where, cells)
+    copies = copies_of(where, cells)
     number = cells.number[tuple(where)]
     for m, (cell, to) in enumerate(zip(copies.laid.cell, copies.laid.to, strict=True)):
         own = copies.number == m
@@ -190,7 +190,7 @@ def test_elements_come_to_have_the_room_that_they_need(monkeypatch: pytest.Monke
         places = halves(6).double()
         for _ in range(12):
             places = redrawn(places, everywhere, cells)
-        found = copies_in(places.numpy(), cells, everywhere.numpy())
+        found = copies_that_flow(places.numpy(), everywhere.numpy(), cells)
         inner = (found.laid.corner > 0).all(1) & (found.laid.corner + found.laid.size < 80).all(1)
         shown = np.bincount(found.number[found.number >= 0], minlength=len(inner))[inner]
         return float(np.abs(np.log(shown / cells.area[found.laid.cell][inner])).mean())
