@@ -115,7 +115,7 @@ def find_cells(exemplar: Exemplar) -> Cells | None:
     if cells is None:
         return None
     cut, whole = ~cells.whole & (cells.area > CUT * cells.usual), cells.whole & cells.sure
-    instead, further = stand_ins(cells.number, cells.element, colors, cells.reach, cut, whole)
+    instead, further = stand_ins(cells.number, cells.element, colors, cut, whole)
     return cells._replace(instead=instead, further=further)
 
 

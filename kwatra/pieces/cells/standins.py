@@ -21,11 +21,14 @@ COLORS = 0.3
 MOST = 64
 """So many whole elements are looked at, or about as many, evenly chosen of all. A bound on time and memory."""
 
+AROUND = 8
+"""An element is compared with so many pixels of what is around its cell. A bound on time."""
+
 
 class _Seen(NamedTuple):
     """A cell's window on the canvas: its first place (2,), what is known of it (h, w), which pixels are the element's.
 
-    looks (2 + C, h, w): these, their colors, and the squares of these together.
+    looks (1 + C, h, w): their colors, and the squares of these together.
     """
 
     first: Array
@@ -34,56 +37,60 @@ class _Seen(NamedTuple):
     looks: Array
 
 
-def stand_ins(
-    number: Array, element: Array, colors: Array, reach: int, cut: Array, whole: Array
-) -> tuple[Array, Array]:
+def stand_ins(number: Array, element: Array, colors: Array, cut: Array, whole: Array) -> tuple[Array, Array]:
     """Which cell (n,) is drawn for each, mostly itself, and how much further (n, 2) on the canvas its places are.
 
     number (*S): of the cell that each place of the canvas belongs to, from 1; element (*S): whether it is of its
-    element; colors (C, *S). reach: how far beyond cells it is looked, px. cut, whole (n,): which cells look for
-    another, and among which. Memory is that of one transform, of windows twice as large, for each whole cell
-    that is looked at.
+    element; colors (C, *S). cut, whole (n,): which cells look for another, and among which. Memory is that of some
+    transforms, of windows twice as large, for each whole cell that is looked at.
     """
-    instead, shift = np.arange(len(cut)), np.zeros((len(cut), 2), np.int64)
+    instead, further = np.arange(len(cut)), np.zeros((len(cut), 2), np.int64)
     if not (cut.any() and whole.any()):
-        return instead, shift
+        return instead, further
     spread = 2 * float(colors[:, element].var(1).sum())  # by so much two pixels of elements differ
     scaled = colors * np.sqrt(COLORS / spread if spread > 0 else 0.0)
-    boxes, others = ndimage.find_objects(number), np.flatnonzero(whole)
-    seen = {
-        int(cell): _seen(int(cell), boxes[cell - 1], number, element, scaled, reach)
-        for cell in np.flatnonzero(cut | whole)
-    }
+    boxes, mine, others = ndimage.find_objects(number), np.flatnonzero(cut).tolist(), np.flatnonzero(whole).tolist()
+    others = others[:: -(-len(others) // MOST)]
+    seen = {cell: _seen(cell, boxes[cell - 1], number, element, scaled) for cell in mine + others}
     size = [fft.next_fast_len(2 * max(one.known.shape[axis] for one in seen.values()), real=True) for axis in range(2)]
-    there = np.stack([fft.rfft2(seen[int(cell)].looks, size) for cell in others])
-    for cell in np.flatnonzero(cut).tolist():
-        own = seen[cell]
-        form, color = _differing(own, there, size)
-        at = np.unravel_index(int(np.argmin(form + color)), form.shape)
-        if form[at] <= ALIKE * np.count_nonzero(own.element):
-            moved = [far - length if far > length // 2 else far for far, length in zip(at[1:], size, strict=True)]
-            instead[cell] = others[at[0]]
-            shift[cell] = np.array(moved) + seen[others[at[0]]].first - own.first
-    return instead, shift
+    forms = np.stack([fft.rfft2(seen[cell].element.astype(np.float32), size) for cell in others])
+    for cell in mine:
+        own, area = seen[cell], np.count_nonzero(seen[cell].element)
+        differing = _forms_differing(own, forms, size)
+        alike = np.flatnonzero(differing.min((1, 2)) <= ALIKE * area)
+        if not len(alike):
+            continue
+        colored = np.stack([fft.rfft2(seen[others[k]].looks, size) for k in alike])
+        cost = differing[alike] + _colors_differing(own, forms[alike], colored, size)
+        cost[differing[alike] > ALIKE * area] = np.inf
+        best, *at = np.unravel_index(int(np.argmin(cost)), cost.shape)
+        other = others[alike[best]]
+        moved = [int(far) - length if far > length // 2 else int(far) for far, length in zip(at, size, strict=True)]
+        instead[cell], further[cell] = other, np.array(moved) + seen[other].first - own.first
+    return instead, further
 
 
-def _seen(cell: int, box: tuple[slice, ...], number: Array, element: Array, colors: Array, reach: int) -> _Seen:
+def _seen(cell: int, box: tuple[slice, ...], number: Array, element: Array, colors: Array) -> _Seen:
     """What is seen of a cell, whose box it is."""
-    around = [(max(side.start - reach, 0), side.stop + reach) for side in box]
+    around = [(max(side.start - AROUND, 0), side.stop + AROUND) for side in box]
     at = tuple(slice(first, stop) for first, stop in around)
     own = (number[at] == cell) & element[at]
-    shown = colors[(slice(None), *at)] * own
-    looks = np.stack([own, *shown, np.square(shown).sum(0)]).astype(np.float32)
-    return _Seen(np.array([first for first, _ in around]), number[at] > 0, own, looks)
+    shown = (colors[(slice(None), *at)] * own).astype(np.float32)
+    return _Seen(
+        np.array([first for first, _ in around]), number[at] > 0, own, np.stack([*shown, np.square(shown).sum(0)])
+    )
 
 
-def _differing(own: _Seen, there: Array, size: list[int]) -> tuple[Array, Array]:
-    """By how many pixels forms differ (k, *size) of an element and others, moved, and by how much their colors do.
+def _forms_differing(own: _Seen, forms: Array, size: list[int]) -> Array:
+    """By how many pixels (k, *size) an element differs from others, moved, where it is known; of their transforms."""
+    known, element = np.conj(fft.rfft2(np.stack([own.known, own.element]).astype(np.float32), size))
+    differing: Array = fft.irfft2((known - 2 * element) * forms, size) + np.count_nonzero(own.element)
+    return differing
 
-    Forms are compared where it is known, colors where both are. there (k, 2 + C, ...): the transforms of the others.
-    """
-    known, *looks = np.conj(fft.rfft2(np.stack([own.known.astype(np.float32), *own.looks]), size))
-    is_own, colors, squares = looks[0], np.stack(looks[1:-1]), looks[-1]
-    form = fft.irfft2((known - 2 * is_own) * there[:, 0], size) + np.count_nonzero(own.element)
-    color = squares * there[:, 0] + is_own * there[:, -1] - 2 * (colors * there[:, 1:-1]).sum(1)
-    return form, fft.irfft2(color, size)
+
+def _colors_differing(own: _Seen, forms: Array, colored: Array, size: list[int]) -> Array:
+    """By how much colors (k, *size) differ where both elements are; of the others' transforms (k, ...), as `looks`."""
+    element, *colors, squares = np.conj(fft.rfft2(np.stack([own.element, *own.looks]).astype(np.float32), size))
+    both = squares * forms + element * colored[:, -1] - 2 * (np.stack(colors) * colored[:, :-1]).sum(1)
+    differing: Array = fft.irfft2(both, size)
+    return differing

@@ -55,33 +55,35 @@ def test_colors_decide_among_whole_ones_of_one_form_and_form_whether_any_stands_
         colors[:, number == one] = color
     near = ndimage.distance_transform_edt(number == 0, return_distances=False, return_indices=True)
     cut, whole = np.arange(5) == 1, np.arange(5) > 1
-    instead, further = stand_ins(number[tuple(near)], number > 0, colors, 6, cut, whole)
+    instead, further = stand_ins(number[tuple(near)], number > 0, colors, cut, whole)
     assert instead.tolist() == [0, 4, 2, 3, 4]
     assert further[1].tolist() == [29, 40]
-    instead, _ = stand_ins(number[tuple(near)], number > 0, np.ones_like(colors), 6, cut, whole)
+    instead, _ = stand_ins(number[tuple(near)], number > 0, np.ones_like(colors), cut, whole)
     assert instead[1] in (2, 3, 4)
     rounder = number.copy()
     for one in (2, 3, 4):
         box = ndimage.find_objects(number)[one - 1]
         y, x = np.mgrid[-6.5:7, -4.5:5]
         rounder[box][(y / 7) ** 2 + (x / 5) ** 2 > 1] = 0
-    instead, further = stand_ins(number[tuple(near)], rounder > 0, colors, 6, cut, whole)
+    instead, further = stand_ins(number[tuple(near)], rounder > 0, colors, cut, whole)
     assert instead.tolist() == [0, 1, 2, 3, 4]
     assert (further == 0).all()
     nobody = np.zeros(5, bool)
-    assert stand_ins(number[tuple(near)], number > 0, colors, 6, nobody, whole)[0].tolist() == [0, 1, 2, 3, 4]
-    assert stand_ins(number[tuple(near)], number > 0, colors, 6, cut, nobody)[0].tolist() == [0, 1, 2, 3, 4]
+    assert stand_ins(number[tuple(near)], number > 0, colors, nobody, whole)[0].tolist() == [0, 1, 2, 3, 4]
+    assert stand_ins(number[tuple(near)], number > 0, colors, cut, nobody)[0].tolist() == [0, 1, 2, 3, 4]
 
 
 def test_of_many_whole_ones_some_are_looked_at() -> None:
     number = np.kron(np.arange(1, 401).reshape(20, 20), np.ones((8, 8), int))
     element = (np.indices(number.shape) % 8 < 6).all(0)
-    cut = np.arange(401) == 1
-    instead, further = stand_ins(number, element, np.ones((1, *number.shape), np.float32), 3, cut, np.arange(401) > 20)
+    cut, colors = np.arange(401) == 1, np.ones((1, *number.shape), np.float32)
+    colors[:, number == 1] = colors[:, number == 22] = 0.5  # which would be the best
     step = -(-380 // MOST)
+    assert step > 1
+    instead, further = stand_ins(number, element, colors, cut, np.arange(401) > 20)
     assert (instead[1] - 21) % step == 0
-    at = np.argwhere(number == instead[1])[0]
-    assert np.array_equal(further[1], at)
+    assert np.array_equal(further[1], np.argwhere(number == instead[1])[0])
+    assert stand_ins(number, element, colors, cut, (np.arange(401) > 20) & (np.arange(401) < 30))[0][1] == 22
 
 
 @pytest.mark.parametrize("inner", [False, True])
