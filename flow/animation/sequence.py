@@ -1,20 +1,20 @@
 """Textures that flow: a sequence made frame by frame, for as long as one likes (thesis algorithm 3).
 
 The first frame is ordinary synthesis. Every other one is the frame before it carried along the flow, x+, and then
-optimized: its texture energy against the flow energy. Frames are carried as source coordinates (`flow.carrying`),
-their elements turned upright (`flow.upright`) and blocks copied where the texture has worn all the same
-(`flow.renewal`); so a sequence never wears out. What is shown is the blend of these copies and x+, as the flow term has
-it (`flow.term`), where both are alike. Memory does not grow with the number of frames.
+optimized: its texture energy against the flow energy. Frames are carried as source coordinates (`carrying`), their
+elements turned upright (`carrying.upright`) and blocks copied where the texture has worn all the same (`renewing`); so
+a sequence never wears out. What is shown is the blend of these copies and x+, as the flow term has it (`term`), where
+both are alike. Memory does not grow with the number of frames.
 
 Elements of pictures that keep their directions, and are compact and apart, are drawn anew in every frame instead, each
 whole, as it has been moved and bent on the mean (`kwatra.pieces.redrawn`); what was drawn is what is carried.
 
 Where the exemplar of a picture prefers no direction, and the flow turns what it carries more than it bends it, elements
 turn with the flow and are only kept rigid; the first frame is then the middle of a larger still that takes the
-exemplar's place (`flow.growing`).
+exemplar's place (`film.growing`).
 
 A picture is a video of one frame. Of a longer one texture also lives on: before it is renewed it moves on to the
-video's next frame (`flow.film`), and so does what fades below it (`flow.fading`). Where what is seen depends on the
+video's next frame (`film`), and so does what fades below it (`showing.fading`). Where what is seen depends on the
 place in its frame, the first frame keeps the places.
 """
 
@@ -144,7 +144,7 @@ class Motion:
         self.cells = None if film.hidden is None or film.turning else find_cells(film.strip)
         if self.cells is not None:
             renewing = seldom(renewing)
-        self.upright = Upright(film.strip, renewing.stiffness, film.turning)
+        self.upright = None if self.cells is not None else Upright(film.strip, renewing.stiffness, film.turning)
         self.renewing, self.renewal = renewing, Renewal(film, shape, renewing)
         self.showing = Showing(film, renewing, self.renewal.wear.variance)
         self._steady: tuple[Tensor, Lookup] | None = None
@@ -227,7 +227,7 @@ class Motion:
         source = carried(state.source, look, state.inside)
         moved = inside & (source != state.source).any(0)
         older = tidied(source, moved, inside)
-        if self.cells is None:
+        if self.upright is not None:
             older = self.upright(older, moved)
         source = self.film.onward(older)
         if self.film.hidden is not None and self.cells is None:
