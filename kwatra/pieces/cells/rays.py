@@ -18,7 +18,9 @@ LOOSELY = 16
 pair of vortices motion is off by .21 and .30 px with 16, .22 and .33 with 8; by eye, dents are as round."""
 
 THIN = 0.5
-"""Ground that is less wide, as a part of what is narrow, shows nothing but the rim of an element. Not tuned."""
+"""Ground that is less wide, as a part of what is narrow, shows nothing but the rim of an element. Where it is shown all
+the same stones of 50 px in a pair of vortices are off by .31 px in place of .29, and .09 of tiles
+of 32 px become too large in place of .01; five stills of pebbles of 14 px score .096 in place of .097."""
 
 
 @jitted
