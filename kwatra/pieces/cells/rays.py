@@ -18,9 +18,9 @@ LOOSELY = 16
 pair of vortices motion is off by .21 and .30 px with 16, .22 and .33 with 8; by eye, dents are as round."""
 
 THIN = 0.5
-"""Ground that is less wide, as a part of what is narrow, shows nothing but the rim of an element. Where it is shown all
-the same stones of 50 px in a pair of vortices are off by .31 px in place of .29, and .09 of tiles
-of 32 px become too large in place of .01; five stills of pebbles of 14 px score .096 in place of .097."""
+"""Ground that is less wide, as a part of what is narrow, of loose elements of what is usual around one, shows nothing
+but its rim. Where it is shown all the same stones of 50 px in a pair of vortices are off by .31 px in place of .29, and
+.09 of tiles of 32 px become too large in place of .01; five stills of pebbles of 14 px score .096 in place of .097."""
 
 
 @jitted
@@ -68,7 +68,7 @@ def warp(
         _reach(away, middle, cell_at)
         _reach(0.5 - seen(windows, elements, laid, m, 0.0), middle, element_at)
         _shown(share_at, cell_at, element_at, gaps, shown_at)
-        _with_ground(cell_at - element_at, THIN * gaps[0], beside)
+        _with_ground(cell_at - element_at, gaps, beside)
         for i in range(max(-top, 0), min(away.shape[0], owner.shape[0] - top)):
             for j in range(max(-left, 0), min(away.shape[1], owner.shape[1] - left)):
                 y, x = i + top, j + left
@@ -188,9 +188,9 @@ def _shown(share_at: Any, cell_at: Any, element_at: Any, gaps: Any, shown_at: An
 
 
 @jitted
-def _with_ground(gap: Any, least: Any, beside: Any) -> None:
-    """Set for each ray (k,) the nearest along which a cell's ground is at least so wide, px; itself if none is."""
-    rays = len(gap)
+def _with_ground(gap: Any, gaps: Any, beside: Any) -> None:
+    """Set for each ray (k,) the nearest along which a cell's ground is not thin; gap (k,): how wide it is, px."""
+    rays, least = len(gap), THIN * (np.median(gap) if gaps[1] == np.inf else gaps[0])
     for k in range(rays):
         beside[k] = k
         for n in range(rays // 2 + 1):

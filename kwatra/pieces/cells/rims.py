@@ -7,6 +7,7 @@ elements, which would be cut off and left behind. Wide ground tells by itself wh
 import numpy as np
 from scipy import ndimage
 
+from kwatra.elements.ground import SPECK
 from kwatra.pieces.seams import Array, Parts
 
 FAR, SOME = 3, 0.05
@@ -35,14 +36,18 @@ def plain_ground(number: Array, inside: Array) -> Array | None:
 def with_rims(parts: Parts, colors: Array, inside: Array, plain: Array) -> Parts:
     """Parts with what lies beside them and does not look like plain ground, without what looks so along their edge.
 
-    plain (*S): where ground is plain. colors (C, *S): of the exemplar's canvas; inside (*S): what of it there is.
+    What is then a speck is none, and others are numbered anew. plain (*S): where ground is plain. colors (C, *S): of
+    the exemplar's canvas; inside (*S): what of it there is.
     """
     element = parts.number > 0
     off = np.linalg.norm(colors - np.median(colors[:, plain], 1)[:, None, None], axis=0)
     unlike = inside & (off > max(UNLIKE * np.median(off[plain]), FAINT * np.median(off[element])))
     ground = ndimage.binary_dilation(~element, iterations=EDGE, mask=~element | (inside & ~unlike))
-    ground &= np.isin(parts.number, parts.number[~ground]) | ~element  # those of which nothing would be left stay
     widest = max(round(WIDEST * parts.size), 1)
     grown = ndimage.binary_dilation(~ground, iterations=widest, mask=~ground | unlike)
     near = ndimage.distance_transform_edt(~element, return_distances=False, return_indices=True)
-    return parts._replace(number=np.where(grown, parts.number[tuple(near)], np.minimum(parts.number, 0)))
+    number = np.where(grown, parts.number[tuple(near)], 0)
+    large = np.bincount(number.ravel(), minlength=1) >= SPECK * parts.size**2
+    large[0] = False
+    renumbered = np.where(large, np.cumsum(large), 0)[number]
+    return parts._replace(number=np.where(renumbered > 0, renumbered, np.minimum(parts.number, 0)))

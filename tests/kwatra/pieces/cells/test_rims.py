@@ -47,16 +47,20 @@ def test_ground_that_looks_like_the_rest_of_it_is_none_and_nothing_is_added_outs
     assert (with_rims(parts, quiet, inside, plain).number[:, :40] == truth[:, :40]).all()
 
 
-def test_no_element_is_lost_and_what_looks_like_ground_along_an_edge_is_ground() -> None:
+def test_what_looks_like_ground_along_an_edge_is_ground_and_so_are_specks() -> None:
     parts, colors, truth = rimmed(0.0)
     inside, wide = np.ones(truth.shape, bool), ndimage.grey_dilation(truth, footprint=np.ones((3, 3)))
-    wide[1:3, 1:3] = truth.max() + 1  # as dark as the ground
+    wide[wide > 0] += 1
+    wide[1:3, 1:3] = 1  # as dark as the ground
+    wide[1:3, 5:7], colors[:, 1:3, 5:7] = wide.max() + 1, 0.9  # bright, but small
     plain = plain_ground(wide, inside)
     assert plain is not None
     found = with_rims(parts._replace(number=wide), colors, inside, plain).number
-    assert np.array_equal(found[3:], truth[3:])
-    assert np.array_equal(np.unique(found), np.arange(truth.max() + 2))
-    assert (found[1:3, 1:3] == truth.max() + 1).all()
+    assert np.array_equal(found, truth)  # numbered anew
+    none = np.where(truth == 3, -1, wide)
+    found = with_rims(parts._replace(number=none), colors, truth != 3, plain & (truth != 3)).number
+    assert np.array_equal(found == -1, truth == 3)
+    assert len(np.unique(found)) == found.max() + 2
 
 
 def test_joints_are_no_plain_ground() -> None:
