@@ -23,7 +23,7 @@ vortices .18 are cut or swollen at frame 150 with .45, .07 with this, .07 with .
 UNDONE, UNDONE_LOOSE = 0.3, 0.5
 """So much of what elements that flow are turned and stretched by is undone in every frame, the second of those that are
 loose. Of stones of 20 and 50 px in a pair of vortices, 60 frames, motion is off by .14 .35 px with .1, by .13 .37 with
-the first, by .14 .43 with 1. Of coins of 20 and 32 px it is as far off with the first, the second and .6; by eye, with
+the first, by .14 .43 with 1. Of coins of 20 and 32 px it is off by .22 .33 with both and .21 .33 with .6; by eye, with
 the first some become ovals."""
 
 MORE = 0.1
