@@ -115,22 +115,20 @@ def _drawn(cell: Array, to: Array, cells: Cells, known: Array) -> tuple[Laid, Ar
     these where an output is known (H, W), and of its element there.
     """
     laid, counts = _counted(cell, to, cells, known)
-    other = cells.instead[cell]
-    if (other == cell).all():
-        return laid, counts
-    moved_on = np.concatenate([to[:, :, :2], to[:, :, 2:] + cells.further[cell][:, :, None]], 2)
-    shown, more = _counted(other, moved_on, cells, known)
-    shows = more[:, 2] > (1 + MORE) * counts[:, 2]
-    both = zip(laid, shown, strict=True)
-    laid = Laid(*(np.where(shows.reshape(-1, *[1] * (one.ndim - 1)), two, one) for one, two in both))
-    return laid, np.where(shows[:, None], more, counts)
+    cut = np.flatnonzero(cells.instead[cell] != cell)
+    moved_on = np.concatenate([to[cut, :, :2], to[cut, :, 2:] + cells.further[cell[cut]][:, :, None]], 2)
+    shown, more = _counted(cells.instead[cell[cut]], moved_on, cells, known)
+    shows = more[:, 2] > (1 + MORE) * counts[cut, 2]
+    for drawn, other in zip((*laid, counts), (*shown, more), strict=True):
+        drawn[cut[shows]] = other[shows]
+    return laid, counts
 
 
 def _counted(cell: Array, to: Array, cells: Cells, known: Array) -> tuple[Laid, Array]:
     """Where copies of cells lie, and their counts (m, 3), as of `_drawn`."""
     from kwatra.pieces.cells.loops import count_inside
 
-    laid, counts, shapes = lying(cell, to, cells), np.zeros((len(cell), 3), np.int64), cells.shapes
+    laid, counts, shapes = lying(cell.copy(), to.copy(), cells), np.zeros((len(cell), 3), np.int64), cells.shapes
     count_inside(shapes.windows, shapes.away, shapes.element, tuple(laid), known, counts)
     return laid, counts
 

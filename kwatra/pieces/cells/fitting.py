@@ -61,19 +61,19 @@ def _fitted(where: Array, cells: Cells) -> Array:
 
     copies, shapes = copies_of(where, cells), cells.shapes
     share, best, second = _divided(copies, cells, shapes.away)
-    loose, others = _loose(where, cells, copies, share)
-    if not (loose.any() or others.any()):
+    astray, others = _astray(where, cells, copies, share)
+    if not (astray.any() or others.any()):
         return where
     for _ in range(MOVES if cells.loose else 1):
-        move(shapes.windows, shapes.element, tuple(copies.laid), round(MOVED * cells.reach), loose, share)
+        move(shapes.windows, shapes.element, tuple(copies.laid), round(MOVED * cells.reach), astray, share)
         share, best, second = _divided(copies, cells, shapes.soft)
         if cells.loose:
-            more = _loose(where, cells, copies, share)
-            loose, others = loose | more[0], others | more[1]
-    kept = (copies.number >= 0) & ~loose[copies.number]
+            more = _astray(where, cells, copies, share)
+            astray, others = astray | more[0], others | more[1]
+    kept = (copies.number >= 0) & ~astray[copies.number]
     kept &= ndimage.binary_dilation(kept & cells.element[tuple(where)], iterations=RIM)
     share[kept] = copies.number[kept]
-    made, written = where.astype(np.float64), (share >= 0) & (loose[share] | (others & (copies.number != share)))
+    made, written = where.astype(np.float64), (share >= 0) & (astray[share] | (others & (copies.number != share)))
     _warp(copies, cells, share, best, second, written, made)
     return np.rint(made).astype(where.dtype)
 
@@ -141,7 +141,7 @@ def _warp(copies: Copies, cells: Cells, share: Array, best: Array, second: Array
     warp(*values, tuple(copies.laid), *how, best, second, share, written, made)
 
 
-def _loose(where: Array, cells: Cells, copies: Copies, share: Array) -> tuple[Array, Array]:
+def _astray(where: Array, cells: Cells, copies: Copies, share: Array) -> tuple[Array, Array]:
     """Which copies (m,) do not have their place, and which pixels (H, W) are of elements that have none there.
 
     All of an element is to be in its share, and nothing of another.

@@ -87,13 +87,13 @@ def divide(windows: Any, away: Any, laid: Any, best: Any, second: Any, owner: An
 
 
 @jitted
-def move(windows: Any, element: Any, laid: Any, reach: Any, loose: Any, owner: Any) -> None:
-    """Move the copies that are loose (m,) to where most of their elements lies in their share, `owner` (H, W).
+def move(windows: Any, element: Any, laid: Any, reach: Any, astray: Any, owner: Any) -> None:
+    """Move the copies that are astray (m,) to where most of their elements lies in their share, `owner` (H, W).
 
     reach: by so many pixels at most, along each axis; of equal places to the nearest.
     """
-    for m in range(len(loose)):
-        if not loose[m]:
+    for m in range(len(astray)):
+        if not astray[m]:
             continue
         here, to, (top, left) = seen(windows, element, laid, m, 0.0), laid[1][m], laid[2][m]
         most, nearest, best = -1, 0, (0, 0)
