@@ -7,8 +7,12 @@ one axis, of sizes up to 900). What was overwritten is found out later and elsew
 
 from collections.abc import Sequence
 
+import numpy as np
 import torch
+from scipy import fft
 from torch import Tensor
+
+from kwatra.base.threads import by_one_thread
 
 
 def of_real(values: Tensor, size: Sequence[int]) -> Tensor:
@@ -34,3 +38,22 @@ def of_complex(values: Tensor) -> Tensor:
 def to_complex(spectrum: Tensor) -> Tensor:
     """The values (..., H, W), complex, that transforms as of `of_complex` are of."""
     return torch.fft.ifft(torch.fft.ifft(spectrum, norm="ortho"), dim=-2, norm="ortho")
+
+
+def fast(extent: Sequence[int]) -> tuple[int, ...]:
+    """Sizes of at least so many values along each axis whose transforms take little time."""
+    return tuple(fft.next_fast_len(n, real=True) for n in extent)
+
+
+def forward(values: np.ndarray, size: Sequence[int]) -> np.ndarray:
+    """As `of_real`, of arrays and by one thread: to wake another takes as long."""
+    with by_one_thread():
+        spectrum: np.ndarray = of_real(torch.from_numpy(values), size).numpy()
+    return spectrum
+
+
+def backward(spectrum: np.ndarray, size: Sequence[int], room: Sequence[int]) -> np.ndarray:
+    """As `to_real`, of arrays and by one thread."""
+    with by_one_thread():
+        values: np.ndarray = to_real(torch.from_numpy(spectrum), size, room).numpy()
+    return values

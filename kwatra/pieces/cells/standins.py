@@ -7,8 +7,9 @@ Stones differ; there what is seen of one is drawn out over the rest.
 from typing import NamedTuple
 
 import numpy as np
-from scipy import fft, ndimage
+from scipy import ndimage
 
+from kwatra.base.transforms import backward, fast, forward
 from kwatra.pieces.seams import Array
 
 ALIKE = 0.1
@@ -52,15 +53,15 @@ def stand_ins(number: Array, element: Array, colors: Array, cut: Array, whole: A
     boxes, mine, others = ndimage.find_objects(number), np.flatnonzero(cut).tolist(), np.flatnonzero(whole).tolist()
     others = others[:: -(-len(others) // MOST)]
     seen = {cell: _seen(cell, boxes[cell - 1], number, element, scaled) for cell in mine + others}
-    size = [fft.next_fast_len(2 * max(one.known.shape[axis] for one in seen.values()), real=True) for axis in range(2)]
-    forms = np.stack([fft.rfft2(seen[cell].element.astype(np.float32), size) for cell in others])
+    size = fast([2 * max(one.known.shape[axis] for one in seen.values()) for axis in range(2)])
+    forms = np.stack([forward(seen[cell].element.astype(np.float32), size) for cell in others])
     for cell in mine:
         own, area = seen[cell], np.count_nonzero(seen[cell].element)
         differing = _forms_differing(own, forms, size)
         alike = np.flatnonzero(differing.min((1, 2)) <= ALIKE * area)
         if not len(alike):
             continue
-        colored = np.stack([fft.rfft2(seen[others[k]].looks, size) for k in alike])
+        colored = np.stack([forward(seen[others[k]].looks, size) for k in alike])
         cost = differing[alike] + _colors_differing(own, forms[alike], colored, size)
         cost[differing[alike] > ALIKE * area] = np.inf
         best, *at = np.unravel_index(int(np.argmin(cost)), cost.shape)
@@ -81,16 +82,15 @@ def _seen(cell: int, box: tuple[slice, ...], number: Array, element: Array, colo
     )
 
 
-def _forms_differing(own: _Seen, forms: Array, size: list[int]) -> Array:
+def _forms_differing(own: _Seen, forms: Array, size: tuple[int, ...]) -> Array:
     """By how many pixels (k, *size) an element differs from others, moved, where it is known; of their transforms."""
-    known, element = np.conj(fft.rfft2(np.stack([own.known, own.element]).astype(np.float32), size))
-    differing: Array = fft.irfft2((known - 2 * element) * forms, size) + np.count_nonzero(own.element)
+    known, element = np.conj(forward(np.stack([own.known, own.element]).astype(np.float32), size))
+    differing: Array = backward((known - 2 * element) * forms, size, size) + np.count_nonzero(own.element)
     return differing
 
 
-def _colors_differing(own: _Seen, forms: Array, colored: Array, size: list[int]) -> Array:
+def _colors_differing(own: _Seen, forms: Array, colored: Array, size: tuple[int, ...]) -> Array:
     """By how much colors (k, *size) differ where both elements are; of the others' transforms (k, ...), as `looks`."""
-    element, *colors, squares = np.conj(fft.rfft2(np.stack([own.element, *own.looks]).astype(np.float32), size))
+    element, *colors, squares = np.conj(forward(np.stack([own.element, *own.looks]).astype(np.float32), size))
     both = squares * forms + element * colored[:, -1] - 2 * (np.stack(colors) * colored[:, :-1]).sum(1)
-    differing: Array = fft.irfft2(both, size)
-    return differing
+    return backward(both, size, size)

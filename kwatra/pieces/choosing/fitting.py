@@ -12,12 +12,9 @@ from __future__ import annotations
 from functools import cached_property
 
 import numpy as np
-import torch
-from scipy import fft
 
-from kwatra.base import by_one_thread
 from kwatra.base.spans import box_sums
-from kwatra.base.transforms import of_real, to_real
+from kwatra.base.transforms import backward, fast, forward
 
 
 class Fit:
@@ -49,12 +46,12 @@ class Fit:
         one image with a weight for each channel, which are last.
         """
         shape, extent, channels = self.images[0].shape[1:], ones.shape[2:], sum(map(len, self.images))
-        size = _fast(shape)
+        size = fast(shape)
         if ones.shape[1] == channels + 1:
-            spectrum = _correlated(_forward(ones, size), self._spectrum(size), *self._pairs)
+            spectrum = _correlated(forward(ones, size), self._spectrum(size), *self._pairs)
         else:
-            spectrum = _correlated(_forward(ones, size), self._channel_spectrum())
-        return _inverse(spectrum, size, tuple(n - e + 1 for n, e in zip(shape, extent, strict=True)))
+            spectrum = _correlated(forward(ones, size), self._channel_spectrum())
+        return backward(spectrum, size, tuple(n - e + 1 for n, e in zip(shape, extent, strict=True)))
 
     def under(self, content: np.ndarray, mask: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The squared difference of the image to each part of a stretch (C, *R), (R - S + 1), and on how many pixels.
@@ -62,17 +59,17 @@ class Fit:
         mask (*R): 1 where the stretch is filled, 0 where not; content is 0 there.
         """
         shape = self.images[0].shape[1:]
-        size = _fast(mask.shape)
-        spectrum = _correlated(self._spectrum(size)[None], _forward(np.concatenate([content, mask[None]]), size))
+        size = fast(mask.shape)
+        spectrum = _correlated(self._spectrum(size)[None], forward(np.concatenate([content, mask[None]]), size))
         room = tuple(n - s + 1 for n, s in zip(mask.shape, shape, strict=True))
-        cost = _inverse(spectrum, size, room)[0, 0] + box_sums((content**2).sum(0), shape)
+        cost = backward(spectrum, size, room)[0, 0] + box_sums((content**2).sum(0), shape)
         return np.maximum(cost, 0), box_sums(mask > 0, shape)
 
     def _spectrum(self, size: tuple[int, ...]) -> np.ndarray:
         """Transforms of minus twice the channels of each image and, after them, of its squared colors."""
         if size not in self._spectra:
             planes = [plane for image in self.images for plane in (*(-2 * image), (image**2).sum(0))]
-            self._spectra[size] = _forward(np.stack(planes), size)
+            self._spectra[size] = forward(np.stack(planes), size)
         return self._spectra[size]
 
     @cached_property
@@ -86,27 +83,16 @@ class Fit:
     def _channel_spectrum(self) -> np.ndarray:
         """Transforms of minus twice the channels, and of the squares of each, at the image's own size."""
         if self._of_channels is None:
-            image, size = self.images[0], _fast(self.images[0].shape[1:])
-            self._of_channels = _forward(np.concatenate([-2 * image, image**2]), size)
+            image, size = self.images[0], fast(self.images[0].shape[1:])
+            self._of_channels = forward(np.concatenate([-2 * image, image**2]), size)
         return self._of_channels
 
 
 def totals(values: np.ndarray, mask: np.ndarray) -> np.ndarray:
     """The sums (..., R - S + 1) of values (..., *S) over what a mask (*R) has under them wherever they lie in it."""
-    size = _fast(mask.shape)
+    size = fast(mask.shape)
     room = tuple(n - s + 1 for n, s in zip(mask.shape, values.shape[-mask.ndim :], strict=True))
-    return _inverse(np.conj(_forward(values, size)) * _forward(mask, size), size, room)
-
-
-def _fast(extent: tuple[int, ...]) -> tuple[int, ...]:
-    return tuple(fft.next_fast_len(n, real=True) for n in extent)
-
-
-def _forward(values: np.ndarray, size: tuple[int, ...]) -> np.ndarray:
-    """Transforms of several (..., *S) on a grid of some size."""
-    with by_one_thread():  # to wake another takes as long
-        spectrum: np.ndarray = of_real(torch.from_numpy(values), size).numpy()
-    return spectrum
+    return backward(np.conj(forward(values, size)) * forward(mask, size), size, room)
 
 
 def _correlated(
@@ -124,10 +110,3 @@ def _correlated(
     flat = others.reshape(len(others), -1)
     correlate(ones.reshape(*ones.shape[:2], -1), flat, which, into, total.reshape(*total.shape[:2], -1))
     return total
-
-
-def _inverse(spectrum: np.ndarray, size: tuple[int, ...], room: tuple[int, ...]) -> np.ndarray:
-    """The values (..., *room) of transforms (..., *size)."""
-    with by_one_thread():
-        values: np.ndarray = to_real(torch.from_numpy(spectrum), size, room).numpy()
-    return values

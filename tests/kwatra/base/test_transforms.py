@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 import torch
 
-from kwatra.base.transforms import of_complex, of_real, to_complex, to_real
+from kwatra.base.transforms import backward, fast, forward, of_complex, of_real, to_complex, to_real
 
 SIZES = [(6,), (10, 9), (5, 12, 8)]
 
@@ -23,6 +23,17 @@ def test_they_lead_back_to_the_values_or_the_first_of_them(size: tuple[int, ...]
     room = tuple(n - number for number, n in enumerate(size, 1))
     first = values[(..., *(slice(r) for r in room))]
     np.testing.assert_allclose(to_real(of_real(values, size), size, room), first, atol=1e-12)
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_arrays_are_transformed_as_tensors_are(size: tuple[int, ...]) -> None:
+    values = torch.rand(2, *size, dtype=torch.float64)
+    larger = fast([n + 1 for n in size])
+    assert all(there >= n + 1 for there, n in zip(larger, size, strict=True))
+    spectrum, threads = forward(values.numpy(), larger), torch.get_num_threads()
+    np.testing.assert_array_equal(spectrum, of_real(values, larger))
+    np.testing.assert_allclose(backward(spectrum, larger, size), values, atol=1e-12)
+    assert torch.get_num_threads() == threads
 
 
 @pytest.mark.parametrize("kind", [torch.float64, torch.complex128])
