@@ -48,7 +48,7 @@ def test_of_a_scene_in_much_higher_frames_blocks_beside_each_other_are_out_of_st
     blocks = begin(clip, (4, height, 36), terms=terms).blocks
     assert isinstance(blocks, BlockStart)
     rows = dict[int, set[int]]()
-    for _, row, column in blocks.spread.corners:
+    for _, row, column in blocks.layer.spread.corners:
         rows.setdefault(column, set()).add(row)
     assert len(rows) > 1
     assert out == (len(set(map(frozenset, rows.values()))) > 1)

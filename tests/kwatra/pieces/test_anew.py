@@ -22,7 +22,7 @@ def test_a_part_is_laid_anew_as_the_start_was_laid(wraps, recomputed_seams):
         other.where[(slice(None), *start.sheet.indices(box))], where[(slice(None), *start.sheet.indices(box))]
     )
     count = torch.zeros(32, 32).index_put(tuple(other.where), torch.ones(()), accumulate=True)
-    np.testing.assert_array_equal(other.used, count.numpy())
+    np.testing.assert_array_equal(other.layer.used, count.numpy())
     np.testing.assert_array_equal(other.sheet.seams, recomputed_seams(other.sheet))
 
 

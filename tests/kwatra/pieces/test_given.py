@@ -10,6 +10,7 @@ from kwatra import Exemplar
 from kwatra.base import generator_of
 from kwatra.pieces import BlockStart, Box
 from kwatra.pieces.given import GivenCopies
+from kwatra.pieces.layer import Layer
 
 
 def stripes(height: int, width: int, begin: int = 0) -> Tensor:
@@ -41,7 +42,7 @@ def test_what_is_given_stays_and_blocks_fill_the_rest_of_the_exemplar() -> None:
     at = start.sheet.sources.coordinates(start.sheet.places)[1]
     given = (source >= 0).all(0).numpy()
     np.testing.assert_array_equal(at[:, given], source.numpy()[:, given])
-    assert start.used.sum() == (~given).sum()
+    assert start.layer.used.sum() == (~given).sum()
 
 
 @pytest.mark.parametrize("phase", [0, 2, 5])
@@ -156,7 +157,7 @@ def test_a_part_is_laid_anew_around_what_is_given(recomputed_seams) -> None:  # 
     assert other.sheet.filled.all()
     np.testing.assert_array_equal(other.sheet.places[given], start.sheet.places[given])
     assert (other.sheet.places != start.sheet.places).any()
-    assert other.used.sum() == (~given).sum()
+    assert other.layer.used.sum() == (~given).sum()
     np.testing.assert_array_equal(other.sheet.seams, recomputed_seams(other.sheet))
 
 
@@ -171,14 +172,14 @@ def test_boxes_come_nearest_first() -> None:
 def test_blocks_beside_what_is_given_are_a_part_of_others_and_narrow(
     block: int, size: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    sizes, smaller = list[tuple[int, ...]](), BlockStart.smaller
+    sizes, smaller = list[tuple[int, ...]](), Layer.smaller
 
-    def seen(self: BlockStart, share: float) -> BlockStart:
+    def seen(self: Layer, share: float) -> Layer:
         small = smaller(self, share)
         sizes.append(small.corners.block)
         return small
 
-    monkeypatch.setattr(BlockStart, "smaller", seen)
+    monkeypatch.setattr(Layer, "smaller", seen)
     start = laid(Exemplar.of(noise(1, 120, 120)), shown(200, 200, slice(60, 100), slice(60, 100), (5, 3)), block)
     assert start.sheet.filled.all()
     assert sizes == [(size, size)]

@@ -155,11 +155,11 @@ def test_all_is_filled_with_what_is_no_hole(kind, wraps):
     start = BlockStart(
         exemplar, (70, 60), BLOCK, (2, 2), torch.Generator().manual_seed(0), wraps=(wraps, wraps), usage=0.5, seams=3
     )
-    assert start.corners.block == BLOCK
+    assert start.layer.corners.block == BLOCK
     where = start.run().numpy()
     assert start.sheet.filled.all()
     assert not holes[tuple(where)].any()
-    assert start.used.sum() == 70 * 60
+    assert start.layer.used.sum() == 70 * 60
     part = start.anew(Box((10, 20), (30, 30)), torch.Generator().manual_seed(1))
     assert part.sheet.filled.all()
     assert not holes[tuple(part.where.numpy())].any()

@@ -54,12 +54,11 @@ def test_blocks_smaller_than_an_element_are_laid_only_where_much_is_missed(seed,
 def test_smaller_blocks_are_of_a_share_of_the_size_and_lie_all_over_the_same_sheet():
     exemplar = Exemplar.of(torch.rand(1, 60, 60, generator=torch.Generator().manual_seed(0)))
     start = BlockStart(exemplar, (80, 90), (32, 24), (1, 1), torch.Generator().manual_seed(0), usage=0.35, seams=1)
-    small = start.smaller(0.25)
+    small = start.layer.smaller(0.25)
     assert small.corners.block == (8, 6)
     assert small.sheet is start.sheet
     covered = torch.zeros(80, 90, dtype=torch.bool)
-    for corner in small.spread.corners:
-        box = small.box(corner)
+    for box in small.boxes:
         covered[tuple(slice(a, b) for a, b in zip(box.start, box.stop, strict=True))] = True
     assert bool(covered.all())
-    assert start.corners.block == (32, 24)
+    assert start.layer.corners.block == (32, 24)

@@ -1,5 +1,4 @@
 import math
-import sys
 from itertools import combinations
 from typing import NamedTuple
 
@@ -13,7 +12,7 @@ from kwatra import Exemplar, InputError, Settings, SoftPixels, Stay, optimize
 from kwatra.base import generator_of
 from kwatra.loop.laying import USAGE, USAGE_IN_TIME, block_size, block_start
 from kwatra.loop.task import task_of
-from kwatra.pieces import BlockStart
+from kwatra.pieces import BlockStart, layer
 from kwatra.pieces.choosing import candidates, charges
 from kwatra.terms.controls import Wish
 
@@ -82,7 +81,7 @@ def test_usage_spreads_the_blocks_over_the_exemplar():
     image = torch.full((1, 64, 64), 0.5)  # every block fits: only usage decides
 
     def unevenness(usage):
-        return float(run(Exemplar.of(image), (128, 128), (16, 16), usage=usage).start.used.std())
+        return float(run(Exemplar.of(image), (128, 128), (16, 16), usage=usage).start.layer.used.std())
 
     assert unevenness(1.0) < 0.9 * unevenness(0.0)
 
@@ -159,9 +158,9 @@ def test_cuts_show_the_places_of_a_scene_and_their_kinds_more_evenly(price, seed
 
     def unevenness():
         start = run(exemplar, shape, block, (1, 1, 1), seed=seed, seams=3, usage=1.0, places=places).start
-        shown = start.used.sum(0)
+        shown = start.layer.used.sum(0)
         if price == "LIKE":
-            shown = np.bincount(start.scene.kind, shown.ravel())
+            shown = np.bincount(start.layer.scene.kind, shown.ravel())
         return float(shown.std() / shown.mean())
 
     heeded = unevenness()
@@ -203,7 +202,7 @@ def test_seams_remembered_are_those_that_are_there(recomputed_seams):
 def test_blocks_laid_again_lower_the_seams(monkeypatch):
     image = torch.from_numpy(data.brick()[:64, :64].astype("float32") / 255)[None]
     again = run(Exemplar.of(image), (128, 128), (24, 24), seams=3).start.sheet.total
-    monkeypatch.setattr(sys.modules["kwatra.pieces.blocks"], "AGAIN", 0)
+    monkeypatch.setattr(layer, "AGAIN", 0)
     assert again < 0.97 * run(Exemplar.of(image), (128, 128), (24, 24), seams=3).start.sheet.total
 
 
@@ -211,7 +210,7 @@ def test_use_is_counted_as_pixels_are_shown():
     image = torch.rand(1, 32, 32, generator=torch.Generator().manual_seed(0))
     _, where, start = run(Exemplar.of(image), (50, 60), (12, 12), seams=2)
     count = torch.zeros(32, 32).index_put(tuple(where), torch.ones(()), accumulate=True)
-    np.testing.assert_array_equal(start.used, count.numpy())
+    np.testing.assert_array_equal(start.layer.used, count.numpy())
 
 
 def laid(monkeypatch, exemplar, shape, terms=(), settings=None):
@@ -228,22 +227,23 @@ def test_use_costs_more_in_videos_and_nothing_where_all_only_translates(monkeypa
     panned = torch.stack([sheet[:, t : t + 24, 5:29] for t in range(4)], 1)
     boiling = torch.rand(1, 4, 24, 24, generator=torch.Generator().manual_seed(0))
     given = (sheet, (20, 20)), (boiling, (4, 20, 20)), (panned, (4, 20, 20))
-    assert [laid(monkeypatch, Exemplar.of(x), shape).candidates.asked.usage for x, shape in given] == [
+    assert [laid(monkeypatch, Exemplar.of(x), shape).layer.candidates.asked.usage for x, shape in given] == [
         USAGE,
         USAGE_IN_TIME,
         0.0,
     ]
     wish = SoftPixels(torch.ones(1, 4, 20, 20), torch.ones(1, 4, 20, 20))
-    assert laid(monkeypatch, Exemplar.of(boiling), (4, 20, 20), (wish,)).candidates.asked.usage == USAGE
+    assert laid(monkeypatch, Exemplar.of(boiling), (4, 20, 20), (wish,)).layer.candidates.asked.usage == USAGE
 
 
 def test_use_counts_less_the_more_often_a_still_shows_its_exemplar(monkeypatch):
     sheet = Exemplar.of(torch.rand(1, 16, 16, generator=torch.Generator().manual_seed(0)))
     usage = [
-        laid(monkeypatch, sheet, shape).candidates.asked.usage for shape in ((24, 24), (32, 32), (32, 64), (64, 64))
+        laid(monkeypatch, sheet, shape).layer.candidates.asked.usage
+        for shape in ((24, 24), (32, 32), (32, 64), (64, 64))
     ]
     assert usage == [USAGE, USAGE, USAGE / 2, USAGE / 4]
-    assert laid(monkeypatch, sheet, (32, 64), settings=Settings(even=0.5)).candidates.asked.usage == USAGE / 4
+    assert laid(monkeypatch, sheet, (32, 64), settings=Settings(even=0.5)).layer.candidates.asked.usage == USAGE / 4
 
 
 @pytest.mark.parametrize("rotate", [(), (30.0, 60.0)])

@@ -139,8 +139,8 @@ def test_blocks_cost_what_their_pixels_were_used_more_than_all_on_average():
         Exemplar.of(image), (40, 40), (8, 8), (1, 1), torch.Generator().manual_seed(0), usage=0.5, seams=1
     )
     start.run()
-    worn, found = start.candidates.worn(start.shown).ravel(), start.corners
+    worn, found = start.layer.candidates.worn(start.layer.shown).ravel(), start.layer.corners
     for number, at in enumerate(found.at(np.arange(found.valid.size)).tolist()):
         within = tuple(slice(max(c, 0), max(c + b, 0)) for c, b in zip(at, found.block, strict=True))
-        assert worn[number] == pytest.approx(0.5 * (start.used[within].mean() - start.used.mean()))
+        assert worn[number] == pytest.approx(0.5 * (start.layer.used[within].mean() - start.layer.used.mean()))
     assert worn.std() > 0.1

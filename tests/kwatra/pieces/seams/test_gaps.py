@@ -62,8 +62,8 @@ def test_blocks_grow_around_given_pixels_and_not_where_all_are_wished_for():
     made, some, every = MADE["coins"](128, 24, 0), torch.zeros(3, 192, 192), torch.full((3, 192, 192), 0.02)
     some[:, 48:144, 48:144] = 1
     grown, kept = around(made, some), around(made, every)
-    assert grown.corners.block > (40, 40) == kept.corners.block
-    assert grown.overlap == kept.overlap
+    assert grown.layer.corners.block > (40, 40) == kept.layer.corners.block
+    assert grown.layer.overlap == kept.layer.overlap
 
 
 def test_a_guide_is_no_ground():
@@ -145,8 +145,8 @@ def test_blocks_grow_with_their_overlaps_where_the_exemplar_is_large_enough():
     found = start.gaps._replace(overlap=20)
     assert found.widened((32, 64), (8, 16), (96, 60), (4, 4)) == ((40, 64), (16, 20))
     assert found._replace(overlap=5).widened((32, 32), (8, 8), (96, 96), (4, 4)) == ((32, 32), (8, 8))
-    assert start.overlap == (16, 16)
-    assert start.corners.block == (40, 40)
+    assert start.layer.overlap == (16, 16)
+    assert start.layer.corners.block == (40, 40)
 
 
 def test_blocks_that_fit_between_holes_are_kept_where_larger_ones_do_not():
@@ -156,8 +156,8 @@ def test_blocks_that_fit_between_holes_are_kept_where_larger_ones_do_not():
     start = BlockStart(
         Exemplar.of([made.image], masks=[mask]), (96, 96), (32, 32), (1, 1), torch.Generator(), usage=0.5, seams=6
     )
-    assert start.corners.block == (32, 32)
-    assert max(start.overlap) <= 16
+    assert start.layer.corners.block == (32, 32)
+    assert max(start.layer.overlap) <= 16
 
 
 @pytest.mark.parametrize("wrap", [False, True])
@@ -195,9 +195,9 @@ def test_blocks_grow_to_at_most_half_of_an_axis_that_wraps():
     made = MADE["coins"](128, 24, 0)
     wraps, generator = (True, False), torch.Generator()
     start = BlockStart(Exemplar.of(made.image), (64, 64), (30, 30), (1, 1), generator, wraps=wraps, usage=0.5, seams=6)
-    assert start.corners.block == (32, 37)
+    assert start.layer.corners.block == (32, 37)
     start = BlockStart(Exemplar.of(made.image), (60, 64), (24, 24), (4, 4), generator, wraps=wraps, usage=0.5, seams=6)
-    assert start.corners.block == (28, 32)  # on the grain
+    assert start.layer.corners.block == (28, 32)  # on the grain
 
 
 def test_blocks_do_not_grow_where_elements_stand_on_a_lattice():
@@ -206,8 +206,8 @@ def test_blocks_do_not_grow_where_elements_stand_on_a_lattice():
     start = BlockStart(
         Exemplar.of(made.image), (96, 96), (32, 32), (4, 4), generator, usage=0.5, seams=6, repeats=lattice
     )
-    assert start.corners.block == (32, 32)
-    assert start.overlap == (16, 16)
+    assert start.layer.corners.block == (32, 32)
+    assert start.layer.overlap == (16, 16)
 
 
 def test_seams_are_hidden_on_the_ground_as_well_as_it_hides_them():

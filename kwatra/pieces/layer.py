@@ -1,0 +1,149 @@
+"""Laying blocks of one size on a sheet: those that lie apart at once, and again where seams cost most."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import chain
+from math import prod
+
+import torch
+
+from kwatra.exemplar import Exemplar
+from kwatra.pieces.boxes import Box
+from kwatra.pieces.choosing import Candidates, Corners, SceneUse
+from kwatra.pieces.fronts import alike, fronts, last_apart
+from kwatra.pieces.offers import Offers
+from kwatra.pieces.seams import Array, Mosaic
+from kwatra.pieces.sheet import Budget, Offer, Regions, Sheet, cheapest_as_offered, lay_again
+from kwatra.pieces.spread import Spread, overlap_of
+
+AGAIN, PATIENCE = 0.3, 6
+"""Blocks are laid again at most so often, for each that was laid, and until so many in a row have not helped."""
+
+TOGETHER = 8
+"""So many blocks at most are laid again at once, where they lie apart: enough for as many threads."""
+
+LOOKED_AT = 2**17
+"""So many pixels of the exemplar are looked at together at most, once for each block that is chosen: what is known of
+them then stays near the processor."""
+
+
+@dataclass(eq=False)
+class Layer:
+    """Lays blocks of an exemplar on a sheet.
+
+    candidates: those that are tried; seams: of so many of them the seams are compared. offers: what these cost. spread:
+    where blocks lie in the output; overlap: by how much. scene: what is known of how often a scene is shown. shown
+    (*cell): how often each place of the mosaic was.
+    """
+
+    exemplar: Exemplar
+    candidates: Candidates
+    offers: Offers
+    spread: Spread
+    overlap: tuple[int, ...]
+    scene: SceneUse | None
+    seams: int
+    shown: Array
+    generator: torch.Generator
+
+    @property
+    def corners(self) -> Corners:
+        """Where blocks lie in the exemplar, and how large they are."""
+        return self.candidates.corners
+
+    @property
+    def sheet(self) -> Sheet[Mosaic]:
+        """What blocks are laid on."""
+        return self.candidates.sheet
+
+    @property
+    def used(self) -> Array:
+        """How often each pixel of the exemplar (*S) is shown."""
+        return self.shown[(slice(1, -1),) * len(self.sheet.shape)]
+
+    def box(self, corner: Sequence[int]) -> Box:
+        """That of the block whose first pixel is at a corner."""
+        return Box(tuple(corner), self.corners.block).clipped(self.sheet.shape, self.sheet.periodic)
+
+    @property
+    def boxes(self) -> list[Box]:
+        """Those of all blocks, row by row."""
+        return [self.box(corner) for corner in self.spread.corners]
+
+    def smaller(self, share: float) -> "Layer":
+        """What lays blocks of a share of the height and width on the same sheet."""
+        *time, height, width = self.corners.block
+        size = (*time, *(max(round(share * b), 1) for b in (height, width)))
+        corners = Corners.fitting(self.exemplar, size, self.corners.grain)
+        overlap = overlap_of(corners.block)
+        spread = Spread.over(self.sheet.shape, corners.block, overlap, corners.grain, self.sheet.periodic)
+        variance, asked = self.candidates.variance, self.candidates.asked
+        candidates = Candidates(self.sheet, corners, self.offers.image, variance, asked)
+        offers = replace(self.offers, overlap=min(overlap))
+        return replace(self, candidates=candidates, offers=offers, spread=spread, overlap=overlap)
+
+    def on(self, sheet: Sheet[Mosaic], shown: Array, generator: torch.Generator) -> "Layer":
+        """What lays the same blocks on another sheet of the same mosaic, given what is shown there."""
+        candidates, offers = self.candidates.on(sheet), replace(self.offers, sheet=sheet)
+        return replace(self, candidates=candidates, offers=offers, shown=shown, generator=generator)
+
+    def lay_all(self, boxes: Sequence[Box], again: bool = False, rest: bool = False) -> None:
+        """Lay blocks in boxes, those that lie apart at once; again and rest: as in `_lay`."""
+        for front in fronts(boxes, *self._spacing):
+            self._lay([boxes[number] for number in front], again, rest)
+
+    def lay_again(self, count: int) -> None:
+        """Lay blocks again where seams cost most, the more often the more of them there are."""
+        if self.candidates.asked.aligned:
+            half = tuple(max(b // 2, 1) for b in self.corners.block)
+            costly = partial(self._costly, Regions(self.sheet, half, self.generator))
+            lay_again(self.sheet, costly, partial(self._lay, again=True), Budget(round(AGAIN * count), PATIENCE))
+
+    @property
+    def _spacing(self) -> tuple[int, tuple[int, ...], tuple[bool, ...]]:
+        """How far apart boxes lie that are worked on at once, on which grid, and which axes of it wrap.
+
+        They do not touch; of stills, where it counts what is shown nearby, they lie so far apart that none counts.
+        """
+        return max(self.corners.block) if len(self.sheet.shape) == 2 else 1, self.sheet.shape, self.sheet.periodic
+
+    def _lay(self, boxes: Sequence[Box], again: bool = False, rest: bool = False) -> list[bool]:
+        """Lay blocks in boxes that lie apart; of each whether it was: again one is only where that lowers seams.
+
+        rest: whether they are the last that fill these.
+
+        In each box the block is cut in that costs least with what is seen of its seams. Threads share the boxes, or
+        what is tried in one; some boxes of one extent are looked at together, as threads wait between short steps.
+        """
+        luck = torch.rand(len(boxes), generator=self.generator, dtype=torch.float64).tolist()
+        often = None if self.scene is None else self.scene.prices(self.used)
+        worn, hang = self.candidates.worn(self.shown), (0,) * len(self.sheet.shape) if rest else self.corners.hang
+
+        def choose(numbers: Sequence[int]) -> list[Offer]:
+            some = [boxes[number] for number in numbers]
+            needed = None if again else self.spread.needed(some, hang)
+            chosen = self.candidates.choose(some, needed, worn, self.seams, [luck[number] for number in numbers])
+            seen = zip(self.sheet.windows(some), some, chosen, strict=True)
+            return [self.offers.of(window, box, *tried, often, again) for window, box, tried in seen]
+
+        most = max(LOOKED_AT // prod(self.exemplar.shape), 1)
+        groups = alike(boxes, min(most, -(-len(boxes) // torch.get_num_threads())))
+        found = cheapest_as_offered(self.sheet, groups, choose, self.corners.owned)
+        cuts = dict(zip(chain(*groups), found, strict=True))
+        for number in range(len(boxes)):
+            if (cut := cuts[number]) is not None:
+                cut.window.recount(cut.take, cut.places, self.shown)
+                self.sheet.commit(cut)
+        return [cuts[number] is not None for number in range(len(boxes))]
+
+    def _costly(self, regions: Regions, most: int) -> list[Box]:
+        """Boxes around the regions whose seams cost most, up to so many: until one is near another."""
+        boxes = list[Box]()
+        while len(boxes) < min(most, TOGETHER) and (region := regions.costliest()) is not None:
+            box = self.box(self.spread.around(region, self.sheet.shape, self.sheet.periodic))
+            if not last_apart([*boxes, box], *self._spacing):
+                break
+            regions.rest(region)
+            boxes.append(box)
+        return boxes
