@@ -1,5 +1,5 @@
 """Textures made in code, of which is known which element each pixel belongs to: stones, mosaics, coins, tiles, bricks,
-letters, patches, confetti.
+courses, letters, patches, confetti.
 
 Elements are all of about one size, and apart by a ground at least two pixels wide; those of the last two touch.
 """
@@ -127,6 +127,25 @@ def bricks(side: int, size: float, seed: int = 0) -> Made:
     return _made(image, np.where(on, numbers + 1, GROUND))
 
 
+def courses(side: int, size: float, seed: int = 0) -> Made:
+    """A wall of bricks of many lengths, 1.3 to 2.5 times their height, in plain light mortar.
+
+    A usual brick and its joints have the area of a square of `size` pixels.
+    """
+    rng = np.random.default_rng(seed)
+    high, joint = round(size / 1.9**0.5), max(round(0.12 * size), 2)
+    numbers, row, below = np.zeros((side, side), np.int64), *np.divmod(np.arange(side), high)
+    for course in range(row.max() + 1):
+        ends = np.cumsum(rng.integers(round(1.3 * high), round(2.5 * high) + 1, side // high + 2)) - rng.integers(high)
+        brick = np.searchsorted(ends, np.arange(side), "right")
+        on = (np.arange(side) < ends[brick] - joint) & (below[row == course, None] >= joint)
+        numbers[row == course] = np.where(on, numbers.max() + 1 + brick, GROUND)
+    tone = rng.uniform(0.35, 0.75, numbers.max() + 1)[numbers][..., None] * np.array([1.0, 0.55, 0.45])
+    grain = gaussian_filter(rng.normal(0, 1, (side, side)), 0.7)[..., None] * 0.03
+    mortar = np.array([0.75, 0.72, 0.68])
+    return _made(np.where(numbers[..., None] > GROUND, tone, mortar) + grain, numbers)
+
+
 def letters(side: int, size: float, seed: int = 0) -> Made:
     """Rows of black letters on white, `size` pixels high."""
     rng = np.random.default_rng(seed)
@@ -151,6 +170,7 @@ MADE: dict[str, Callable[..., Made]] = {
     "coins": coins,
     "tiles": tiles,
     "bricks": bricks,
+    "courses": courses,
     "letters": letters,
     "patches": patches,
     "confetti": confetti,

@@ -158,9 +158,14 @@ class BlockStart:
 
     @property
     def cells(self) -> Cells | None:
-        """Those that are fitted: of a still that nothing steers, where offsets may be any."""
+        """Those that are fitted: of a still that nothing steers, where offsets may be any.
+
+        Blocks in step need it only of loose elements: others meet as they stand, and fitted, bricks of many lengths
+        become crooked, in lumps of mortar.
+        """
         alone = self.free and self.gaps is not None and max(self.grain) == 1 and not self.given.any
-        return find_cells(self.exemplar) if alone else None
+        cells = find_cells(self.exemplar) if alone else None
+        return cells if cells is None or cells.loose or self.layer.candidates.steps is None else None
 
     def anew(self, part: Box, generator: torch.Generator) -> "BlockStart":
         """Another start, in which blocks are laid anew where a part of the output is; this one stays as it is.
