@@ -25,6 +25,15 @@ def test_the_ground_between_elements_is_found(name, size):
     assert found.depth[inside > 0.35 * size].min() > 0.5
 
 
+@pytest.mark.parametrize(("size", "seed"), [(16, 0), (16, 1), (20, 0), (20, 2)])
+def test_thin_mortar_of_one_color_is_found_without_the_rims_of_bricks(size, seed):
+    """Of the splits that are tried first one has it in parts, and the next takes the rims of bricks for it, too."""
+    made = MADE["courses"](128, size, seed)
+    truth, found = made.numbers.numpy() == 0, find_ground(Exemplar.of(made.image))
+    assert (found.sure, found.plain) == (pytest.approx(1, abs=0.05), 1)
+    assert 2 * (truth & (found.depth == 0)).sum() > 0.98 * (truth.sum() + (found.depth == 0).sum())
+
+
 @pytest.mark.parametrize("side", [96, 128, 160, 192])
 def test_of_ways_that_tell_the_ground_as_surely_the_least_is_taken(side):
     """Stones are darker towards their lower right: some splits take that for ground, which is then not plain."""
