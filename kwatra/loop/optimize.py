@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import torch
+import torch.nn.functional as F
 from torch import Tensor
 
 from kwatra.base import enlarged
@@ -19,7 +20,6 @@ from kwatra.levels import Level
 from kwatra.loop.beginning import Beginning, begin
 from kwatra.loop.scene import Estimate, Scene
 from kwatra.loop.task import Task
-from kwatra.pieces import bent, softened
 from kwatra.result import Progress, Result, Row, Stage
 from kwatra.settings import Settings
 from kwatra.source import Prepared, Texture, sourcemap
@@ -29,6 +29,9 @@ from kwatra.terms import Sum, TermLike
 SETTLED = 0.005
 """A level ends when fewer than this share of its matches change: a bound on time. With 0 two stills are the same bits,
 with .02 one of them differs by .001 of the range."""
+
+WARPED = 2
+"""So many pixels beside what is warped stay as they are copied. By eye, on stones."""
 
 Between = Callable[[Tensor, Step], Tensor]
 
@@ -102,13 +105,18 @@ def _uncut(beginning: Beginning, image: Tensor, where: Tensor, factors: tuple[in
     if not max(beginning.factors) == max(factors) == 1:
         return image, where
     take = beginning.gaps.cheaper(before, where, task.wraps)
-    copied, seen = sourcemap.look_up(exemplar.canvas, before), take
-    if beginning.cells is not None:  # along joints that were warped all is a seam, EM dots them with other elements
-        warped = bent(before, beginning.cells)
-        seen, copied = take & ~warped, softened(copied, warped, task.wraps)
+    (copied, _), seen = beginning.copied(), take
+    if beginning.warped is not None:  # beside what is warped all is a seam, EM dots joints with other elements
+        seen = take & ~_near_warped(beginning.warped)
     if task.mask is not None:
         take, seen = take | ~task.mask, seen | ~task.mask
     return torch.where(seen, image, copied), torch.where(take, where, before)
+
+
+def _near_warped(places: Tensor) -> Tensor:
+    """Where (H, W) places (2, H, W) lie between pixels, or near such."""
+    warped = (places != places.round()).any(0)
+    return F.max_pool2d(warped[None].float(), 2 * WARPED + 1, 1, WARPED)[0] > 0
 
 
 def _iterate(scene: Scene, estimate: Estimate, report: "_Report", between: Between | None) -> tuple[Estimate, str]:

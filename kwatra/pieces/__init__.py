@@ -2,7 +2,7 @@
 
 from kwatra.pieces.blocks import BlockStart
 from kwatra.pieces.boxes import Box
-from kwatra.pieces.cells import Cells, bent, find_cells, redrawn, softened
+from kwatra.pieces.cells import Cells, find_cells, redrawn
 from kwatra.pieces.choosing import Fit, totals
 from kwatra.pieces.given import GivenCopies
 from kwatra.pieces.seams import (
@@ -45,7 +45,6 @@ __all__ = [
     "Sheet",
     "SlantedStart",
     "Stock",
-    "bent",
     "cheaper",
     "find_cells",
     "find_gaps",
@@ -55,7 +54,6 @@ __all__ = [
     "lay_again",
     "parts_of",
     "redrawn",
-    "softened",
     "totals",
     "visible_seams",
 ]

@@ -64,6 +64,9 @@ class BlockStart:
     seams cost along each axis. places: what is charged for where in the exemplar a block comes from. wish: values
     that pixels should have, with weights; a weight of 1 counts fully, as what is laid already. given (n, *shape): where
     in the exemplar's canvas pixels come from that are given and stay, below 0 where none is.
+
+    warped (2, H, W): once blocks are laid, the places between pixels that are shown, float64, where elements were made
+    whole; None where none are.
     """
 
     def __init__(
@@ -110,6 +113,7 @@ class BlockStart:
         offers, shown = Offers(self.sheet, image, self.wish, var, min(overlap), not aligned), np.zeros(mosaic.cell)
         how = scene, seams, shown, generator
         self.layer = Layer(exemplar, candidates, offers, spread, overlap, *how)
+        self.warped: Tensor | None = None
 
     def _spread_out(self, block: Sequence[int], along: int | None) -> tuple[Corners, Spread, tuple[int, ...]]:
         """How large blocks are and where they lie in the exemplar, where in the output, and by how much they overlap.
@@ -151,10 +155,13 @@ class BlockStart:
     @property
     def where(self) -> Tensor:
         """The source map (n, *shape) of what is laid, with elements made whole that nothing steers."""
+        return self._laid if self.warped is None else self.warped.round().long()
+
+    @property
+    def _laid(self) -> Tensor:
+        """The same as it was laid."""
         places = torch.from_numpy(self.sheet.sources.coordinates(self.sheet.places)[1]).long()
-        where = self.given.covered(places.to(self.exemplar.canvas.device), self.exemplar.shape)
-        cells = self.cells
-        return where if cells is None else fitted(where, cells, self.wraps)
+        return self.given.covered(places.to(self.exemplar.canvas.device), self.exemplar.shape)
 
     @property
     def cells(self) -> Cells | None:
@@ -190,6 +197,8 @@ class BlockStart:
         self.layer.lay_again(len(boxes))
         if self.wish is not None and self.wish.guided and self.gaps is not None:
             self._follow(self.gaps.hidden.size)
+        cells = self.cells
+        self.warped = None if cells is None else fitted(self._laid, cells, self.wraps)
 
     def _go_on(self) -> None:
         """Complete elements that the border of what is given cuts, and lay small blocks along it."""

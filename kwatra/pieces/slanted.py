@@ -78,7 +78,7 @@ class SlantedStart:
     block: its size where lines run along an axis. easier: how many times less seams cost there along each axis.
     """
 
-    gaps = cells = None
+    gaps = warped = None
 
     def __init__(
         self,

@@ -82,3 +82,16 @@ def look_up(pixels: Tensor, where: Tensor) -> Tensor:
     for axis, side in enumerate(pixels.shape[2:], 1):
         place.mul_(side).add_(where[axis])
     return pixels.flatten(1).index_select(1, place.flatten()).view(-1, *place.shape)
+
+
+def read_between(pixels: Tensor, places: Tensor) -> Tensor:
+    """The same (C, H, W) of an image at places (2, H, W) between pixels, float64: bilinear, exact where on one."""
+    last = torch.tensor(pixels.shape[1:], device=places.device).view(2, 1, 1) - 1
+    places = torch.minimum(places.clamp(min=0), last)
+    first = places.long()
+    part, following = (places - first).to(pixels), torch.minimum(first + 1, last)
+    upper, lower = (
+        look_up(pixels, torch.stack([row, first[1]])).lerp(look_up(pixels, torch.stack([row, following[1]])), part[1])
+        for row in (first[0], following[0])
+    )
+    return upper.lerp(lower, part[0])

@@ -31,13 +31,6 @@ of 50 px that fill the plane score .068 if these move once, .078 with 4 times.""
 RIM = 2
 """So many pixels of ground stay around an element that stays. Not tuned."""
 
-EVENED = 1 / 3
-"""The part of what lies around in what is warped. With 1/2 joints of small stones are pale and .94 as sharp as theirs,
-with none they are seen to be dotted. By eye."""
-
-BENT = 3
-"""Where neighbors show places so many pixels further apart at most, or closer, a cell is warped. Not tuned."""
-
 STRETCHED = 1.5
 """Elements are stretched and squeezed by no more where that is enough, and keep their size around the middle."""
 
@@ -46,14 +39,14 @@ AROUND = 8
 
 
 def fitted(where: Tensor, cells: Cells, wraps: Sequence[bool] = (False, False)) -> Tensor:
-    """A source map (2, H, W) with the elements of copies made whole; wraps: along which axes it is periodic.
+    """A source map (2, H, W) with the elements of copies made whole, float64: between pixels where they are warped.
 
-    Memory is that of some ten arrays of the output's size.
+    wraps: along which axes it is periodic. Memory is that of some ten arrays of the output's size.
     """
     around = [(AROUND * cells.reach * wrap,) * 2 for wrap in wraps]
     made = _fitted(np.pad(where.cpu().numpy(), [(0, 0), *around], mode="wrap"), cells)
     inner = tuple(slice(before, size - after) for (before, after), size in zip(around, made.shape[1:], strict=True))
-    return torch.from_numpy(np.ascontiguousarray(made[(slice(None), *inner)])).to(where)
+    return torch.from_numpy(np.ascontiguousarray(made[(slice(None), *inner)])).to(where.device)
 
 
 def _fitted(where: Array, cells: Cells) -> Array:
@@ -62,8 +55,9 @@ def _fitted(where: Array, cells: Cells) -> Array:
     copies, shapes = copies_of(where, cells), cells.shapes
     share, best, second = _divided(copies, cells, shapes.away)
     astray, others = _astray(where, cells, copies, share)
+    made = where.astype(np.float64)
     if not (astray.any() or others.any()):
-        return where
+        return made
     for _ in range(MOVES if cells.loose else 1):
         move(shapes.windows, shapes.element, tuple(copies.laid), round(MOVED * cells.reach), astray, share)
         share, best, second = _divided(copies, cells, shapes.soft)
@@ -73,38 +67,9 @@ def _fitted(where: Array, cells: Cells) -> Array:
     kept = (copies.number >= 0) & ~astray[copies.number]
     kept &= ndimage.binary_dilation(kept & cells.element[tuple(where)], iterations=RIM)
     share[kept] = copies.number[kept]
-    made, written = where.astype(np.float64), (share >= 0) & (astray[share] | (others & (copies.number != share)))
+    written = (share >= 0) & (astray[share] | (others & (copies.number != share)))
     _warp(copies, cells, share, best, second, written, made)
-    return np.rint(made).astype(where.dtype)
-
-
-def bent(where: Tensor, cells: Cells) -> Tensor:
-    """Where (H, W) a source map (2, H, W) shows warped cells, beside the ground between elements.
-
-    There it steps by few pixels more or less than one, all the time, which seams between copies seldom do.
-    """
-    places = where.cpu().numpy()
-    ground, steps = ~cells.element[tuple(places)], np.zeros(places.shape[1:], bool)
-    for along in range(2):
-        off = np.abs(np.diff(places, axis=along + 1) - (np.arange(2) == along)[:, None, None]).max(0)
-        few = (off > 0) & (off <= BENT)
-        for side in (slice(None, -1), slice(1, None)):
-            steps[(slice(None),) * along + (side,)] |= few
-    near = (ndimage.binary_dilation(one, iterations=RIM) for one in (ground, steps))
-    return torch.from_numpy(next(near) & next(near)).to(where.device)
-
-
-def softened(image: Tensor, where: Tensor, wraps: Sequence[bool] = (False, False)) -> Tensor:
-    """An image (C, H, W) that shows nearest places, with steps where (H, W) it is warped evened out.
-
-    A pixel there is by a part of what is around it, as it would be if it were read between pixels. wraps: along which
-    axes it is periodic.
-    """
-    around = image.cpu().numpy()
-    for axis, wrap in enumerate(wraps):
-        around = ndimage.convolve1d(around, [0.25, 0.5, 0.25], axis + 1, mode="wrap" if wrap else "nearest")
-    even = torch.from_numpy(around).to(image)
-    return torch.where(where, image + EVENED * (even - image), image)
+    return made
 
 
 def redrawn(places: Tensor, inside: Tensor, cells: Cells) -> Tensor:

@@ -10,7 +10,7 @@ from kwatra import Exemplar, InputError, Level, Settings, SoftPixels, begin, imp
 from kwatra.base import generator_of
 from kwatra.elements import find_rows, find_weave
 from kwatra.loop import laying, looks
-from kwatra.pieces import BlockStart, Box, find_cells
+from kwatra.pieces import BlockStart, Box
 
 SMALL = Settings(levels=(Level(2, 8, 2), Level(1, 8, 2)))
 
@@ -199,12 +199,17 @@ def test_cloth_that_terms_ask_something_of_is_laid_of_blocks():
     assert begin(exemplar, (60, 60), SMALL, SoftPixels(wanted, 0.1 * torch.ones(1, 60, 60))).blocks is not None
 
 
-def test_cells_are_those_that_were_fitted() -> None:
+def test_elements_of_one_exemplar_are_made_whole_where_nothing_steers() -> None:
     stones = [MADE["stones"](96, 20, number).image for number in range(2)]
     one = Exemplar.of(stones[0])
-    found = find_cells(one)
-    assert found is not None
-    assert begin(one, (64, 64)).cells is found
-    assert begin(Exemplar.of(stones), (64, 64)).cells is None
+    beginning = begin(one, (64, 64))
+    assert beginning.warped is not None
+    assert beginning.where is not None
+    assert torch.equal(beginning.warped.round().long(), beginning.where)
+    assert not torch.equal(beginning.warped, beginning.where.double())
+    image, where = beginning.copied()
+    on = (beginning.warped == where).all(0)
+    assert torch.equal(image[:, on], stones[0][:, *where[:, on]])
+    assert begin(Exemplar.of(stones), (64, 64)).warped is None
     noise = torch.rand(3, 64, 64, generator=torch.Generator().manual_seed(0))
-    assert begin(Exemplar.of(noise), (64, 64)).cells is None
+    assert begin(Exemplar.of(noise), (64, 64)).warped is None

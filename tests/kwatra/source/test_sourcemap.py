@@ -87,3 +87,14 @@ def test_a_coarser_map_is_that_of_the_middles_of_blocks():
     coarse = sourcemap.coarser(where, (4, 4), (4, 3))
     rows, columns = torch.meshgrid(torch.arange(4), torch.arange(3), indexing="ij")
     assert torch.equal(coarse, torch.stack([rows + 10, columns]))
+
+
+def test_between_pixels_colors_are_bilinear_and_on_them_exact():
+    image = torch.rand(2, 6, 9, generator=generator(3))
+    places = torch.tensor([[[2.0, 2.25, 5.4, -0.3]], [[7.0, 3.5, 8.3, 4.0]]], dtype=torch.float64)
+    read = sourcemap.read_between(image, places)[:, 0]
+    assert torch.equal(read[:, 0], image[:, 2, 7])
+    half = (image[:, 2:4, 3] + image[:, 2:4, 4]) / 2
+    torch.testing.assert_close(read[:, 1], 0.75 * half[:, 0] + 0.25 * half[:, 1])
+    assert torch.equal(read[:, 2], image[:, 5, 8])  # beyond the border what is on it
+    assert torch.equal(read[:, 3], image[:, 0, 4])

@@ -6,7 +6,7 @@ import torch
 from scipy import ndimage
 from scipy.spatial import cKDTree
 
-from kwatra.pieces.cells import Cells, bent, cells_of, copies, fitted, redrawn, softened
+from kwatra.pieces.cells import Cells, cells_of, copies, fitted, redrawn
 from kwatra.pieces.cells.copies import UNDONE, copies_of, copies_that_flow
 from kwatra.pieces.seams import Parts
 
@@ -79,12 +79,12 @@ def test_pixels_continue_each_other_in_one_cell() -> None:
 def test_a_copy_that_is_whole_stays_as_it_is() -> None:
     cells, where = stones(), halves(0)
     where[1, :, 40:] += 30
-    assert torch.equal(fitted(where, cells), where)
+    assert torch.equal(fitted(where, cells), where.double())
 
 
 def test_elements_that_a_seam_cuts_are_whole_and_the_others_stay() -> None:
     cells, where = stones(), halves(6)
-    made = fitted(where, cells)
+    made = fitted(where, cells).round().long()
     before, after = shares_seen(where, cells), shares_seen(made, cells)
     assert sum(share < 0.6 for share in before) > 4
     assert sum(share < 0.6 for share in after) == 0
@@ -93,42 +93,28 @@ def test_elements_that_a_seam_cuts_are_whole_and_the_others_stay() -> None:
     assert torch.equal(made[:, :, :16], where[:, :, :16])
     assert torch.equal(made[:, :, 64:], where[:, :, 64:])
     assert bool(((made >= 0) & (made < SIDE)).all())
-    assert torch.equal(fitted(where, cells), made)
+    assert torch.equal(fitted(where, cells).round().long(), made)
 
 
-def test_what_is_warped_is_told_beside_gaps_and_nothing_else() -> None:
+def test_what_is_warped_lies_between_pixels_and_elements_that_have_their_place_on_them() -> None:
     cells, where = stones(), halves(6)
-    assert not bent(where, cells).any()
     made = fitted(where, cells)
-    changed, told = (made != where).any(0), bent(made, cells)
-    assert float((~changed & told).float().mean()) < 0.12
-    ground = torch.from_numpy(~cells.element)[tuple(made)]
-    assert float(told[changed & ground].float().mean()) > 0.8
-    inside = torch.from_numpy(ndimage.distance_transform_edt(~ground) > 3)
-    assert not told[inside].any()
-
-
-def test_steps_are_evened_out_where_it_is_told_alone() -> None:
-    image, where = torch.zeros(1, 6, 6), torch.ones(6, 6, dtype=torch.bool)
-    image[0, 0, 2] = 1.0
-    where[:, 3:] = False
-    even, round_ = softened(image, where), softened(image, where, (True, False))
-    assert torch.equal(even[0, :, 3:], image[0, :, 3:])
-    assert np.allclose(even[0, :2, 1:3], [[1 / 3 * 0.1875, 2 / 3 + 1 / 3 * 0.375], [1 / 3 * 0.0625, 1 / 3 * 0.125]])
-    assert float(even[0, 5, 2]) == 0
-    assert np.isclose(float(round_[0, 5, 2]), 1 / 3 * 0.125)
-    assert np.allclose(softened(torch.full((1, 6, 6), 0.7), where), 0.7)
+    between = (made != made.round()).any(0)
+    assert 0.05 < float(between.float().mean()) < 0.5
+    assert not between[:, :16].any()
+    off = (made[:, 1:] - made[:, :-1])[:, between[1:] & between[:-1]] - torch.tensor([[1.0], [0.0]])
+    assert 0 < float(off.abs().median()) < 0.3  # but for borders of cells
 
 
 def test_what_is_not_sure_stays() -> None:
     cells, where = stones(), halves(6)
     none = cells._replace(sure=np.zeros_like(cells.sure))
-    assert torch.equal(fitted(where, none), where)
+    assert torch.equal(fitted(where, none), where.double())
 
 
 def test_an_output_that_wraps_is_fitted_across_its_border() -> None:
     cells, where = stones(), halves(6)
-    made, rolled = (fitted(some, cells, (False, True)) for some in (where, where.roll(27, 2)))
+    made, rolled = (fitted(some, cells, (False, True)).round() for some in (where, where.roll(27, 2)))
     assert not torch.equal(made[:, :, :8], where[:, :, :8])  # the halves meet there, too
     assert float((made.roll(27, 2) != rolled).any(0).float().mean()) < 0.01  # but for ties
 

@@ -174,7 +174,7 @@ def test_em_undoes_no_seam_that_goes_around_elements(wrap, monkeypatch):
 
 
 def test_where_em_is_not_taken_pixels_are_the_exemplars_own(monkeypatch):
-    monkeypatch.setattr(blocks, "fitted", lambda where, *_: where)  # joints that are warped are evened out
+    monkeypatch.setattr(blocks, "fitted", lambda where, *_: where.double())  # none is warped
     made = MADE["stones"](128, 20, 0)
     result = optimize(Exemplar.of(made.image), (96, 96))
     copied = made.image[(slice(None), *result.where)]
@@ -182,7 +182,7 @@ def test_where_em_is_not_taken_pixels_are_the_exemplars_own(monkeypatch):
     assert torch.equal(result.stages[-1].image, result.image)
 
 
-def test_what_is_seen_of_warped_joints_is_about_what_is_copied():
+def test_what_is_seen_of_warped_elements_is_about_what_is_copied():
     made = MADE["stones"](128, 20, 0)
     result = optimize(Exemplar.of(made.image), (96, 96))
     copied = made.image[(slice(None), *result.where)]
