@@ -1,5 +1,5 @@
-"""Textures made in code, of which is known which element each pixel belongs to: stones, mosaics, coins, tiles, bricks,
-courses, letters, patches, confetti.
+"""Textures made in code, of which is known which element each pixel belongs to: stones, rubble, mosaics, coins, tiles,
+bricks, courses, letters, patches, confetti.
 
 Elements are all of about one size, and apart by a ground at least two pixels wide; those of the last two touch.
 """
@@ -40,6 +40,18 @@ def stones(side: int, size: float, seed: int = 0) -> Made:
     speckle = gaussian_filter(rng.normal(0, 1, (side, side)), 0.7) * 0.08
     image = (_colors(count, rng)[cells[0]] + speckle[..., None]) * shade[..., None]
     return _made(image, np.where(depth > gap, cells[0] + 1, GROUND))
+
+
+def rubble(side: int, size: float, seed: int = 0) -> Made:
+    """Stones `size` pixels across that fill the picture, of many brightnesses, apart by thin shaded joints."""
+    rng = np.random.default_rng(seed)
+    count, cells, apart = _cells(side, size, rng)
+    depth = apart / 2
+    shade = 0.25 + 0.75 * np.clip(depth / (0.1 * size), 0, 1) ** 0.6
+    tone = np.array([0.5, 0.45, 0.4]) + rng.uniform(-0.15, 0.15, (count, 1)) + rng.uniform(-0.05, 0.05, (count, 3))
+    speckle = 1 + gaussian_filter(rng.normal(0, 1, (side, side)), 1.0) * 0.12
+    image = tone[cells[0]] * (speckle * shade)[..., None]
+    return _made(image, np.where(depth > max(0.04 * size, 1.0), cells[0] + 1, GROUND))
 
 
 def mosaic(side: int, size: float, seed: int = 0) -> Made:
@@ -166,6 +178,7 @@ def letters(side: int, size: float, seed: int = 0) -> Made:
 
 MADE: dict[str, Callable[..., Made]] = {
     "stones": stones,
+    "rubble": rubble,
     "mosaic": mosaic,
     "coins": coins,
     "tiles": tiles,

@@ -25,6 +25,9 @@ where brightness alone is looked at."""
 ROUNDING = 1e-9
 """Brightness that differs by no more is one; it is 0 to 1."""
 
+NARROW = 0.25
+"""Joints are up to twice so many sizes of an element wide; with .1 and .15 stones are parted as well."""
+
 BRIGHTNESS = ("dark", "light")
 """Kinds of splits that find ground of several colors, too; by likeness to a color it is found where it hides seams."""
 
@@ -42,6 +45,17 @@ def contrasts(colors: Array, inside: Array, size: float) -> Iterator[tuple[str, 
     sharper = np.stack([_smoothed(channel, inside, SHARPER) for channel in colors])
     for number, color in enumerate(_frequent(sharper[:, inside])):
         yield str(number), np.sqrt(np.square(sharper - color[:, None, None]).sum(0))
+
+
+def against_around(colors: Array, inside: Array, size: float) -> Iterator[Array]:
+    """What is less on joints, (*S), that are darker than what is on both sides of them, and on lighter ones.
+
+    That is how much is left of brightness when narrow dark valleys are filled (a closing; Serra 1982).
+    """
+    bright, wide = _smoothed(colors.mean(0), inside, SHARPER), 2 * max(round(NARROW * size), 2) + 1
+    for values in (bright, -bright):
+        values = np.where(inside, values, values[inside].min())
+        yield values - ndimage.grey_closing(values, wide)
 
 
 def _colorful(colors: Array) -> bool:

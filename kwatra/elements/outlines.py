@@ -14,6 +14,7 @@ from scipy import ndimage
 
 from kwatra.elements.ground import AS_SURE, SPECK, cleaned, depth_beside
 from kwatra.elements.kept import kept
+from kwatra.elements.parting import between_parts
 from kwatra.elements.size import element_size
 from kwatra.exemplar import Exemplar
 
@@ -97,21 +98,8 @@ def _parted(colors: Array, edges: Array, owner: Array, size: float) -> _Parted:
     markers, count = ndimage.label(inside & ~edges)
     area = np.bincount(markers.ravel(), minlength=count + 1)
     markers[area[markers] < SPECK * size**2] = 0
-    flat = (_between(colors, markers, inside) - SHADED) / (FLAT - SHADED)
+    flat = (between_parts(colors, markers, inside) - SHADED) / (FLAT - SHADED)
     return _Parted(markers, sure * min(max(flat, 0.0), 1.0))
-
-
-def _between(colors: Array, markers: Array, inside: Array) -> float:
-    """The variance of the parts' mean colors, as a share of that of all colors (C, *S) inside."""
-    number = markers[markers > 0]
-    area, total = np.bincount(number), float(colors[:, inside].var(1).sum())
-    if number.size == 0 or total == 0:
-        return 0.0
-    between = 0.0
-    for channel in colors:
-        means = np.bincount(number, channel[markers > 0]) / np.maximum(area, 1)
-        between += float((area * np.square(means - channel[inside].mean())).sum()) / number.size
-    return between / total
 
 
 def _mixed(colors: Array) -> Array:

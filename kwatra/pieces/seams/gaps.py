@@ -146,9 +146,8 @@ def found_coarser(find: Callable[[Exemplar], Hidden | None], exemplar: Exemplar)
 
 def _hidden_seams(exemplar: Exemplar) -> Hidden | None:
     ground = find_ground(exemplar)
-    hides = ground.sure * ground.plain
-    if hides >= SURE:
-        return hidden_along(ground, hides)
+    if ground.hides >= SURE:
+        return hidden_along(ground, ground.hides)
     found = find_outlines(exemplar)
     if found is None:
         return None

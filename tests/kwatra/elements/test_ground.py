@@ -34,6 +34,31 @@ def test_thin_mortar_of_one_color_is_found_without_the_rims_of_bricks(size, seed
     assert 2 * (truth & (found.depth == 0)).sum() > 0.98 * (truth.sum() + (found.depth == 0).sum())
 
 
+def told_apart(parts: np.ndarray, numbers: np.ndarray) -> float:
+    """The share of the area of elements, by their numbers, of which a part holds four fifths, and little else."""
+    shared = np.zeros((numbers.max() + 1, parts.max() + 1))
+    np.add.at(shared, (numbers.ravel(), parts.ravel()), 1)
+    shared = shared[1:, 1:]
+    most = shared.argmax(1)
+    held = shared[np.arange(len(shared)), most]
+    one = (held > 0.8 * shared.sum(1)) & (held > 0.8 * shared.sum(0)[most])
+    return float(shared[one].sum() / shared.sum())
+
+
+@pytest.mark.parametrize("size", [16, 20, 26, 32])
+@pytest.mark.parametrize("light", [False, True])
+def test_shaded_joints_of_stones_of_many_brightnesses_are_found_and_hide_seams(size: int, light: bool) -> None:
+    """What is as dark as the joints of light stones is within dark ones."""
+    made = MADE["rubble"](128, size, 1)
+    found = find_ground(Exemplar.of(1 - made.image if light else made.image))
+    assert found.hides > 0.9
+    assert told_apart(ndimage.label(found.depth > 0)[0], made.numbers.numpy()) > 0.88
+
+
+def test_mixed_ground_hides_no_seams_where_elements_are_of_one_color() -> None:
+    assert find_ground(Exemplar.of(MADE["bricks"](128, 24, 1).image)).hides == 0
+
+
 @pytest.mark.parametrize("side", [96, 128, 160, 192])
 def test_of_ways_that_tell_the_ground_as_surely_the_least_is_taken(side):
     """Stones are darker towards their lower right: some splits take that for ground, which is then not plain."""

@@ -97,3 +97,21 @@ def test_discs_have_cells_and_print_has_none() -> None:
     assert hidden_seams(page) is not None
     assert find_cells(page) is None
     assert find_cells(Exemplar.of(noise(3, 64, 64))) is None
+
+
+def test_loose_elements_may_be_of_many_sizes() -> None:
+    """Of those that fill the plane what is much larger than usual is two that were not told apart."""
+    side, generator = 140, np.random.default_rng(0)
+    y, x = np.mgrid[:side, :side]
+    image, kept = np.full((side, side), 0.9), list[tuple[float, float, int]]()
+    for radius in (15, 5):
+        for _ in range(400):
+            row, column = generator.uniform(0, side, 2)
+            if all(np.hypot(row - r, column - c) > radius + other + 4 for r, c, other in kept):
+                kept.append((row, column, radius))
+                image[np.hypot(y - row, x - column) < radius] = 0.2
+    cells = find_cells(Exemplar.of(torch.from_numpy(image).float()[None]))
+    assert cells is not None
+    assert cells.loose
+    assert cells.sure[cells.whole].all()
+    assert cells.area[cells.whole].max() > 1.6 * cells.usual
