@@ -3,7 +3,7 @@
 Ground is darker than elements, or lighter, and hangs together; what it leaves are parts about as large as an element.
 So brightness, as it is and against its surroundings, is split at several values, and the split is taken that says so
 most surely (compare Matas et al. 2002, "Robust wide baseline stereo from maximally stable extremal regions"). In a
-picture of many colors, of which some are as bright as the ground, likeness to its frequent colors is split as well. Of
+picture of many colors, of which some are as bright as the ground, likeness to some of its colors is split as well. Of
 splits that say it as surely those come first that are of one color, and of these the one with least ground, since the
 shaded rim of an element is not its gap. Where elements are cut out, what is transparent is tried as well. Specks on the
 ground are ground, but for what a hole leaves of an element.

@@ -34,6 +34,16 @@ def test_thin_mortar_of_one_color_is_found_without_the_rims_of_bricks(size, seed
     assert 2 * (truth & (found.depth == 0)).sum() > 0.98 * (truth.sum() + (found.depth == 0).sum())
 
 
+@pytest.mark.parametrize(("size", "seed"), [(26, 5), (32, 0)])
+def test_thin_joints_of_a_color_that_is_not_frequent_are_found(size: int, seed: int) -> None:
+    """Stones of one color, with the joints, are taken for the ground else."""
+    made = MADE["mosaic"](128, size, seed)
+    found = find_ground(Exemplar.of(made.image)).depth == 0
+    truth = made.numbers.numpy() == 0
+    assert found[~truth].mean() < 0.02
+    assert found[truth].mean() > 0.4
+
+
 def told_apart(parts: np.ndarray, numbers: np.ndarray) -> float:
     """The share of the area of elements, by their numbers, of which a part holds four fifths, and little else."""
     shared = np.zeros((numbers.max() + 1, parts.max() + 1))
