@@ -22,7 +22,7 @@ from scipy import ndimage
 
 from kwatra.elements.contrast import BRIGHTNESS, ROUNDING, against_around, contrasts, two_classes
 from kwatra.elements.kept import kept
-from kwatra.elements.parting import between_parts, meeting
+from kwatra.elements.parting import Variance, between_parts, meeting
 from kwatra.elements.size import element_size
 from kwatra.exemplar import Exemplar
 
@@ -141,7 +141,7 @@ def find_ground(exemplar: Exemplar) -> Ground:
     """The ground of an exemplar of still images. Textures without one have a `sure` of about 0."""
     size, owner = element_size(exemplar), exemplar.owner.long().numpy()
     inside, colors = owner >= 0, exemplar.canvas.double().numpy()
-    variance = _Variance(colors, inside)
+    variance = Variance(colors, inside)
 
     def judged(kind: str, split: Array) -> _Split:
         ground, sure = cleaned(split & inside, owner, size)
@@ -234,28 +234,6 @@ def _best(splits: Sequence[_Split], worth: Callable[[_Split], float]) -> _Split:
     best = max(splits, key=worth)
     alike = [split for split in splits if split.kind == best.kind and worth(split) >= AS_SURE * worth(best)]
     return min(alike, key=lambda split: np.count_nonzero(split.ground))
-
-
-class _Variance:
-    """The variance of an exemplar's colors (C, *S) over some of its pixels, as a share of that over all `inside`.
-
-    Sums are `einsum`'s, which are the same bits for any number of threads, as those of matrix products are not.
-    """
-
-    def __init__(self, colors: Array, inside: Array) -> None:
-        flat = (colors - colors[:, inside].mean(1)[:, None, None]).reshape(len(colors), -1)
-        self._powers = np.concatenate([flat, flat**2])
-        self._every = self._summed(inside)
-
-    def _summed(self, part: Array) -> float:
-        """The variances of all channels over a part (*S) of the pixels, 0 of none."""
-        count = np.count_nonzero(part)
-        first, second = np.split(np.einsum("ik,k->i", self._powers, part.ravel().astype(float)) / max(count, 1), 2)
-        return float((second - first**2).sum())
-
-    def share(self, part: Array) -> float:
-        """The share of a part (*S), at most 1; 0 where all have one color."""
-        return min(self._summed(part) / self._every, 1.0) if self._every > 0 else 0.0
 
 
 def cleaned(ground: Array, owner: Array, size: float) -> tuple[Array, float]:
