@@ -1,5 +1,5 @@
-"""Textures made in code, of which is known which element each pixel belongs to: stones, rubble, mosaics, coins, tiles,
-bricks, courses, letters, patches, confetti.
+"""Textures made in code, of which is known which element each pixel belongs to: stones, rubble, mosaics, coins,
+buttons, tiles, bricks, courses, letters, patches, confetti.
 
 Elements are all of about one size, and apart by a ground at least two pixels wide; those of the last two touch.
 """
@@ -110,6 +110,27 @@ def coins(side: int, size: float, seed: int = 0) -> Made:
     return _made(np.where(on[..., None], metal, cloth), np.where(on, owner + 1, GROUND))
 
 
+def buttons(side: int, size: float, seed: int = 0) -> Made:
+    """Buttons with four holes each, some `size` pixels across and some two thirds of that, apart on rough cloth."""
+    rng = np.random.default_rng(seed)
+    rough = gaussian_filter(rng.normal(0, 1, (side, side)), 0.7)[..., None] * 0.05
+    image, numbers = np.array([0.3, 0.35, 0.5]) + rough, np.full((side, side), GROUND)
+    down, right = np.mgrid[:side, :side]
+    kept = list[tuple[float, float, float]]()
+    for _ in range(round(100 * (side / size) ** 2)):
+        radius, (row, column) = size / rng.choice([2, 3]), rng.uniform(-size / 2, side + size / 2, 2)
+        if any(np.hypot(row - y, column - x) < radius + other + 2 for y, x, other in kept):
+            continue
+        kept.append((row, column, radius))
+        off = np.hypot(down - row, right - column)
+        color = np.array([[0.85, 0.3, 0.3], [0.9, 0.85, 0.7], [0.35, 0.6, 0.4], [0.9, 0.7, 0.25]])[rng.integers(4)]
+        ring = 0.75 + 0.25 * np.cos(1.5 * np.pi * off / radius)
+        hole = np.hypot(np.abs(down - row) - 0.22 * radius, np.abs(right - column) - 0.22 * radius) < 0.12 * radius
+        image = np.where((off < radius)[..., None], np.where(hole, 0.1, ring)[..., None] * color, image)
+        numbers[off < radius] = len(kept)
+    return _made(image, numbers)
+
+
 def tiles(side: int, size: float, seed: int = 0) -> Made:
     """Square tiles in many colors with light joints, a tile and its joint `size` pixels wide."""
     rng = np.random.default_rng(seed)
@@ -181,6 +202,7 @@ MADE: dict[str, Callable[..., Made]] = {
     "rubble": rubble,
     "mosaic": mosaic,
     "coins": coins,
+    "buttons": buttons,
     "tiles": tiles,
     "bricks": bricks,
     "courses": courses,

@@ -9,6 +9,7 @@ from scipy import ndimage
 from kwatra import Exemplar
 from kwatra.elements import find_ground, middle_of
 from kwatra.elements.ground import MIXED, PLAIN
+from kwatra.elements.size import element_size
 
 
 @pytest.mark.parametrize("size", [16, 32])
@@ -42,6 +43,24 @@ def test_thin_joints_of_a_color_that_is_not_frequent_are_found(size: int, seed: 
     truth = made.numbers.numpy() == 0
     assert found[~truth].mean() < 0.02
     assert found[truth].mean() > 0.4
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_cloth_is_ground_whatever_the_discs_on_it_are_made_up_of(seed: int) -> None:
+    """Their rings are taken for the elements at first."""
+    rng, (down, right) = np.random.default_rng(seed), np.mgrid[:128, :128]
+    image, truth = np.full((3, 128, 128), 0.4) + rng.normal(0, 0.01, (3, 128, 128)), np.ones((128, 128), bool)
+    for row, column in np.argwhere(np.ones((6, 6))) * 24 + rng.uniform(-2, 2, (36, 2)):
+        off = np.hypot(down - row, right - column)
+        color, on = rng.uniform(0.4, 1, (3, 1)), off < 10
+        image[:, on] = color * (0.6 + 0.4 * np.cos(2 * np.pi * off / 5))[on]
+        truth &= ~on
+    exemplar = Exemplar.of(torch.from_numpy(image).float())
+    assert element_size(exemplar) < 8
+    found = find_ground(exemplar)
+    assert found.hides > 0.9
+    assert 18 < found.size < 28
+    assert ((found.depth == 0) == truth).mean() > 0.95
 
 
 def told_apart(parts: np.ndarray, numbers: np.ndarray) -> float:
