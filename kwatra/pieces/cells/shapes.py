@@ -16,13 +16,13 @@ RAYS = 2 * math.pi
 """Cells are looked at, and warped, along so many rays for each pixel of an element's size: every half pixel of its
 outline."""
 
-COMPACT, LARGEST, SURE = 0.9, 1.6, 0.85
+COMPACT, LARGEST, ROUND, SURE = 0.9, 1.6, 0.985, 0.85
 """A cell is sure if so much of its element is seen from its middle, and it is no more times as large as usual: what is
-larger is two that were not told apart; but loose elements are of many sizes. There are cells if so much of what is
-whole is sure.
+larger is two that were not told apart, but for loose ones of which ROUND is seen, which are of many sizes. There are
+cells if so much of what is whole is sure.
 
-Of stones, mosaics, coins and tiles made in code .95 and more is, of chain mail .89, of nuts .57 and .80, of fabric .73,
-of letters .66 and less, of print .24 (45 exemplars)."""
+Of stones, mosaics, coins and tiles made in code .95 and more is, of chain mail .89, of nuts .57 and .75, of fabric .73,
+of letters .66 and less, of print .24 (45 exemplars); of discs and buttons of several sizes all."""
 
 FEW, SMALL = 3, 10.0
 """Fewer whole elements than this say nothing of their size, and smaller ones, px, are too coarse to be warped: of 12 px
@@ -138,7 +138,7 @@ def cells_of(parts: Parts, inside: Array, loose: bool = False) -> Cells | None:
     seen, gaps = np.empty(len(whole)), np.empty((len(whole), rays))
     seen_from_middle(shapes.windows, shapes.away, shapes.element, rays, seen, gaps)
     usual = float(np.median(area[whole]))
-    sure = (seen >= COMPACT) & ((area <= LARGEST * usual) | loose)
+    sure = (seen >= COMPACT) & ((area <= LARGEST * usual) | (loose & (seen >= ROUND)))
     if area[whole & sure].sum() < SURE * area[whole].sum():
         return None
     least, narrow, wide = np.quantile(gaps[whole & sure], (LEAST, 0.5, WIDE)).tolist()
