@@ -33,6 +33,9 @@ ROUNDING = 1e-9
 NARROW = 0.25
 """Joints are up to twice so many sizes of an element wide; with .1 and .15 stones are parted as well."""
 
+RARE = "rare"
+"""With this begin kinds of splits by likeness to a color of what is thin."""
+
 BRIGHTNESS = ("dark", "light")
 """Kinds of splits that find ground of several colors, too; by likeness to a color it is found where it hides seams."""
 
@@ -48,8 +51,10 @@ def contrasts(colors: Array, inside: Array, size: float) -> Iterator[tuple[str, 
     if not _colorful(colors[:, inside]):
         return
     sharper = np.stack([_smoothed(channel, inside, SHARPER) for channel in colors])
-    for number, color in enumerate(_likely(sharper, inside, size)):
+    for number, color in enumerate(_frequent(sharper[:, inside], COLORS)):
         yield str(number), _unlike(sharper, color[:, None, None])
+    for number, color in enumerate(_of_thin(sharper, inside, size)):
+        yield f"{RARE} {number}", _unlike(sharper, color[:, None, None])
 
 
 def against_around(colors: Array, inside: Array, size: float) -> Iterator[Array]:
@@ -70,9 +75,8 @@ def _colorful(colors: Array) -> bool:
     return bool(spread[:-1].sum() > COLORFUL * spread.sum())
 
 
-def _likely(colors: Array, inside: Array, size: float) -> Iterator[Array]:
-    """The colors (C,) that the ground may have: frequent ones, and those of what is thin and unlike what is around."""
-    yield from _frequent(colors[:, inside], COLORS)
+def _of_thin(colors: Array, inside: Array, size: float) -> Iterator[Array]:
+    """Frequent colors (C,) of what is thin and unlike what is around."""
     for around, share in THIN:
         wide = np.stack([_smoothed(channel, inside, max(around * size, WIDEST)) for channel in colors])
         off = _unlike(colors, wide)

@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy import ndimage
 
-from kwatra.elements.contrast import BRIGHTNESS, ROUNDING, against_around, contrasts, two_classes
+from kwatra.elements.contrast import BRIGHTNESS, RARE, ROUNDING, against_around, contrasts, two_classes
 from kwatra.elements.kept import kept
 from kwatra.elements.parting import Variance, between_parts, meeting
 from kwatra.elements.size import element_size
@@ -30,6 +30,10 @@ Array = np.ndarray[Any, Any]
 
 SPLITS = (0.08, 0.12, 0.17, 0.23, 0.3, 0.4)
 """Shares of the pixels that are tried as ground, beside the one at which two classes differ most (Otsu)."""
+
+LESS = 0.95
+"""Ground of a color that is not frequent is so much less likely. That of two mosaics in 24 is likelier by a fifth than
+the stones that are taken for ground else; of the others, and of stones, all are as likely within .01."""
 
 HALVED, ONE = 4, 0.03
 """Where none of these is plain, so many more are tried between two of which the one with less ground is plain and the
@@ -125,7 +129,7 @@ class _Split(NamedTuple):
     @property
     def likely(self) -> float:
         """How likely it is the ground: surely ground, and alike."""
-        return self.sure * (1 - self.varied)
+        return self.sure * (1 - self.varied) * (LESS if self.kind.startswith(RARE) else 1)
 
 
 Judged = Callable[[str, Array], _Split]

@@ -183,4 +183,4 @@ def test_a_texture_that_is_none_is_refused(capsys: pytest.CaptureFixture[str]) -
     with pytest.raises(SystemExit):
         bench_elements.main(["gravel"])
     said = capsys.readouterr().err
-    assert "no texture is named gravel; give some of stones, mosaic, coins, tiles, bricks, letters" in said
+    assert "no texture is named gravel; give some of stones, rubble, mosaic, coins, buttons, tiles, bricks" in said
