@@ -1,7 +1,8 @@
 """Textures made in code, of which is known which element each pixel belongs to: stones, rubble, mosaics, coins,
 buttons, tiles, bricks, courses, letters, patches, confetti.
 
-Elements are all of about one size, and apart by a ground at least two pixels wide; those of the last two touch.
+Elements are all of about one size, but for buttons, and apart by a ground at least two pixels wide; those of the last
+two touch.
 """
 
 from collections.abc import Callable
