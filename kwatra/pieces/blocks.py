@@ -98,47 +98,54 @@ class BlockStart:
         self.wish, still = Wished.of(wish, middle, weights), aligned and len(self.shape) == 2
         mosaic = Mosaic([(colors * share).numpy()])
         self.wraps = (False,) * len(self.shape) if wraps is None else tuple(wraps)
-        self.sheet = Sheet(mosaic, self.shape, self.wraps, eased(mosaic, easier))
-        self.given.lay(self.sheet)
+        sheet = Sheet(mosaic, self.shape, self.wraps, eased(mosaic, easier))
+        self.given.lay(sheet)
         image, var = ((colors - middle) * weights).numpy(), variance(exemplar, self.wish)
         scene = SceneUse.of(image, self.shape) if len(self.shape) > 2 and places else None
         unasked, deviation = unguided(owned, self.wish), var**0.5 / mosaic.step
         self.gaps = find_gaps(unasked, mosaic, deviation) if still and along is None else None
         self.free = still and self.wish is None and not places and bool((exemplar.owner <= 0).all())
-        corners, spread, overlap = self._spread_out(block, along)
+        corners, spread, overlap = self._spread_out(sheet, block, along)
         twins, device = twin_places(exemplar, mosaic) if still else NO_TWINS, exemplar.canvas.device
         are = aligned, scene is not None, self.given.any
         asked = Asked(usage, repeats, places, device, self.wish, self.gaps, *are, twins)
-        candidates = Candidates(self.sheet, corners, image, var, asked)
-        offers, shown = Offers(self.sheet, image, self.wish, var, min(overlap), not aligned), np.zeros(mosaic.cell)
+        candidates = Candidates(sheet, corners, image, var, asked)
+        offers, shown = Offers(sheet, image, self.wish, var, min(overlap), not aligned), np.zeros(mosaic.cell)
         how = scene, seams, shown, generator
         self.layer = Layer(exemplar, candidates, offers, spread, overlap, *how)
         self.warped: Tensor | None = None
 
-    def _spread_out(self, block: Sequence[int], along: int | None) -> tuple[Corners, Spread, tuple[int, ...]]:
+    @property
+    def sheet(self) -> Sheet[Mosaic]:
+        """What blocks are laid on."""
+        return self.layer.sheet
+
+    def _spread_out(
+        self, sheet: Sheet[Mosaic], block: Sequence[int], along: int | None
+    ) -> tuple[Corners, Spread, tuple[int, ...]]:
         """How large blocks are and where they lie in the exemplar, where in the output, and by how much they overlap.
 
         block: how large they should be. Free ones may lie on holes, or hang over the border where they may lie on any.
         """
-        block = tuple(min(b, self.sheet.longest(axis)) for axis, b in enumerate(block))
+        block = tuple(min(b, sheet.longest(axis)) for axis, b in enumerate(block))
         lying = partial(Corners.on_holes, whole=self.gaps is not None) if self.free else Corners.fitting
         corners = lying(self.exemplar, block, self.grain)
         overlap = overlap_of(corners.block)
         if self.gaps is not None:
-            corners, overlap = self._heed(self.gaps, corners, overlap)
+            sheet.cost = self.gaps.cost
+            corners, overlap = self._widened(self.gaps, corners, overlap)
         spread = Spread.over(self.shape, corners.block, overlap, self.grain, self.wraps, along)
         if self.free and (corners.holes is not None or corners.valid.all()):
             needed = (0,) * len(self.shape) if self.gaps is None else overlap
             corners = corners.hanging(spread.overhang(needed))
         return corners, spread, overlap
 
-    def _heed(self, found: Gaps, corners: Corners, overlap: tuple[int, ...]) -> tuple[Corners, tuple[int, ...]]:
-        """Have seams hidden in gaps, and blocks overlap by enough for that; larger ones where they fit.
+    def _widened(self, found: Gaps, corners: Corners, overlap: tuple[int, ...]) -> tuple[Corners, tuple[int, ...]]:
+        """Blocks that overlap by enough for seams to be hidden in gaps; larger ones where they fit.
 
         Around an axis that wraps a block meets itself: there it grows to at most half of it. None grows where elements
         stand on a lattice, or tiles would be cut, or where something is wished for everywhere: it would follow less.
         """
-        self.sheet.cost = found.cost
         sides = zip(self.exemplar.extent, self.shape, self.wraps, strict=True)
         room = [min(LARGEST * there, size / 2 if wraps else size) for there, size, wraps in sides]
         block, overlap = found.widened(corners.block, overlap, room, self.grain)
@@ -179,11 +186,10 @@ class BlockStart:
 
         What lies around the part is kept, but for where seams are cheaper further out.
         """
-        other = copy(self)
-        other.sheet = self.sheet.copy()
-        other.sheet.clear(part, self.given.where)
-        shown = self.sheet.sources.counted(self.sheet.places[other.sheet.filled & ~self.given.where])
-        other.layer = self.layer.on(other.sheet, shown, generator)
+        other, sheet = copy(self), self.sheet.copy()
+        sheet.clear(part, self.given.where)
+        shown = sheet.sources.counted(self.sheet.places[sheet.filled & ~self.given.where])
+        other.layer = self.layer.on(sheet, shown, generator)
         other._fill()
         return other
 
