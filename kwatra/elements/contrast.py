@@ -1,12 +1,11 @@
 """Ways in which the ground of a texture may differ from its elements: darker, lighter, nearer to some color."""
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 from scipy import ndimage
 
-Array = np.ndarray[Any, Any]
+from kwatra.elements.parting import Array
 
 SMOOTHING = 0.7
 """Brightness is smoothed by so many pixels: noise makes no ground."""

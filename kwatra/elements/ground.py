@@ -15,18 +15,16 @@ between stones, shaded, and between dark stones darker than the joints of light 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy import ndimage
 
 from kwatra.elements.contrast import BRIGHTNESS, RARE, ROUNDING, against_around, contrasts, two_classes
 from kwatra.elements.kept import kept
-from kwatra.elements.parting import Variance, between_parts, meeting
+from kwatra.elements.parting import Array, Variance, between_parts, meeting
 from kwatra.elements.size import element_size
 from kwatra.exemplar import Exemplar
-
-Array = np.ndarray[Any, Any]
 
 SPLITS = (0.08, 0.12, 0.17, 0.23, 0.3, 0.4)
 """Shares of the pixels that are tried as ground, beside the one at which two classes differ most (Otsu)."""
@@ -133,8 +131,23 @@ class _Split(NamedTuple):
         return self.sure * (1 - self.varied) * (LESS if self.kind.startswith(RARE) else 1)
 
 
-Judged = Callable[[str, Array], _Split]
-"""Judges a split (*S) of some kind."""
+class _Picture:
+    """An exemplar's colors (C, *S), and the image that each pixel belongs to, `owner` (*S), -1 for nobody's."""
+
+    def __init__(self, exemplar: Exemplar) -> None:
+        self.colors, self.owner = exemplar.canvas.double().numpy(), exemplar.owner.long().numpy()
+        self.inside = self.owner >= 0
+        self.variance = Variance(self.colors, self.inside)
+
+    def judged(self, kind: str, split: Array, size: float) -> _Split:
+        """A split (*S) of some kind, where elements have a size."""
+        ground, sure = cleaned(split & self.inside, self.owner, size)
+        return _Split(kind, ground, ground & ~split & self.inside, sure, self.variance.share(ground))
+
+    def told(self, split: _Split, sure: float, size: float) -> Ground:
+        """A split as ground that is so sure."""
+        ground = split.ground & ~_cut_off(split, self.colors, self.inside)
+        return Ground(depth_beside(ground, size), sure, split.plain, size)
 
 
 class _Way(NamedTuple):
@@ -149,62 +162,52 @@ class _Way(NamedTuple):
 @kept
 def find_ground(exemplar: Exemplar) -> Ground:
     """The ground of an exemplar of still images. Textures without one have a `sure` of about 0."""
-    size, owner = element_size(exemplar), exemplar.owner.long().numpy()
-    inside, colors = owner >= 0, exemplar.canvas.double().numpy()
-    variance = Variance(colors, inside)
-
-    def judged(kind: str, split: Array) -> _Split:
-        ground, sure = cleaned(split & inside, owner, size)
-        return _Split(kind, ground, ground & ~split & inside, sure, variance.share(ground))
-
-    ways = [_way(kind, values, inside, judged) for kind, values in contrasts(colors, inside, size)]
+    picture, size = _Picture(exemplar), element_size(exemplar)
+    ways = [_way(kind, values, picture, size) for kind, values in contrasts(picture.colors, picture.inside, size)]
     tried = [split for way in ways for split in way.splits]
     if exemplar.alpha is not None:  # as it is: what is dark when smoothed holds opaque rims of elements
-        tried.insert(0, judged("dark", (exemplar.alpha < OPAQUE).numpy()))
+        tried.insert(0, picture.judged("dark", (exemplar.alpha < OPAQUE).numpy(), size))
     tried = [split for split in tried if split.plain > 0 or split.kind in BRIGHTNESS]
     surest = max(split.sure for split in tried)
     plain = [split for split in tried if split.plain > 0 and split.sure >= AS_SURE * surest]
-    plain = plain or [split for way in ways for split in _between(way, surest, judged)]
+    plain = plain or [split for way in ways for split in _between(way, surest, picture, size)]
     found = _best(plain, lambda split: split.likely) if plain else _best(tried, lambda split: split.sure)
-    ground = found.ground & ~_cut_off(found, colors, inside)
-    told = [Ground(depth_beside(ground, size), surest, found.plain, size)]
+    told = [picture.told(found, surest, size)]
     if found.plain < 1:
-        told += _joints(colors, owner, size)
+        told += _joints(picture, size)
     if max(one.hides for one in told) < LITTLE:
-        told += [one for way in ways for one in _of_own_size(way, colors, owner, variance)]
+        told += [one for way in ways for one in _of_own_size(way, picture)]
     return max(told, key=lambda one: one.hides)
 
 
-def _of_own_size(way: _Way, colors: Array, owner: Array, variance: Variance) -> Iterator[Ground]:
+def _of_own_size(way: _Way, picture: _Picture) -> Iterator[Ground]:
     """Ground of one color that leaves parts that say for themselves how large an element is.
 
     Where elements are made up of others, as buttons of rings, the size that is seen first may be theirs.
     """
     for most in way.at:
-        split = (way.values <= most) & (owner >= 0)
-        if not 0 < variance.share(split) <= PURE:
+        split = (way.values <= most) & picture.inside
+        if not 0 < picture.variance.share(split) <= PURE:
             continue
-        area = np.sort(np.bincount(ndimage.label((owner >= 0) & ~split)[0].ravel())[1:])
+        area = np.sort(np.bincount(ndimage.label(picture.inside & ~split)[0].ravel())[1:])
         if area.size == 0:
             continue
         usual = area[np.searchsorted(area.cumsum(), area.sum() / 2)]
-        size = float(np.sqrt(usual * np.count_nonzero(owner >= 0) / area.sum()))
-        ground, sure = cleaned(split, owner, size)
-        if sure >= CERTAIN:
-            found = _Split(way.kind, ground, ground & ~split & (owner >= 0), sure, variance.share(ground))
-            ground = ground & ~_cut_off(found, colors, owner >= 0)
-            yield Ground(depth_beside(ground, size), sure, found.plain, size)
+        size = float(np.sqrt(usual * np.count_nonzero(picture.inside) / area.sum()))
+        found = picture.judged(way.kind, split, size)
+        if found.sure >= CERTAIN:
+            yield picture.told(found, found.sure, size)
 
 
-def _joints(colors: Array, owner: Array, size: float) -> Iterator[Ground]:
+def _joints(picture: _Picture, size: float) -> Iterator[Ground]:
     """Joints between elements that differ in color, told by what is right around them, however they vary.
 
     Rims of elements are taken for joints as well, so the ground is only the middle of what is found.
     """
-    inside = owner >= 0
+    colors, inside = picture.colors, picture.inside
     for values in against_around(colors, inside, size):
         for most in np.quantile(values[inside], JOINTS):
-            ground, sure = cleaned((values <= most) & inside, owner, size)
+            ground, sure = cleaned((values <= most) & inside, picture.owner, size)
             if sure < SURE:
                 continue
             parts = meeting(ground, values, inside, SMALL * size**2)
@@ -214,22 +217,22 @@ def _joints(colors: Array, owner: Array, size: float) -> Iterator[Ground]:
             yield Ground(depth_beside(middle, size), sure, min(max(differ, 0.0), 1.0), size)
 
 
-def _way(kind: str, values: Array, inside: Array, judged: Judged) -> _Way:
+def _way(kind: str, values: Array, picture: _Picture, size: float) -> _Way:
     """Splits at several values; where all are one there is ground alone."""
-    known = values[inside]
+    known = values[picture.inside]
     if np.ptp(known) <= ROUNDING:
-        return _Way(kind, values, [known.max()], [judged(kind, inside)])
+        return _Way(kind, values, [known.max()], [picture.judged(kind, picture.inside, size)])
     at = sorted((two_classes(known), *np.quantile(known, SPLITS)))
-    return _Way(kind, values, at, [judged(kind, values <= most) for most in at])
+    return _Way(kind, values, at, [picture.judged(kind, values <= most, size) for most in at])
 
 
-def _between(way: _Way, surest: float, judged: Judged) -> Iterator[_Split]:
+def _between(way: _Way, surest: float, picture: _Picture, size: float) -> Iterator[_Split]:
     """Splits of one color, as sure as the surest, between one of too little ground for that and one of too much."""
     for (less, few), (more, many) in pairwise(zip(way.at, way.splits, strict=True)):
         if few.plain > 0 and few.sure < AS_SURE * surest <= many.sure and many.plain == 0:
             for _ in range(HALVED):
                 most = (less + more) / 2
-                split = judged(way.kind, way.values <= most)
+                split = picture.judged(way.kind, way.values <= most, size)
                 sure = split.sure >= AS_SURE * surest
                 less, more = (less, most) if sure else (most, more)
                 if sure and split.varied <= ONE:

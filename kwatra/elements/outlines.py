@@ -7,18 +7,16 @@ two parts meet where it changes most.
 """
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy import ndimage
 
 from kwatra.elements.ground import AS_SURE, SPECK, cleaned, depth_beside
 from kwatra.elements.kept import kept
-from kwatra.elements.parting import between_parts
+from kwatra.elements.parting import Array, between_parts, parted
 from kwatra.elements.size import element_size
 from kwatra.exemplar import Exemplar
-
-Array = np.ndarray[Any, Any]
 
 SMOOTHING = 1.0
 """Colors are smoothed by so many pixels before edges are looked for: noise makes none. Of stills of mosaics without
@@ -95,9 +93,7 @@ def _parted(colors: Array, edges: Array, owner: Array, size: float) -> _Parted:
     """The parts into which edges (*S) part colors (C, *S)."""
     inside = owner >= 0
     edges, sure = cleaned(edges & inside, owner, size)
-    markers, count = ndimage.label(inside & ~edges)
-    area = np.bincount(markers.ravel(), minlength=count + 1)
-    markers[area[markers] < SPECK * size**2] = 0
+    markers = parted(edges, inside, SPECK * size**2)
     flat = (between_parts(colors, markers, inside) - SHADED) / (FLAT - SHADED)
     return _Parted(markers, sure * min(max(flat, 0.0), 1.0))
 
