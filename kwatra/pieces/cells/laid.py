@@ -7,8 +7,9 @@ import numpy as np
 from kwatra.pieces.cells.shapes import Cells
 from kwatra.pieces.seams import Array
 
-MOST = 2.0
-"""What seems to be so many times as large or as small as it was is only moved: it tells too little. Not tuned."""
+MOST, LONGEST = 2.0, 4.0
+"""What seems to be so many times as large or as small as it was is only moved: it tells too little; so is what would be
+drawn so many times as long or as short along a line, as half of a turn by 180 degrees is nothing. Not tuned."""
 
 LEAST = 1e-3
 """px^2 by which no direction is told. Not tuned."""
@@ -50,9 +51,10 @@ def turned(places: Array, copy: Array, count: int, undone: float) -> Array:
         _means(copy, (one[:, None] * across).reshape(4, -1), count).reshape(-1, 2, 2) for one in (across, away)
     )
     linear = shared @ np.linalg.inv(spread + LEAST * np.eye(2))
-    larger = np.abs(np.linalg.det(linear))
-    linear[(larger > MOST) | (larger < 1 / MOST)] = np.eye(2)
-    to[:, :, :2] = linear + undone * (np.eye(2) - linear)
+    less = linear + undone * (np.eye(2) - linear)
+    larger, longer = np.abs(np.linalg.det(linear)), np.linalg.svd(less, compute_uv=False)
+    odd = (larger > MOST) | (larger < 1 / MOST) | (longer.max(1) > LONGEST) | (longer.min(1) < 1 / LONGEST)
+    to[:, :, :2] = np.where(odd[:, None, None], np.eye(2), less)
     to[:, :, 2] = there - np.einsum("mij,mj->mi", to[:, :, :2], middle)
     return to
 
