@@ -8,7 +8,7 @@ from scipy import ndimage
 
 from kwatra.elements.kept import kept
 from kwatra.exemplar import Exemplar
-from kwatra.pieces.cells.rims import plain_ground, with_rims
+from kwatra.pieces.cells.rims import plain_ground, tips, with_rims
 from kwatra.pieces.cells.standins import stand_ins
 from kwatra.pieces.seams import Array, Parts, hidden_seams, parts_of
 
@@ -71,7 +71,8 @@ class Shapes(NamedTuple):
 class Cells(NamedTuple):
     """The cells of an exemplar's canvas.
 
-    number (*S): of the cell each place belongs to, from 1; 0 of nobody's. element (*S): whether it is of its element.
+    number (*S): of the cell each place belongs to, from 1; 0 of nobody's. element (*S): whether it is of an element, or
+    of what the border leaves of one, which is nobody's.
     area (n,): of each, px; whole (n,): whether nothing cuts its element; sure (n,): whether it is one element that can
     be warped along rays. usual: the area of a usual whole one. gaps: how wide the ground beside an element is, px,
     where it is narrow and where it is wide; infinite where elements are loose. reach: how far windows go beyond cells,
@@ -97,6 +98,20 @@ class Cells(NamedTuple):
         """Whether elements lie on wide and plain ground, and need not fill the room that they have."""
         return math.isinf(self.gaps[1])
 
+    def at(self, places: Array) -> tuple[Array, ...]:
+        """The index of the pixels of the canvas next to places (2, H, W) between them."""
+        last = np.array(self.number.shape)[:, None, None] - 1
+        return tuple(np.rint(places).astype(np.int64).clip(0, last))
+
+    def shows_element(self, places: Array) -> Array:
+        """Where (H, W) places (2, H, W) between pixels are of an element, or of what the border leaves of one."""
+        return self.element[self.at(places)]
+
+    @property
+    def ground(self) -> Array:
+        """Where on the canvas (*S) there is ground, and no blurred rim of an element."""
+        return (self.number > 0) & ~ndimage.binary_dilation(self.element)
+
 
 @kept
 def find_cells(exemplar: Exemplar) -> Cells | None:
@@ -109,12 +124,14 @@ def find_cells(exemplar: Exemplar) -> Cells | None:
         return None
     inside, colors = (exemplar.owner >= 0).cpu().numpy(), exemplar.canvas.cpu().numpy()
     parts = parts_of(hidden, inside)
-    plain = plain_ground(parts.number, inside)
+    plain, nobodys = plain_ground(parts.number, inside), np.zeros(inside.shape, bool)
     if plain is not None:
         parts = with_rims(parts, colors, inside, plain)
-    cells = cells_of(parts, inside, loose=plain is not None)
+        nobodys = tips(parts.number, colors, inside, plain)
+    cells = cells_of(parts, inside & ~nobodys, loose=plain is not None)
     if cells is None:
         return None
+    cells = cells._replace(element=cells.element | nobodys)
     cut, whole = ~cells.whole & (cells.area > CUT * cells.usual), cells.whole & cells.sure
     instead, further = stand_ins(cells.number, cells.element, colors, cut, whole)
     return cells._replace(instead=instead, further=further)

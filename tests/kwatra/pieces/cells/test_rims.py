@@ -4,7 +4,7 @@ import numpy as np
 from discs import RADIUS, discs
 from scipy import ndimage
 
-from kwatra.pieces.cells.rims import SOME, UNLIKE, plain_ground, with_rims
+from kwatra.pieces.cells.rims import SOME, TIP, UNLIKE, plain_ground, tips, with_rims
 from kwatra.pieces.seams import Parts
 
 RIM = 2
@@ -74,3 +74,30 @@ def test_joints_are_no_plain_ground() -> None:
     assert plain.mean() > SOME
     assert ndimage.distance_transform_edt(wide)[plain].min() >= 3
     assert plain_ground(np.zeros((4, 4), int), np.zeros((4, 4), bool)) is None
+
+
+def test_tips_are_what_the_border_leaves_and_no_rims_or_specks() -> None:
+    parts, colors, truth = rimmed(0.0)
+    inside, wanted = np.ones(truth.shape, bool), np.zeros(truth.shape, bool)
+    wanted[:2, 24:27] = wanted[-1, :TIP] = True
+    inside[20:30, 40:50] = False
+    wanted[30:32, 44:47] = True  # at what is not inside
+    speck = np.zeros(truth.shape, bool)
+    speck[26, 20:24] = speck[0, 60] = True  # inside, and too small
+    colors[:, wanted | speck] = 0.6
+    plain = plain_ground(parts.number, inside)
+    assert plain is not None
+    assert np.array_equal(tips(parts.number, colors, inside, plain), wanted & (truth == 0))
+    assert not tips(truth, colors, inside & ~wanted, plain)[wanted].any()
+
+
+def test_colors_count_by_how_much_ground_varies_along_them() -> None:
+    parts, colors, truth = rimmed(0.0)
+    inside, checks = np.ones(truth.shape, bool), 0.3 * (np.indices(truth.shape).sum(0) % 2)
+    colors[:, truth == 0] += checks[truth == 0]  # from dark to brighter than rims
+    rim = (truth > 0) & (parts.number == 0)
+    plain = plain_ground(parts.number, inside)
+    assert plain is not None
+    assert (with_rims(parts, colors, inside, plain).number > 0)[rim].mean() < 0.1
+    colors[0, rim] -= 0.15  # of another hue
+    assert np.array_equal(with_rims(parts, colors, inside, plain).number, truth)
