@@ -10,7 +10,7 @@ from kwatra.exemplar import Exemplar
 from kwatra.loop.laying import block_start, repeated
 from kwatra.loop.recognition import recognized
 from kwatra.loop.task import Task, task_of
-from kwatra.pieces import BlockStart, Box, Gaps, SlantedStart
+from kwatra.pieces import BlockStart, Box, Fitted, Gaps, SlantedStart
 from kwatra.settings import Settings
 from kwatra.source import Prepared, Texture, sourcemap
 from kwatra.terms import Sum, TermLike
@@ -21,9 +21,9 @@ class Beginning:
     """What the first level of a task begins with: an image (C, *S), a source map (n, *S), neither or both.
 
     factors: the resolution that both have. gaps: those in which the source map's seams are hidden, where elements are
-    known; warped (2, H, W): the places between pixels that are shown where elements were made whole, None where none
-    were. blocks: those that it is of, None if it is of none, or nothing of it is to be laid anew. finished: whether
-    nothing is left to improve, as where its exemplar goes on by itself.
+    known; fitted: what is shown where elements were made whole, None where none were. blocks: those that it is of, None
+    if it is of none, or nothing of it is to be laid anew. finished: whether nothing is left to improve, as where its
+    exemplar goes on by itself.
     """
 
     task: Task
@@ -31,7 +31,7 @@ class Beginning:
     where: Tensor | None
     factors: tuple[int, ...]
     gaps: Gaps | None = None
-    warped: Tensor | None = None
+    fitted: Fitted | None = None
     blocks: BlockStart | SlantedStart | None = None
     finished: bool = False
 
@@ -44,8 +44,8 @@ class Beginning:
         if self.where is None or exemplar is None:
             raise InputError("the optimization begins with no copies; start it as 'aligned' or 'blocks' to see some")
         where = sourcemap.carried(self.where, self.factors, (1,) * len(self.factors), self.task.shape)
-        if self.warped is not None and max(self.factors) == 1:
-            return sourcemap.read_between(continued(exemplar.canvas, exemplar.owner), self.warped), where
+        if self.fitted is not None and max(self.factors) == 1:
+            return sourcemap.read_between(continued(exemplar.canvas, exemplar.owner), self.fitted.places), where
         return sourcemap.look_up(exemplar.canvas, where), where
 
     def anew(self, part: Box, seed: int) -> "Beginning":
@@ -61,7 +61,7 @@ class Beginning:
         generator = generator_of(seed)
         blocks = self.blocks.anew(box.clipped(self.blocks.shape, self.blocks.wraps), generator)
         task = replace(self.task, generator=generator)
-        return replace(self, task=task, where=blocks.where, warped=blocks.warped, blocks=blocks)
+        return replace(self, task=task, where=blocks.where, fitted=blocks.fitted, blocks=blocks)
 
     def as_copied(self) -> "Beginning":
         """The same at full resolution, of which nothing is improved: all stays as it is copied together."""
@@ -97,7 +97,7 @@ def begin(
         image = sourcemap.look_up(exemplar.canvas, where)
         return Beginning(replace(task, levels=finest), image, where, factors, finished=True)
     laid = block_start(seen, exemplar)
-    return Beginning(task, None, laid.where, laid.factors, laid.blocks.gaps, laid.blocks.warped, laid.blocks)
+    return Beginning(task, None, laid.where, laid.factors, laid.blocks.gaps, laid.blocks.fitted, laid.blocks)
 
 
 def _recognized(task: Task, exemplar: Exemplar) -> Task:

@@ -30,8 +30,8 @@ SETTLED = 0.005
 """A level ends when fewer than this share of its matches change: a bound on time. With 0 two stills are the same bits,
 with .02 one of them differs by .001 of the range."""
 
-WARPED = 2
-"""So many pixels beside what is warped stay as they are copied. By eye, on stones."""
+BESIDE = 2
+"""So many pixels beside what was changed stay as they are copied. By eye, on stones."""
 
 Between = Callable[[Tensor, Step], Tensor]
 
@@ -106,17 +106,16 @@ def _uncut(beginning: Beginning, image: Tensor, where: Tensor, factors: tuple[in
         return image, where
     take = beginning.gaps.cheaper(before, where, task.wraps)
     (copied, _), seen = beginning.copied(), take
-    if beginning.warped is not None:  # beside what is warped all is a seam, EM dots joints with other elements
-        seen = take & ~_near_warped(beginning.warped)
+    if beginning.fitted is not None:  # beside what was changed all is a seam, EM dots joints with other elements
+        seen = take & ~_near(beginning.fitted.changed)
     if task.mask is not None:
         take, seen = take | ~task.mask, seen | ~task.mask
     return torch.where(seen, image, copied), torch.where(take, where, before)
 
 
-def _near_warped(places: Tensor) -> Tensor:
-    """Where (H, W) places (2, H, W) lie between pixels, or near such."""
-    warped = (places != places.round()).any(0)
-    return F.max_pool2d(warped[None].float(), 2 * WARPED + 1, 1, WARPED)[0] > 0
+def _near(changed: Tensor) -> Tensor:
+    """Where (H, W) pixels are changed (H, W), or near such."""
+    return F.max_pool2d(changed[None].float(), 2 * BESIDE + 1, 1, BESIDE)[0] > 0
 
 
 def _iterate(scene: Scene, estimate: Estimate, report: "_Report", between: Between | None) -> tuple[Estimate, str]:

@@ -2,7 +2,7 @@
 
 from kwatra.pieces.blocks import BlockStart
 from kwatra.pieces.boxes import Box
-from kwatra.pieces.cells import Cells, find_cells, redrawn
+from kwatra.pieces.cells import Cells, Fitted, find_cells, redrawn
 from kwatra.pieces.choosing import Fit, totals
 from kwatra.pieces.given import GivenCopies
 from kwatra.pieces.seams import (
@@ -34,6 +34,7 @@ __all__ = [
     "Cut",
     "Depth",
     "Fit",
+    "Fitted",
     "Gaps",
     "GivenCopies",
     "Hidden",

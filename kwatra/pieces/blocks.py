@@ -27,7 +27,7 @@ from kwatra.base import continued, mean
 from kwatra.elements import Lattice, Rows
 from kwatra.exemplar import Exemplar
 from kwatra.pieces.boxes import Box
-from kwatra.pieces.cells import Cells, find_cells, fitted
+from kwatra.pieces.cells import Cells, Fitted, find_cells, fitted
 from kwatra.pieces.choosing import (
     NO_TWINS,
     Asked,
@@ -65,8 +65,7 @@ class BlockStart:
     that pixels should have, with weights; a weight of 1 counts fully, as what is laid already. given (n, *shape): where
     in the exemplar's canvas pixels come from that are given and stay, below 0 where none is.
 
-    warped (2, H, W): once blocks are laid, the places between pixels that are shown, float64, where elements were made
-    whole; None where none are.
+    fitted: once blocks are laid, what is shown where elements were made whole; None where none are.
     """
 
     def __init__(
@@ -113,7 +112,7 @@ class BlockStart:
         offers, shown = Offers(sheet, image, self.wish, var, min(overlap), not aligned), np.zeros(mosaic.cell)
         how = scene, seams, shown, generator
         self.layer = Layer(exemplar, candidates, offers, spread, overlap, *how)
-        self.warped: Tensor | None = None
+        self.fitted: Fitted | None = None
 
     @property
     def sheet(self) -> Sheet[Mosaic]:
@@ -162,7 +161,7 @@ class BlockStart:
     @property
     def where(self) -> Tensor:
         """The source map (n, *shape) of what is laid, with elements made whole that nothing steers."""
-        return self._laid if self.warped is None else self.warped.round().long()
+        return self._laid if self.fitted is None else self.fitted.places.round().long()
 
     @property
     def _laid(self) -> Tensor:
@@ -172,14 +171,13 @@ class BlockStart:
 
     @property
     def cells(self) -> Cells | None:
-        """Those that are fitted: of a still that nothing steers, where offsets may be any.
+        """Those that are fitted: of a still that nothing steers, where offsets may be any, and blocks need no step.
 
-        Blocks in step need it only of loose elements: others meet as they stand, and fitted, bricks of many lengths
-        become crooked, in lumps of mortar.
+        In step elements meet as they stand: fitted, bricks of many lengths become crooked, in lumps of mortar, and four
+        stills of a twill score .085 in place of .064.
         """
         alone = self.free and self.gaps is not None and max(self.grain) == 1 and not self.given.any
-        cells = find_cells(self.exemplar) if alone else None
-        return cells if cells is None or cells.loose or self.layer.candidates.steps is None else None
+        return find_cells(self.exemplar) if alone and self.layer.candidates.steps is None else None
 
     def anew(self, part: Box, generator: torch.Generator) -> "BlockStart":
         """Another start, in which blocks are laid anew where a part of the output is; this one stays as it is.
@@ -204,7 +202,7 @@ class BlockStart:
         if self.wish is not None and self.wish.guided and self.gaps is not None:
             self._follow(self.gaps.hidden.size)
         cells = self.cells
-        self.warped = None if cells is None else fitted(self._laid, cells, self.wraps)
+        self.fitted = None if cells is None else fitted(self._laid, cells, self.layer.offers.image, self.wraps)
 
     def _go_on(self) -> None:
         """Complete elements that the border of what is given cuts, and lay small blocks along it."""

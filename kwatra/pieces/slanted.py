@@ -78,7 +78,7 @@ class SlantedStart:
     block: its size where lines run along an axis. easier: how many times less seams cost there along each axis.
     """
 
-    gaps = warped = None
+    gaps = fitted = None
 
     def __init__(
         self,

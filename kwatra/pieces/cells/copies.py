@@ -42,7 +42,7 @@ class Copies(NamedTuple):
 
     laid: where they lie. shown, room (m,): how many pixels of each cell are seen, and the output has room for; elements
     (m,): the same of its element. number (H, W): of which copy each pixel is, -1 of none of them. stays (H, W): what is
-    of cells that are not sure, and stays as it is.
+    of cells that are not sure, and stays as it is; none of loose elements that the exemplar's border cuts.
     """
 
     laid: Laid
@@ -74,15 +74,25 @@ def copies_that_flow(places: Array, inside: Array, cells: Cells) -> Copies:
     A part of that is undone, and what is short of room pushes the others.
     """
     found = _found(places, inside, cells)
-    to = turned(places, found.number, len(found.cell), UNDONE_LOOSE if cells.loose else UNDONE)
+    telling = _of_elements(found, places, cells) if cells.loose else found.number
+    to = turned(places, telling, len(found.cell), UNDONE_LOOSE if cells.loose else UNDONE)
     copies = _wanted(found, to, inside, cells, LEFT)
     return copies._replace(laid=copies.laid._replace(push=_push(copies, _usual(cells)[copies.laid.cell])))
 
 
+def _of_elements(found: _Region, places: Array, cells: Cells) -> Array:
+    """The same numbers (H, W) where places (2, H, W) are of elements alone, of copies of which that is no crumb.
+
+    The ground around loose ones is left as it flows, which would turn and stretch them more.
+    """
+    own = cells.shows_element(places) & (found.number >= 0)
+    enough = np.bincount(found.number[own], minlength=len(found.cell)) > CRUMB * cells.usual
+    return np.where((found.number >= 0) & (own | ~enough[found.number]), found.number, -1)
+
+
 def _found(places: Array, known: Array, cells: Cells) -> _Region:
     """The copies of cells that are more than crumbs where an output shows places (2, H, W), as far as it is known."""
-    corner = np.array(cells.number.shape)[:, None, None] - 1
-    number = np.where(known, cells.number[tuple(np.rint(places).astype(np.int64).clip(0, corner))], 0)
+    number = np.where(known, cells.number[cells.at(places)], 0)
     count, copy = joined(*(_continued(number, places, axis) for axis in range(2)))
     shown, cell = np.bincount(copy.ravel(), minlength=count), number.ravel()[np.unique(copy, return_index=True)[1]]
     enough = (cell > 0) & (shown > CRUMB * cells.usual)
@@ -97,7 +107,7 @@ def _wanted(found: _Region, to: Array, known: Array, cells: Cells, least: float)
     hidden = beside | (counts[:, 1] < counts[:, 0])  # nobody sees how an element goes on there, or whether it does
     room = np.where(hidden, counts[:, 1], _usual(cells)[laid.cell])
     seen, sure = found.shown >= least * room, cells.sure[laid.cell]
-    wanted, stays = seen & sure, np.append(seen & ~sure, False)
+    wanted, stays = seen & sure, np.append(seen & ~sure & (cells.whole[laid.cell] | (not cells.loose)), False)
     number = np.append(np.where(wanted, np.cumsum(wanted) - 1, -1), -1)[found.number]
     laid = Laid(*(part[wanted] for part in laid))
     return Copies(laid, found.shown[wanted], room[wanted], counts[wanted, 2], number, stays[found.number])

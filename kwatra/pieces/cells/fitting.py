@@ -6,16 +6,18 @@ laid; the plane is divided among these, each pixel going to the cell that it is 
 that has its place stays as it is. Another moves to where most of it lies in its share, and its cell is warped along
 rays from its middle until it fills that share, gaps and all (compare Wu and Yu 2004, "Feature matching and deformation
 for texture synthesis", where patches are warped until their features meet). Elements on wide and plain ground are
-loose: they are squeezed where they lack room, but never stretched to fill it.
+loose: they are squeezed where they lack room, but never stretched to fill it, and the ground stays as it was laid.
 """
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 import torch
 from scipy import ndimage
 from torch import Tensor
 
+from kwatra.pieces.cells.clearing import RIM, cleared, seen_of
 from kwatra.pieces.cells.copies import Copies, copies_of, copies_that_flow
 from kwatra.pieces.cells.shapes import Cells
 from kwatra.pieces.seams import Array
@@ -28,9 +30,6 @@ MOVES, MOVED = 4, 1 / 3
 so often. By eye: if they move once coins that met are dented, with 10 times no less than with 4. Three stills of stones
 of 50 px that fill the plane score .068 if these move once, .078 with 4 times."""
 
-RIM = 2
-"""So many pixels of ground stay around an element that stays. Not tuned."""
-
 STRETCHED = 1.5
 """Elements are stretched and squeezed by no more where that is enough, and keep their size around the middle."""
 
@@ -38,18 +37,30 @@ AROUND = 8
 """An output that wraps is looked at with so many times as much around it as one element reaches the next."""
 
 
-def fitted(where: Tensor, cells: Cells, wraps: Sequence[bool] = (False, False)) -> Tensor:
-    """A source map (2, H, W) with the elements of copies made whole, float64: between pixels where they are warped.
+class Fitted(NamedTuple):
+    """A source map with elements made whole: places (2, H, W), float64, between pixels where elements are warped.
 
-    wraps: along which axes it is periodic. Memory is that of some ten arrays of the output's size.
+    changed (H, W): where they are others than were laid.
+    """
+
+    places: Tensor
+    changed: Tensor
+
+
+def fitted(where: Tensor, cells: Cells, image: Array, wraps: Sequence[bool] = (False, False)) -> Fitted:
+    """A source map (2, H, W) with the elements of copies made whole.
+
+    image (C, *S): the colors of the exemplar's canvas. wraps: along which axes the map is periodic. Memory is that of
+    some ten arrays of the output's size.
     """
     around = [(AROUND * cells.reach * wrap,) * 2 for wrap in wraps]
-    made = _fitted(np.pad(where.cpu().numpy(), [(0, 0), *around], mode="wrap"), cells)
+    made = _fitted(np.pad(where.cpu().numpy(), [(0, 0), *around], mode="wrap"), cells, image)
     inner = tuple(slice(before, size - after) for (before, after), size in zip(around, made.shape[1:], strict=True))
-    return torch.from_numpy(np.ascontiguousarray(made[(slice(None), *inner)])).to(where.device)
+    places = torch.from_numpy(np.ascontiguousarray(made[(slice(None), *inner)])).to(where.device)
+    return Fitted(places, (places != where).any(0))
 
 
-def _fitted(where: Array, cells: Cells) -> Array:
+def _fitted(where: Array, cells: Cells, image: Array) -> Array:
     from kwatra.pieces.cells.loops import move
 
     copies, shapes = copies_of(where, cells), cells.shapes
@@ -65,11 +76,11 @@ def _fitted(where: Array, cells: Cells) -> Array:
             more = _astray(where, cells, copies, share)
             astray, others = astray | more[0], others | more[1]
     kept = (copies.number >= 0) & ~astray[copies.number]
-    kept &= ndimage.binary_dilation(kept & cells.element[tuple(where)], iterations=RIM)
+    kept &= ndimage.binary_dilation(kept & cells.shows_element(where), iterations=RIM)
     share[kept] = copies.number[kept]
     written = (share >= 0) & (astray[share] | (others & (copies.number != share)))
     _warp(copies, cells, share, best, second, written, made)
-    return made
+    return cleared(where, made, written, kept | copies.stays, cells, image) if cells.loose else made
 
 
 def redrawn(places: Tensor, inside: Tensor, cells: Cells) -> Tensor:
@@ -77,12 +88,16 @@ def redrawn(places: Tensor, inside: Tensor, cells: Cells) -> Tensor:
 
     An element is drawn as what is seen of it has been moved, turned and stretched on the mean, a part of which is
     undone (`copies.UNDONE`), and gives way where others come too near. As all are drawn so nothing jumps that moves a
-    little. Memory is as of `fitted`.
+    little. The ground around loose ones flows on, but where it would show more of them. Memory is as of `fitted`.
     """
-    made, known = places.double().cpu().numpy().copy(), inside.cpu().numpy()
-    copies = copies_that_flow(made, known, cells)
+    before, known = places.double().cpu().numpy(), inside.cpu().numpy()
+    copies, made = copies_that_flow(before, known, cells), before.copy()
     share, best, second = _divided(copies, cells, cells.shapes.soft)
-    _warp(copies, cells, share, best, second, (share >= 0) & known, made)
+    written = (share >= 0) & known
+    _warp(copies, cells, share, best, second, written, made)
+    if cells.loose:
+        other = ndimage.binary_dilation(known & cells.shows_element(before))
+        made = np.where(written & (other | seen_of(made, written, cells)), made, before)
     return torch.from_numpy(made).to(places)
 
 
@@ -111,7 +126,7 @@ def _astray(where: Array, cells: Cells, copies: Copies, share: Array) -> tuple[A
 
     All of an element is to be in its share, and nothing of another.
     """
-    element, own, room = cells.element[tuple(where)] & (share >= 0), copies.number == share, copies.elements
+    element, own, room = cells.shows_element(where) & (share >= 0), copies.number == share, copies.elements
     others = element & ~own
     placed, found = (np.bincount(share[some], minlength=len(room)) for some in (element & own, others))
     return (placed < (1 - MISSED) * room) | (found > MISSED * room), others

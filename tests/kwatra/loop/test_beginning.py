@@ -203,13 +203,15 @@ def test_elements_of_one_exemplar_are_made_whole_where_nothing_steers() -> None:
     stones = [MADE["stones"](96, 20, number).image for number in range(2)]
     one = Exemplar.of(stones[0])
     beginning = begin(one, (64, 64))
-    assert beginning.warped is not None
+    assert beginning.fitted is not None
     assert beginning.where is not None
-    assert torch.equal(beginning.warped.round().long(), beginning.where)
-    assert not torch.equal(beginning.warped, beginning.where.double())
+    warped, changed = beginning.fitted
+    assert torch.equal(warped.round().long(), beginning.where)
+    assert not torch.equal(warped, beginning.where.double())
     image, where = beginning.copied()
-    on = (beginning.warped == where).all(0)
+    on = (warped == where).all(0)
+    assert on[~changed].all()
     assert torch.equal(image[:, on], stones[0][:, *where[:, on]])
-    assert begin(Exemplar.of(stones), (64, 64)).warped is None
+    assert begin(Exemplar.of(stones), (64, 64)).fitted is None
     noise = torch.rand(3, 64, 64, generator=torch.Generator().manual_seed(0))
-    assert begin(Exemplar.of(noise), (64, 64)).warped is None
+    assert begin(Exemplar.of(noise), (64, 64)).fitted is None

@@ -11,6 +11,7 @@ from kwatra.pieces.cells.copies import UNDONE, copies_of, copies_that_flow
 from kwatra.pieces.seams import Parts
 
 SIDE, PITCH = 96, 16
+IMAGE = np.zeros((1, SIDE, SIDE))
 
 
 def stones() -> Cells:
@@ -79,12 +80,12 @@ def test_pixels_continue_each_other_in_one_cell() -> None:
 def test_a_copy_that_is_whole_stays_as_it_is() -> None:
     cells, where = stones(), halves(0)
     where[1, :, 40:] += 30
-    assert torch.equal(fitted(where, cells), where.double())
+    assert torch.equal(fitted(where, cells, IMAGE).places, where.double())
 
 
 def test_elements_that_a_seam_cuts_are_whole_and_the_others_stay() -> None:
     cells, where = stones(), halves(6)
-    made = fitted(where, cells).round().long()
+    made = fitted(where, cells, IMAGE).places.round().long()
     before, after = shares_seen(where, cells), shares_seen(made, cells)
     assert sum(share < 0.6 for share in before) > 4
     assert sum(share < 0.6 for share in after) == 0
@@ -93,12 +94,13 @@ def test_elements_that_a_seam_cuts_are_whole_and_the_others_stay() -> None:
     assert torch.equal(made[:, :, :16], where[:, :, :16])
     assert torch.equal(made[:, :, 64:], where[:, :, 64:])
     assert bool(((made >= 0) & (made < SIDE)).all())
-    assert torch.equal(fitted(where, cells).round().long(), made)
+    assert torch.equal(fitted(where, cells, IMAGE).places.round().long(), made)
 
 
 def test_what_is_warped_lies_between_pixels_and_elements_that_have_their_place_on_them() -> None:
     cells, where = stones(), halves(6)
-    made = fitted(where, cells)
+    made, changed = fitted(where, cells, IMAGE)
+    assert torch.equal(changed, (made != where).any(0))
     between = (made != made.round()).any(0)
     assert 0.05 < float(between.float().mean()) < 0.5
     assert not between[:, :16].any()
@@ -109,12 +111,12 @@ def test_what_is_warped_lies_between_pixels_and_elements_that_have_their_place_o
 def test_what_is_not_sure_stays() -> None:
     cells, where = stones(), halves(6)
     none = cells._replace(sure=np.zeros_like(cells.sure))
-    assert torch.equal(fitted(where, none), where.double())
+    assert torch.equal(fitted(where, none, IMAGE).places, where.double())
 
 
 def test_an_output_that_wraps_is_fitted_across_its_border() -> None:
     cells, where = stones(), halves(6)
-    made, rolled = (fitted(some, cells, (False, True)).round() for some in (where, where.roll(27, 2)))
+    made, rolled = (fitted(some, cells, IMAGE, (False, True)).places.round() for some in (where, where.roll(27, 2)))
     assert not torch.equal(made[:, :, :8], where[:, :, :8])  # the halves meet there, too
     assert float((made.roll(27, 2) != rolled).any(0).float().mean()) < 0.01  # but for ties
 

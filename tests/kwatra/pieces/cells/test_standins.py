@@ -93,7 +93,7 @@ def test_what_is_cut_is_whole_in_an_output_unless_the_outputs_border_cuts_it(inn
     where = torch.stack([rows, columns])
     if inner:  # what is on the exemplar's border lies in the middle, below ground that goes on
         where = torch.stack([torch.where(rows < 40, rows + 40, rows - 40), columns])
-    made = fitted(where, cells).round().long()
+    made = fitted(where, cells, exemplar.canvas.numpy()).places.round().long()
     if not inner:
         assert torch.equal(made[:, :12], where[:, :12])
         return
@@ -115,7 +115,7 @@ def test_loose_elements_that_come_too_near_move_apart_and_stay_round() -> None:
     assert cells.loose
     rows, columns = torch.meshgrid(torch.arange(78), torch.arange(130), indexing="ij")
     where = torch.stack([rows, torch.where(columns < 52, columns, columns - 15)])  # discs overlap by some 3 px
-    made = fitted(where, cells).round().long()
+    made = fitted(where, cells, image.numpy()).places.round().long()
     shown, _ = ndimage.label(number[tuple(made.numpy())] > 0)
     full = int((number == 7).sum())
     for box, area in zip(ndimage.find_objects(shown), np.bincount(shown.ravel())[1:], strict=True):

@@ -6,7 +6,7 @@ from made import MADE
 
 from kwatra import Exemplar, Settings, optimize
 from kwatra.elements import Ground, Lattice, find_ground, find_outlines
-from kwatra.pieces import BlockStart, Gaps, Hidden, Mosaic, blocks, find_gaps, hidden_along, hidden_seams
+from kwatra.pieces import BlockStart, Fitted, Gaps, Hidden, Mosaic, blocks, find_gaps, hidden_along, hidden_seams
 from kwatra.pieces.seams.gaps import ALIGNED, CUTTING, SURE
 from kwatra.terms import Wish
 
@@ -174,7 +174,7 @@ def test_em_undoes_no_seam_that_goes_around_elements(wrap, monkeypatch):
 
 
 def test_where_em_is_not_taken_pixels_are_the_exemplars_own(monkeypatch):
-    monkeypatch.setattr(blocks, "fitted", lambda where, *_: where.double())  # none is warped
+    monkeypatch.setattr(blocks, "fitted", lambda where, *_: Fitted(where.double(), where[0] < 0))  # none is warped
     made = MADE["stones"](128, 20, 0)
     result = optimize(Exemplar.of(made.image), (96, 96))
     copied = made.image[(slice(None), *result.where)]
