@@ -8,8 +8,9 @@ ground tells by itself what it looks like.
 import numpy as np
 from scipy import ndimage
 
-from kwatra.elements.ground import SPECK
+from kwatra.elements.ground import SPECK, depth_beside
 from kwatra.pieces.seams import Array, Parts
+from kwatra.pieces.seams.parts import told_apart
 
 FAR, SOME = 3, 0.05
 """Ground is plain so many pixels from any element, if it is so much of the exemplar at least: joints of stones made in
@@ -41,16 +42,15 @@ def plain_ground(number: Array, inside: Array) -> Array | None:
 def with_rims(parts: Parts, colors: Array, inside: Array, plain: Array) -> Parts:
     """Parts with what lies beside them and does not look like plain ground, without what looks so along their edge.
 
-    What is then a speck is none, and others are numbered anew. plain (*S): where ground is plain. colors (C, *S): of
-    the exemplar's canvas; inside (*S): what of it there is.
+    What is then a speck is none, and others are told apart anew, as some hung together by what looks like ground. plain
+    (*S): where ground is plain. colors (C, *S): of the exemplar's canvas; inside (*S): what of it there is.
     """
     element, off = parts.number > 0, _off(colors, plain)
     unlike = inside & _unlike(colors, plain) & (off > FAINT * np.median(off[element]))
     ground = ndimage.binary_dilation(~element, iterations=EDGE, mask=~element | (inside & ~unlike))
     widest = max(round(WIDEST * parts.size), 1)
     grown = ndimage.binary_dilation(~ground, iterations=widest, mask=~ground | unlike)
-    near = ndimage.distance_transform_edt(~element, return_distances=False, return_indices=True)
-    number = np.where(grown, parts.number[tuple(near)], 0)
+    number = told_apart(grown, depth_beside(~grown, parts.size))
     large = np.bincount(number.ravel(), minlength=1) >= SPECK * parts.size**2
     large[0] = False
     renumbered = np.where(large, np.cumsum(large), 0)[number]

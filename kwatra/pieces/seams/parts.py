@@ -43,15 +43,15 @@ def parts_of(hidden: Hidden, inside: Array) -> Parts:
     steps = deep * max(RIM * hidden.size, 1.0)  # px from the ground
     core = (steps > 1.2) & inside  # not beside it
     core |= _without((steps > 0.5) & inside, core)
-    number = _numbered(core, deep)
+    number = told_apart(core, deep)
     away, near = ndimage.distance_transform_edt(~core, return_indices=True)
     element = inside & (steps > 0.5) & (away <= FARTHEST)
     number = np.where(element, number[tuple(near)], np.where(inside, 0, -1))
     return Parts(number, core, deep, hidden.size)
 
 
-def _numbered(core: Array, deep: Array) -> Array:
-    """The number (*S) of the element whose core a place is of, 0 of none: they part where they are least deep."""
+def told_apart(core: Array, deep: Array) -> Array:
+    """The number (*S) of the element whose core (*S) a place is of, 0 of none: they part where they are least deep."""
     from skimage.segmentation import watershed  # takes a tenth of a second; few pictures have elements
 
     markers, count = ndimage.label(core & (deep > MIDDLE))
