@@ -52,6 +52,13 @@ class Copies(NamedTuple):
     number: Array
     stays: Array
 
+    def without(self, some: Array) -> "Copies":
+        """The others than some (m,) of them."""
+        left = ~some
+        number = np.append(np.where(left, np.cumsum(left) - 1, -1), -1)[self.number]
+        laid = Laid(*(part[left] for part in self.laid))
+        return Copies(laid, self.shown[left], self.room[left], self.elements[left], number, self.stays)
+
 
 class _Region(NamedTuple):
     """Copies as they are found: number (H, W), -1 of none; of each its cell and how many pixels are shown (m,)."""

@@ -6,7 +6,8 @@ laid; the plane is divided among these, each pixel going to the cell that it is 
 that has its place stays as it is. Another moves to where most of it lies in its share, and its cell is warped along
 rays from its middle until it fills that share, gaps and all (compare Wu and Yu 2004, "Feature matching and deformation
 for texture synthesis", where patches are warped until their features meet). Elements on wide and plain ground are
-loose: they are squeezed where they lack room, but never stretched to fill it, and the ground stays as it was laid.
+loose: they are squeezed where they lack room, or give way, but never stretched to fill it, and the ground stays as it
+was laid.
 """
 
 from collections.abc import Sequence
@@ -29,6 +30,9 @@ MOVES, MOVED = 4, 1 / 3
 """Elements move to where they have room by so much of what they are stretched by at most, along each axis; loose ones
 so often. By eye: if they move once coins that met are dented, with 10 times no less than with 4. Three stills of stones
 of 50 px that fill the plane score .068 if these move once, .078 with 4 times."""
+
+ROOM = 0.7
+"""A loose element gives way if less of it has room once it has moved; else it is squeezed. By eye, on coins."""
 
 STRETCHED = 1.5
 """Elements are stretched and squeezed by no more where that is enough, and keep their size around the middle."""
@@ -60,27 +64,63 @@ def fitted(where: Tensor, cells: Cells, image: Array, wraps: Sequence[bool] = (F
     return Fitted(places, (places != where).any(0))
 
 
-def _fitted(where: Array, cells: Cells, image: Array) -> Array:
-    from kwatra.pieces.cells.loops import move
+class _Divided(NamedTuple):
+    """Which copy each pixel (H, W) goes to, -1 where to none, how near that is, and how near the next."""
 
-    copies, shapes = copies_of(where, cells), cells.shapes
-    share, best, second = _divided(copies, cells, shapes.away)
-    astray, others = _astray(where, cells, copies, share)
-    made = where.astype(np.float64)
+    share: Array
+    best: Array
+    second: Array
+
+
+def _fitted(where: Array, cells: Cells, image: Array) -> Array:
+    copies, made = copies_of(where, cells), where.astype(np.float64)
+    divided = _divided(copies, cells, cells.shapes.away)
+    astray, others = _astray(where, cells, copies, divided.share)
     if not (astray.any() or others.any()):
         return made
-    for _ in range(MOVES if cells.loose else 1):
-        move(shapes.windows, shapes.element, tuple(copies.laid), round(MOVED * cells.reach), astray, share)
-        share, best, second = _divided(copies, cells, shapes.soft)
-        if cells.loose:
-            more = _astray(where, cells, copies, share)
-            astray, others = astray | more[0], others | more[1]
+    divided, astray, others = _moved(where, cells, copies, divided, astray, others)
+    while cells.loose and (crowded := _crowded(cells, copies, divided.share)).any():
+        copies, astray = copies.without(crowded), astray[~crowded]
+        divided = _divided(copies, cells, cells.shapes.away)
+        more = _astray(where, cells, copies, divided.share)
+        divided, astray, others = _moved(where, cells, copies, divided, astray | more[0], others | more[1])
+    share = divided.share
     kept = (copies.number >= 0) & ~astray[copies.number]
     kept &= ndimage.binary_dilation(kept & cells.shows_element(where), iterations=RIM)
     share[kept] = copies.number[kept]
     written = (share >= 0) & (astray[share] | (others & (copies.number != share)))
-    _warp(copies, cells, share, best, second, written, made)
+    _warp(copies, cells, divided, written, made)
     return cleared(where, made, written, kept | copies.stays, cells, image) if cells.loose else made
+
+
+def _moved(
+    where: Array, cells: Cells, copies: Copies, divided: _Divided, astray: Array, others: Array
+) -> tuple[_Divided, Array, Array]:
+    """How the plane is divided once copies that are astray have moved; and what then is astray, as of `_astray`."""
+    from kwatra.pieces.cells.loops import move
+
+    for _ in range(MOVES if cells.loose else 1):
+        windows, reach = cells.shapes.windows, round(MOVED * cells.reach)
+        move(windows, cells.shapes.element, tuple(copies.laid), reach, astray, divided.share)
+        divided = _divided(copies, cells, cells.shapes.soft)
+        if cells.loose:
+            more = _astray(where, cells, copies, divided.share)
+            astray, others = astray | more[0], others | more[1]
+    return divided, astray, others
+
+
+def _crowded(cells: Cells, copies: Copies, share: Array) -> Array:
+    """Which copies (m,) lack room for their elements: of those beside each other the one that lacks most."""
+    from kwatra.pieces.cells.loops import count_own
+
+    found, laid = np.zeros(len(copies.laid.cell)), copies.laid
+    count_own(cells.shapes.windows, cells.shapes.element, tuple(laid), share, found)
+    crowded, last = np.zeros(len(found), bool), laid.corner + laid.size
+    for m in np.argsort(found, kind="stable").tolist():
+        if found[m] >= ROOM:
+            break
+        crowded[m] = not ((laid.corner[crowded] < last[m]) & (last[crowded] > laid.corner[m])).all(1).any()
+    return crowded
 
 
 def redrawn(places: Tensor, inside: Tensor, cells: Cells) -> Tensor:
@@ -92,33 +132,33 @@ def redrawn(places: Tensor, inside: Tensor, cells: Cells) -> Tensor:
     """
     before, known = places.double().cpu().numpy(), inside.cpu().numpy()
     copies, made = copies_that_flow(before, known, cells), before.copy()
-    share, best, second = _divided(copies, cells, cells.shapes.soft)
-    written = (share >= 0) & known
-    _warp(copies, cells, share, best, second, written, made)
+    divided = _divided(copies, cells, cells.shapes.soft)
+    written = (divided.share >= 0) & known
+    _warp(copies, cells, divided, written, made)
     if cells.loose:
         other = ndimage.binary_dilation(known & cells.shows_element(before))
         made = np.where(written & (other | seen_of(made, written, cells)), made, before)
     return torch.from_numpy(made).to(places)
 
 
-def _divided(copies: Copies, cells: Cells, aways: Array) -> tuple[Array, Array, Array]:
-    """Which copy each pixel (H, W) goes to, -1 where to none, how near that is, and how near the next."""
+def _divided(copies: Copies, cells: Cells, aways: Array) -> _Divided:
+    """How the plane is divided among copies, of which pixels are so far away."""
     from kwatra.pieces.cells.loops import divide
 
     shape = copies.number.shape
     best, second, share = np.empty(shape, np.float32), np.empty(shape, np.float32), np.empty(shape, np.int64)
     divide(cells.shapes.windows, aways, tuple(copies.laid), best, second, share)
     share[copies.stays] = -1
-    return share, best, second
+    return _Divided(share, best, second)
 
 
-def _warp(copies: Copies, cells: Cells, share: Array, best: Array, second: Array, written: Array, made: Array) -> None:
+def _warp(copies: Copies, cells: Cells, divided: _Divided, written: Array, made: Array) -> None:
     """Have shares show whole cells: set the places `made` (2, H, W) that are written (H, W)."""
     from kwatra.pieces.cells.rays import warp
 
     shapes, how = cells.shapes, (cells.rays, STRETCHED, cells.gaps)
     values = shapes.windows, shapes.away, shapes.element
-    warp(*values, tuple(copies.laid), *how, best, second, share, written, made)
+    warp(*values, tuple(copies.laid), *how, divided.best, divided.second, divided.share, written, made)
 
 
 def _astray(where: Array, cells: Cells, copies: Copies, share: Array) -> tuple[Array, Array]:

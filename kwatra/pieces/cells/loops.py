@@ -108,6 +108,14 @@ def move(windows: Any, element: Any, laid: Any, reach: Any, astray: Any, owner: 
 
 
 @jitted
+def count_own(windows: Any, element: Any, laid: Any, owner: Any, shares: Any) -> None:
+    """Set the share of each copy's element (m,) that is its own where it lies, `owner` (H, W), or beyond the output."""
+    for m in range(len(shares)):
+        there, (top, left) = seen(windows, element, laid, m, 0.0), laid[2][m]
+        shares[m] = _count_own(there, top, left, m, owner) / max((there > 0.5).sum(), 1)
+
+
+@jitted
 def _count_own(element: Any, top: Any, left: Any, m: Any, owner: Any) -> Any:
     """How many pixels of an element (h, w) whose first is at (top, left) are a copy's own, or beyond the output."""
     count = 0

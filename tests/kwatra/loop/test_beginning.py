@@ -10,7 +10,7 @@ from kwatra import Exemplar, InputError, Level, Settings, SoftPixels, begin, imp
 from kwatra.base import generator_of
 from kwatra.elements import find_rows, find_weave
 from kwatra.loop import laying, looks
-from kwatra.pieces import BlockStart, Box
+from kwatra.pieces import BlockStart, Box, find_cells
 
 SMALL = Settings(levels=(Level(2, 8, 2), Level(1, 8, 2)))
 
@@ -215,3 +215,17 @@ def test_elements_of_one_exemplar_are_made_whole_where_nothing_steers() -> None:
     assert begin(Exemplar.of(stones), (64, 64)).fitted is None
     noise = torch.rand(3, 64, 64, generator=torch.Generator().manual_seed(0))
     assert begin(Exemplar.of(noise), (64, 64)).fitted is None
+
+
+def test_loose_elements_are_made_whole_but_on_a_regular_lattice() -> None:
+    row, column = torch.meshgrid(torch.arange(100), torch.arange(110), indexing="ij")
+    far = ((row % 20 - 10) ** 2 + (column % 20 - 10) ** 2).sqrt()
+    noise = 0.02 * torch.rand(3, 100, 110, generator=torch.Generator().manual_seed(0))
+    dots = Exemplar.of((far < 6.5).float() * torch.tensor([0.8, 0.5, 0.3]).view(3, 1, 1) + noise)
+    cells = find_cells(dots)
+    assert cells is not None
+    assert cells.loose
+    laid = begin(dots, (80, 80))
+    assert laid.fitted is None
+    assert laid.blocks is not None
+    assert begin(Exemplar.of(MADE["coins"](128, 32, 1).image), (80, 80)).fitted is not None  # three in a row by chance

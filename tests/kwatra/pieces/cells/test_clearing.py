@@ -6,7 +6,7 @@ from discs import RADIUS, discs
 from scipy import ndimage
 
 from kwatra import Exemplar
-from kwatra.pieces.cells import Cells, find_cells, fitted, redrawn
+from kwatra.pieces.cells import Cells, find_cells, fitted, fitting, redrawn
 from kwatra.pieces.cells.clearing import RIM, cleared, seen_of
 from kwatra.pieces.cells.copies import copies_of, copies_that_flow
 from kwatra.pieces.cells.laid import LONGEST, turned
@@ -111,3 +111,28 @@ def test_what_would_be_drawn_as_nearly_nothing_is_only_moved() -> None:
     assert np.allclose(found, [[-1, 0.01], [0.01, -1]], atol=1e-3)
     longer = np.stack([(LONGEST + 1) * pixels[0], pixels[1] / LONGEST])
     assert np.array_equal(turned(longer, copy, 1, 0.0)[0, :, :2], np.eye(2))
+
+
+def test_of_elements_that_lack_room_the_one_that_lacks_most_gives_way() -> None:
+    _, number, cells = woven(3, 5)
+    copies = copies_of(np.indices(number.shape), cells)
+    share = fitting._divided(copies, cells, cells.shapes.away).share
+    assert not fitting._crowded(cells, copies, share).any()
+    of_disc = [np.bincount(copies.number[number == disc]).argmax() for disc in range(1, 16)]
+    for disc, lacking in ((7, 0.5), (8, 0.4), (15, 0.6), (13, 0.2)):  # 8 lies between 7 and 9
+        own = np.argwhere(number == disc)
+        share[tuple(own[: round(lacking * len(own))].T)] = -1
+    found = np.flatnonzero(fitting._crowded(cells, copies, share)).tolist()
+    assert sorted(found) == sorted([of_disc[6], of_disc[14]])
+
+
+def test_copies_without_some_are_numbered_anew() -> None:
+    _, _, cells = woven(3, 4)
+    copies = copies_of(np.indices(cells.number.shape), cells)
+    some = np.isin(np.arange(len(copies.shown)), (1, 4))
+    left = copies.without(some)
+    assert np.array_equal(left.laid.cell, copies.laid.cell[~some])
+    assert np.array_equal(left.elements, copies.elements[~some])
+    kept = left.number >= 0
+    assert np.array_equal(left.laid.cell[left.number[kept]], copies.laid.cell[copies.number[kept]])
+    assert np.array_equal(~kept, (copies.number < 0) | np.isin(copies.number, (1, 4)))
