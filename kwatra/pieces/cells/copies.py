@@ -42,7 +42,7 @@ class Copies(NamedTuple):
 
     laid: where they lie. shown, room (m,): how many pixels of each cell are seen, and the output has room for; elements
     (m,): the same of its element. number (H, W): of which copy each pixel is, -1 of none of them. stays (H, W): what is
-    of cells that are not sure, and stays as it is; none of loose elements that the exemplar's border cuts.
+    of cells that are not sure, and stays as it is; of loose ones no small part that the exemplar's border leaves.
     """
 
     laid: Laid
@@ -114,7 +114,8 @@ def _wanted(found: _Region, to: Array, known: Array, cells: Cells, least: float)
     hidden = beside | (counts[:, 1] < counts[:, 0])  # nobody sees how an element goes on there, or whether it does
     room = np.where(hidden, counts[:, 1], _usual(cells)[laid.cell])
     seen, sure = found.shown >= least * room, cells.sure[laid.cell]
-    wanted, stays = seen & sure, np.append(seen & ~sure & (cells.whole[laid.cell] | (not cells.loose)), False)
+    stay = cells.whole | (cells.area > cells.usual) | (not cells.loose)
+    wanted, stays = seen & sure, np.append(seen & ~sure & stay[laid.cell], False)
     number = np.append(np.where(wanted, np.cumsum(wanted) - 1, -1), -1)[found.number]
     laid = Laid(*(part[wanted] for part in laid))
     return Copies(laid, found.shown[wanted], room[wanted], counts[wanted, 2], number, stays[found.number])
