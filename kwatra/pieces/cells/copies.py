@@ -116,9 +116,8 @@ def _wanted(found: _Region, to: Array, known: Array, cells: Cells, least: float)
     seen, sure = found.shown >= least * room, cells.sure[laid.cell]
     stay = cells.whole | (cells.area > cells.usual) | (not cells.loose)
     wanted, stays = seen & sure, np.append(seen & ~sure & stay[laid.cell], False)
-    number = np.append(np.where(wanted, np.cumsum(wanted) - 1, -1), -1)[found.number]
-    laid = Laid(*(part[wanted] for part in laid))
-    return Copies(laid, found.shown[wanted], room[wanted], counts[wanted, 2], number, stays[found.number])
+    every = Copies(laid, found.shown, room, counts[:, 2], found.number, stays[found.number])
+    return every.without(~wanted)
 
 
 def _usual(cells: Cells) -> Array:

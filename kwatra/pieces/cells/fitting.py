@@ -18,7 +18,7 @@ import torch
 from scipy import ndimage
 from torch import Tensor
 
-from kwatra.pieces.cells.clearing import RIM, cleared, seen_of
+from kwatra.pieces.cells.clearing import cleared, seen_of
 from kwatra.pieces.cells.copies import Copies, copies_of, copies_that_flow
 from kwatra.pieces.cells.shapes import Cells
 from kwatra.pieces.seams import Array
@@ -74,35 +74,35 @@ class _Divided(NamedTuple):
 
 def _fitted(where: Array, cells: Cells, image: Array) -> Array:
     copies, made = copies_of(where, cells), where.astype(np.float64)
-    divided = _divided(copies, cells, cells.shapes.away)
-    astray, others = _astray(where, cells, copies, divided.share)
-    if not (astray.any() or others.any()):
-        return made
-    divided, astray, others = _moved(where, cells, copies, divided, astray, others)
-    while cells.loose and (crowded := _crowded(cells, copies, divided.share)).any():
+    astray, others = np.zeros(len(copies.shown), bool), np.zeros(where.shape[1:], bool)
+    while True:
+        divided, astray, others = _moved(where, cells, copies, astray, others)
+        if not (astray.any() or others.any()):
+            return made
+        if not (cells.loose and (crowded := _crowded(cells, copies, divided.share)).any()):
+            break
         copies, astray = copies.without(crowded), astray[~crowded]
-        divided = _divided(copies, cells, cells.shapes.away)
-        more = _astray(where, cells, copies, divided.share)
-        divided, astray, others = _moved(where, cells, copies, divided, astray | more[0], others | more[1])
     share = divided.share
-    kept = (copies.number >= 0) & ~astray[copies.number]
-    kept &= ndimage.binary_dilation(kept & cells.shows_element(where), iterations=RIM)
+    kept = seen_of(where, (copies.number >= 0) & ~astray[copies.number], cells)
     share[kept] = copies.number[kept]
     written = (share >= 0) & (astray[share] | (others & (copies.number != share)))
     _warp(copies, cells, divided, written, made)
     return cleared(where, made, written, kept | copies.stays, cells, image) if cells.loose else made
 
 
-def _moved(
-    where: Array, cells: Cells, copies: Copies, divided: _Divided, astray: Array, others: Array
-) -> tuple[_Divided, Array, Array]:
-    """How the plane is divided once copies that are astray have moved; and what then is astray, as of `_astray`."""
+def _moved(where: Array, cells: Cells, copies: Copies, astray: Array, others: Array) -> tuple[_Divided, Array, Array]:
+    """How the plane is divided once copies that are astray have moved; and what was or then is, as of `_astray`."""
     from kwatra.pieces.cells.loops import move
 
+    shapes, reach = cells.shapes, round(MOVED * cells.reach)
+    divided = _divided(copies, cells, shapes.away)
+    more = _astray(where, cells, copies, divided.share)
+    astray, others = astray | more[0], others | more[1]
+    if not (astray.any() or others.any()):
+        return divided, astray, others
     for _ in range(MOVES if cells.loose else 1):
-        windows, reach = cells.shapes.windows, round(MOVED * cells.reach)
-        move(windows, cells.shapes.element, tuple(copies.laid), reach, astray, divided.share)
-        divided = _divided(copies, cells, cells.shapes.soft)
+        move(shapes.windows, shapes.element, tuple(copies.laid), reach, astray, divided.share)
+        divided = _divided(copies, cells, shapes.soft)
         if cells.loose:
             more = _astray(where, cells, copies, divided.share)
             astray, others = astray | more[0], others | more[1]
