@@ -1,14 +1,14 @@
 """What the optimization starts from: blocks of the exemplar, laid so that they continue each other.
 
-EM only mends what lies within a window's reach, so rows, courses and lattices have to be right before it begins.
-Blocks are laid row by row; each is chosen among the exemplar's blocks for how well it agrees with what already lies
-under it and with what terms wish for there, and for how little its content has been used so far (coverage;
-`Candidates`). Of the best few that is laid whose seam is the cheapest (thesis 3.1): it may run anywhere within the
-block, and mend older seams. When all is laid, blocks are laid again where seams cost most (thesis 3.2). Blocks that lie
-apart are laid at once (`fronts`). Offsets between output and exemplar are multiples of `grain`, the coarsest level's
-pixel, so that every level of the pyramid can represent the start exactly. Blocks may hang over the exemplar's border
-and lie on its holes (see `Corners`); what they leave empty others fill. What is given of the output is laid first, and
-blocks go on from it (`GivenCopies`), elements that it shows a part of are completed (`complete`).
+EM only mends what lies within a window's reach, so rows, courses and lattices have to be right before it begins. Blocks
+are laid row by row, of large stills from the middle outwards; each is chosen among the exemplar's blocks for how well
+it agrees with what already lies under it and with what terms wish for there, and for how little its content has been
+used so far (coverage; `Candidates`). Of the best few that is laid whose seam is the cheapest (thesis 3.1): it may run
+anywhere within the block, and mend older seams. When all is laid, blocks are laid again where seams cost most (thesis
+3.2). Blocks that lie apart are laid at once (`fronts`). Offsets between output and exemplar are multiples of `grain`,
+the coarsest level's pixel, so that every level of the pyramid can represent the start exactly. Blocks may hang over the
+exemplar's border and lie on its holes (see `Corners`); what they leave empty others fill. What is given of the output
+is laid first, and blocks go on from it (`GivenCopies`), elements that it shows a part of are completed (`complete`).
 
 Where there are gaps between elements seams are hidden in them; blocks are chosen also for how well their gaps lie on
 those that are there, and are larger and overlap by so much that a seam can go around an element.
@@ -158,7 +158,7 @@ class BlockStart:
         return corners, overlap
 
     def run(self) -> Tensor:
-        """Lay all blocks, row by row, and again where seams cost most."""
+        """Lay all blocks, and again where seams cost most."""
         self._fill()
         return self.where
 
@@ -200,10 +200,11 @@ class BlockStart:
         return other
 
     def _fill(self) -> None:
-        """Lay blocks where nothing lies, first beside what is given, then row by row; again where seams cost most."""
+        """Lay blocks where nothing lies, first beside what is given; again where seams cost most."""
         self._go_on()
         boxes = [box for box in self.given.nearest_first(self.layer.boxes) if not self.sheet.full(box)]
-        self.layer.lay_all(boxes)
+        lay = self.layer.lay_all if self.sheet.patches else self.layer.lay_outwards
+        lay(boxes)
         while rest := [box for box in boxes if not self.sheet.full(box)]:
             self.layer.lay_all(rest, rest=True)
         self.layer.lay_again(len(boxes))

@@ -1,10 +1,27 @@
-"""Which of many boxes can be worked on at once: those that lie apart; and which together: those of one extent."""
+"""Which of many boxes can be worked on at once: those that lie apart; and which together: those of one extent.
+
+Of a large output whole parts lie apart once its middle is done: threads then need not wait for each other at fronts.
+"""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from kwatra.pieces.boxes import Box
+
+MANY = 8
+"""Blocks are laid outwards where an output is so many times as long as they are, or more: smaller ones have the bits
+they have row by row. Eight photographs, 640x640, ten seeds, score .0590 outwards, .0588 row by row, each .0004. At
+1024x1024 two threads lay bark 1.6 times as fast as one so, 1.4 times row by row, where they wait at each front."""
+
+
+class Outwards(NamedTuple):
+    """Boxes in the middle along an axis, those before them, the last first, and those behind them."""
+
+    middle: list[Box]
+    before: list[Box]
+    behind: list[Box]
 
 
 def fronts(boxes: Sequence[Box], reach: int, shape: Sequence[int], periodic: Sequence[bool]) -> list[list[int]]:
@@ -20,6 +37,24 @@ def fronts(boxes: Sequence[Box], reach: int, shape: Sequence[int], periodic: Seq
         group[number] = group[:number][near].max(initial=-1) + 1
     order = np.argsort(group, kind="stable")
     return [part.tolist() for part in np.split(order, np.flatnonzero(np.diff(group[order])) + 1)]
+
+
+def outwards(boxes: Sequence[Box], axis: int, reach: int) -> Outwards | None:
+    """Boxes by whether they lie in the middle along an axis; None where there are few.
+
+    So many do that no box before them lies less than `reach` along the axis from any behind them.
+    """
+    starts = sorted({box.start[axis] for box in boxes})
+    extent, middle = max(box.extent[axis] for box in boxes), len(starts) // 2
+    low, high = middle, middle
+    while low > 0 and high < len(starts) and starts[high] - starts[low - 1] - extent < reach:
+        low, high = (low - 1, high) if high - middle > middle - low else (low, high + 1)
+    if low == 0 or high == len(starts) or starts[-1] + extent - starts[0] < MANY * extent:
+        return None
+    before = [box for box in boxes if box.start[axis] < starts[low]]
+    behind = [box for box in boxes if box.start[axis] >= starts[high]]
+    within = [box for box in boxes if starts[low] <= box.start[axis] < starts[high]]
+    return Outwards(within, sorted(before, key=lambda box: -box.start[axis]), behind)
 
 
 def last_apart(boxes: Sequence[Box], reach: int, shape: Sequence[int], periodic: Sequence[bool]) -> bool:

@@ -8,10 +8,11 @@ from math import prod
 
 import torch
 
+from kwatra.base import generator_of, shared
 from kwatra.exemplar import Exemplar
 from kwatra.pieces.boxes import Box
 from kwatra.pieces.choosing import Candidates, Corners, SceneUse
-from kwatra.pieces.fronts import alike, fronts, last_apart
+from kwatra.pieces.fronts import alike, fronts, last_apart, outwards
 from kwatra.pieces.offers import Offers
 from kwatra.pieces.seams import Array, Mosaic
 from kwatra.pieces.sheet import Budget, Offer, Regions, Sheet, cheapest_as_offered, lay_again
@@ -92,6 +93,29 @@ class Layer:
         """Lay blocks in boxes, those that lie apart at once; again and rest: as in `_lay`."""
         for front in fronts(boxes, *self._spacing):
             self._lay([boxes[number] for number in front], again, rest)
+
+    def lay_outwards(self, boxes: Sequence[Box], axis: int = 0) -> None:
+        """Lay blocks in boxes of an empty sheet: of a large still in the middle, then on both sides of that at once.
+
+        Neither side counts what the other shows.
+        """
+        still = len(self.sheet.shape) == 2 and axis < 2 and not self.sheet.periodic[axis]
+        parts = outwards(boxes, axis, self._spacing[0]) if still else None
+        if parts is None:
+            self.lay_all(boxes)
+            return
+        self.lay_outwards(parts.middle, axis + 1)
+        before, behind = self._aside(backwards=(axis,)), self._aside()
+        works = partial(before.lay_all, parts.before), partial(behind.lay_all, parts.behind)
+        shared(lambda work: work(), works)
+        self.sheet.join(before.sheet, behind.sheet, axis, min(box.start[axis] for box in parts.behind))
+        self.shown += (before.shown - self.shown) + (behind.shown - self.shown)
+
+    def _aside(self, backwards: tuple[int, ...] = ()) -> "Layer":
+        """What lays the same blocks on the same sheet meanwhile, along some axes from the last to the first."""
+        seed = int(torch.randint(2**62, (1,), generator=self.generator))
+        aside = self.on(self.sheet.aside(), self.shown.copy(), generator_of(seed))
+        return replace(aside, spread=replace(self.spread, backwards=backwards))
 
     def lay_again(self, count: int) -> None:
         """Lay blocks again where seams cost most, the more often the more of them there are."""

@@ -28,14 +28,17 @@ with it and with .15, which lays as many blocks, and .058 with .35, which lays m
 class Spread:
     """Blocks (block, in pixels) on a grain: their `corners`, first pixels, in the order in which they are laid.
 
-    strides: axis by axis the farthest from a block's start to the next. last: where those start that none follows.
+    strides: axis by axis the farthest from a block's start to the next. first, last: where those start that follow
+    none, and that none follows. backwards: the axes along which they are laid from the last to the first.
     """
 
     block: tuple[int, ...]
     grain: tuple[int, ...]
     corners: list[tuple[int, ...]]
     strides: tuple[int, ...]
+    first: list[set[int]]
     last: list[set[int]]
+    backwards: tuple[int, ...] = ()
 
     @classmethod
     def over(
@@ -66,7 +69,8 @@ class Spread:
         strides = (
             max(chain.from_iterable(map(np.diff, some)), default=b) for some, b in zip(lines, block, strict=True)
         )
-        return cls(block, grain, corners, tuple(map(int, strides)), [{line[-1] for line in some} for some in lines])
+        first, last = ([{line[end] for line in some} for some in lines] for end in (0, -1))
+        return cls(block, grain, corners, tuple(map(int, strides)), first, last)
 
     def needed(self, boxes: Sequence[Box], hang: Sequence[int]) -> Array:
         """Which pixels of boxes of one extent (b, *E) a block that hangs over so far has to fill, if they are empty.
@@ -74,9 +78,11 @@ class Spread:
         It may hang over towards later blocks, by half of that, so that something is known under those.
         """
         needed = np.ones((len(boxes), *boxes[0].extent), bool)
-        for axis, (far, last) in enumerate(zip(hang, self.last, strict=True)):
-            before = [box.start[axis] not in last for box in boxes]
-            needed.swapaxes(1, axis + 1)[before, boxes[0].extent[axis] - far // 2 :] = False
+        for axis, far in enumerate(hang):
+            back, size = axis in self.backwards, boxes[0].extent[axis]
+            ends, later = (self.first, slice(far // 2)) if back else (self.last, slice(size - far // 2, size))
+            followed = [box.start[axis] not in ends[axis] for box in boxes]
+            needed.swapaxes(1, axis + 1)[followed, later] = False
         return needed
 
     def overhang(self, needed: Sequence[int]) -> tuple[int, ...]:

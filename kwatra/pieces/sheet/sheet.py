@@ -9,6 +9,7 @@ regions, 3.1.2).
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass
 from typing import Any, Generic, NamedTuple, TypeVar
 
@@ -93,6 +94,20 @@ class Sheet(Generic[S]):
         other.label, other.places, other.seams = self.label.copy(), self.places.copy(), self.seams.copy()
         other.fixed, other.patches, other.total = self.fixed.copy(), [*self.patches], self.total
         return other
+
+    def aside(self) -> Sheet[S]:
+        """The same pixels, for patches that do not meet those that are laid on another such sheet meanwhile."""
+        other = copy(self)
+        other.patches = [*self.patches]
+        return other
+
+    def join(self, before: Sheet[S], behind: Sheet[S], axis: int, start: int) -> None:
+        """Take over what was laid on two sheets `aside` since: on the second from a start on along an axis."""
+        known = len(self.patches)
+        label = self.label[(slice(None),) * axis + (slice(start, None),)]
+        label[label >= known] += len(before.patches) - known
+        self.patches = [*before.patches, *behind.patches[known:]]
+        self.total = before.total + behind.total - self.total
 
     def clear(self, box: Box, keep: np.ndarray | None = None) -> None:
         """Take away what lies in a box, but for the pixels to keep (*shape), which leaves no seams of its own."""

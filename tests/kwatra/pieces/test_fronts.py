@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from kwatra.pieces.boxes import Box
-from kwatra.pieces.fronts import alike, fronts, last_apart
+from kwatra.pieces.fronts import MANY, alike, fronts, last_apart, outwards
 
 
 def apart(one, other, reach, shape, periodic):
@@ -44,3 +44,27 @@ def test_boxes_of_one_extent_come_together_a_few_at_a_time():
     extents = [(4, 4), (4, 5), (4, 4), (4, 4), (4, 5)]
     assert alike([Box((0, number), extent) for number, extent in enumerate(extents)], 2) == [[0, 2], [3], [1, 4]]
     assert alike([], 2) == []
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+@pytest.mark.parametrize("reach", [20, 45])
+def test_both_sides_of_the_middle_lie_apart_and_the_one_before_it_is_backwards(axis, reach):
+    boxes = [Box((15 * row, 15 * column), (20, 20)) for row in range(12) for column in range(13)]
+    middle, before, behind = outwards(boxes, axis, reach)
+    assert sorted(map(repr, [*middle, *before, *behind])) == sorted(map(repr, boxes))
+    assert all(apart(one, other, reach, (200, 215), (False, False)) for one in before for other in behind)
+    lines = [sorted({box.start[axis] for box in part}) for part in (before, middle, behind)]
+    assert lines[0][-1] < lines[1][0] <= lines[1][-1] < lines[2][0]
+    assert abs(len(lines[0]) - len(lines[2])) <= 1
+    assert len(lines[1]) == -(-(reach + 5) // 15)  # no more than are needed for that
+    assert [box.start for box in before] == sorted((box.start for box in before), key=lambda at: -at[axis])
+    assert behind == [box for box in boxes if box.start[axis] >= lines[2][0]]
+
+
+def test_few_boxes_have_no_middle_nor_do_those_that_cannot_lie_apart():
+    boxes = [Box((15 * row, 0), (20, 20)) for row in range(40)]
+    assert MANY == 8
+    assert outwards(boxes[:10], 0, 20) is None  # 155 pixels
+    assert outwards(boxes[:11], 0, 20) is not None
+    assert outwards(boxes[:11], 0, 145) is None
+    assert outwards(boxes, 1, 20) is None

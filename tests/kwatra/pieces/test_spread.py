@@ -1,5 +1,6 @@
 """Where blocks start in the output."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -17,12 +18,16 @@ def test_a_block_may_hang_over_by_half_towards_those_that_follow_alone():
     assert needed[0, :18, :17].all()
     assert needed[0].sum() == 18 * 17
     assert spread.needed([first, last], (0, 0)).all()
+    back = replace(spread, backwards=(0,)).needed([last, first], (4, 6))
+    np.testing.assert_array_equal(back[:, ::-1].sum((1, 2)), [18 * 20, 20 * 17])
+    assert back[0, 2:].all()
+    assert back[1, :, :17].all()
 
 
 def test_blocks_are_spread_evenly_and_hang_over_by_what_they_overlap_more_than_needed():
     found = Spread.over((100, 90), (40, 30), (10, 6), (4, 4), (False, True))
     assert found.corners == [(row, column) for row in (0, 32, 60) for column in (0, 24, 44, 68)]
-    assert found.last == [{60}, {68}]
+    assert (found.first, found.last) == ([{0}, {0}], [{60}, {68}])
     assert found.overhang((0, 0)) == (8, 4)
     assert found.overhang((5, 9)) == (0, 0)
     assert Spread.over((40, 30), (40, 30), (0, 0), (4, 4), (False, False)).overhang((0, 0)) == (0, 0)
