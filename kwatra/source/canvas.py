@@ -43,8 +43,8 @@ class SourceWindows(Described):
         self.pixels = channels_last(exemplar.canvas)
         self._place = torch.tensor([math.prod(self.positions[i + 1 :]) for i in range(valid.ndim)], device=device)
         self._shape = torch.tensor(self.positions, device=device)
-        # the nearest position where a window may start, for every position
-        self._snap = self.number(nearest_known(valid).flatten(1).T)
+        # the number of the nearest position where a window may start, for every position (count,)
+        self.snap = self.number(nearest_known(valid).flatten(1).T)
         metric = Metric(self.width, exemplar.weights, features)
         super().__init__(metric, valid.flatten().nonzero()[:, 0], dims, generator)
 
@@ -70,7 +70,7 @@ class SourceWindows(Described):
 
     def snapped(self, corners: Tensor) -> Tensor:
         """See `Placed.snapped`."""
-        return self._snap[self.number(corners.clamp(torch.zeros_like(self._shape), self._shape - 1))]
+        return self.snap[self.number(corners.clamp(torch.zeros_like(self._shape), self._shape - 1))]
 
     def windows(self, numbers: Tensor) -> Tensor:
         """See `Source.windows`."""

@@ -23,8 +23,9 @@ import torch
 from torch import Tensor
 
 from kwatra.base import even_ranges, shared
-from kwatra.source import CHUNK, Description, Placed, Source, SourceWindows
+from kwatra.source import CHUNK, Description, Source, SourceWindows
 from kwatra.steps.asked import Asked, Wants
+from kwatra.steps.coherent import coherent
 from kwatra.steps.inplace import fits, nearest_in_place
 from kwatra.steps.votes import bands
 from kwatra.terms import Given
@@ -85,7 +86,7 @@ class Matching:
         found, distances, free = [], [], []
         for part, band in bands(self.layout, self.source.metric):
             asked = Asked.of(band, image, wants, self.mask)
-            near = None if matches is None else self._coherent(matches, part)
+            near = None if matches is None else coherent(self.layout, self.source, matches, part)
             active = None if self.active is None else self.active[part]
             number, squared = self._matched(asked, wants, near, active, route, asks)
             found.append(number)
@@ -125,7 +126,7 @@ class Matching:
         windows = self.layout.corners
 
         def nearest(part: slice) -> tuple[Tensor, Tensor]:
-            corners, candidates = windows[part], self._coherent(matches, part)
+            corners, candidates = windows[part], coherent(self.layout, source, matches, part)
             away = wants.away(corners, source, candidates)
             return nearest_in_place(pixels, corners, source, candidates, SETTLED, away)
 
@@ -191,17 +192,6 @@ class Matching:
             cost = partial(asked.cost, self.source.metric)
             number[pick], squared[pick] = cheapest(self.source, candidates, cost, away)
         return number, squared
-
-    def _coherent(self, matches: Tensor, part: slice) -> Tensor:
-        """The match of each window of a part and its neighbors' matches, shifted: (n, 1 + 2 axes); or the match alone.
-
-        Only windows that have places have neighbors.
-        """
-        columns = [matches[part]]
-        if isinstance(self.source, Placed):
-            for neighbor, shift in self.layout.neighbor_shifts(part):
-                columns.append(self.source.snapped(self.source.corners(matches[neighbor]) + shift))
-        return torch.stack(columns, 1)
 
     def _candidates(self, asked: Asked, wants: Wants, near: Tensor | None, route: str, asks: bool) -> Tensor:
         """The most promising matches (N, k) of windows: the one they have first, then those estimated nearest."""
