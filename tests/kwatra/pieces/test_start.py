@@ -292,25 +292,3 @@ def test_any_number_of_threads_lays_the_same_blocks(striped):
         laid.append(run(Exemplar.of(image.contiguous()), (80, 90), (20, 20), seams=6).where)
     assert torch.equal(laid[0], laid[1])
     assert torch.equal(laid[0], laid[2])
-
-
-@pytest.mark.parametrize("wraps", [(False, False), (False, True)])
-def test_a_large_still_is_laid_outwards_the_same_by_any_number_of_threads(wraps, monkeypatch, recomputed_seams):
-    asides, beside = [], layer.Layer._aside
-    monkeypatch.setattr(layer.Layer, "_aside", lambda self, **how: asides.append(how) or beside(self, **how))
-    image = torch.rand(3, 24, 26, generator=generator_of(1))
-    laid = []
-    for threads in (1, 2, 3):
-        torch.set_num_threads(threads)
-        laid.append(run(Exemplar.of(image), (100, 110), (12, 12), seams=3, usage=0.5, wraps=wraps))
-    sides = [{"backwards": (0,)}, {}]
-    assert asides == 3 * (sides if wraps[1] else [{"backwards": (1,)}, {}, *sides])
-    assert torch.equal(laid[0].where, laid[1].where)
-    assert torch.equal(laid[0].where, laid[2].where)
-    sheet, blocks = laid[0].start.sheet, laid[0].start.layer
-    assert sheet.filled.all()
-    np.testing.assert_array_equal(recomputed_seams(sheet), sheet.seams)
-    np.testing.assert_array_equal(blocks.shown, sheet.sources.counted(sheet.places.ravel()))
-    shift = np.array([patch.shift for patch in sheet.patches])[sheet.label]  # each pixel is where its patch has it
-    place = np.stack(np.indices(sheet.shape), -1) - laid[0].where.permute(1, 2, 0).numpy()
-    assert (((place - shift) % (1, 110 if wraps[1] else 10**6)) == 0).all()

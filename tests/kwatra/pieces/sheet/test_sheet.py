@@ -290,35 +290,3 @@ def test_what_has_to_be_taken_has_no_price() -> None:
     forced = sheet.cut(Patch(1, (0, 0), box), must=must, taking=taking)
     assert (forced.take == must).all()
     assert forced.price == forced.change > 0
-
-
-@pytest.mark.parametrize("axis", [0, 1])
-def test_what_is_laid_aside_is_taken_over_as_if_laid_in_turn(axis, recomputed_seams) -> None:
-    rng = np.random.default_rng(axis)
-    sources = Mosaic([rng.random((2, 9, 9))])
-
-    def box(at: int, length: int = 5) -> Box:
-        return Box((at, 1), (length, 5)) if axis == 0 else Box((1, at), (5, length))
-
-    def lay(sheet: Sheet, *at: int) -> None:
-        for start in at:
-            shift = tuple(rng.integers(-3, 0, 2) + box(start).start)
-            sheet.lay(Patch(0, shift, box(start)))
-
-    sheet = Sheet(sources, (30, 8) if axis == 0 else (8, 30), (False, False), SeamCost(sources))
-    lay(sheet, 10, 14)
-    turns, rng_state = sheet.copy(), rng.bit_generator.state
-    before, behind = sheet.aside(), sheet.aside()
-    lay(behind, 18, 21, 25)
-    later = rng.bit_generator.state
-    lay(before, 7, 3)
-    sheet.join(before, behind, axis, 18)
-    rng.bit_generator.state = later
-    lay(turns, 7, 3)
-    rng.bit_generator.state = rng_state
-    lay(turns, 18, 21, 25)
-    for one, other in ((sheet.label, turns.label), (sheet.places, turns.places), (sheet.seams, turns.seams)):
-        np.testing.assert_array_equal(one, other)
-    assert (sheet.patches, sheet.total) == (turns.patches, turns.total)
-    assert len(sheet.patches) == 7
-    np.testing.assert_array_equal(recomputed_seams(sheet), sheet.seams)
