@@ -1,4 +1,4 @@
-"""Coherent candidates: what a window's neighbors are matched with, shifted (Ashikhmin, Synthesizing Natural Textures).
+"""Coherent candidates: what a window's neighbors are matched with, shifted (Ashikhmin 2001).
 
 They go on where a neighbor's copy ends. On a grid they are found in one pass: looked up by tensors, neighbor by
 neighbor, they took as long as comparing them, and threads waited for each other at each step.
