@@ -11,9 +11,10 @@ import numpy as np
 from kwatra.pieces.boxes import Box
 
 MANY = 8
-"""Blocks are laid outwards where an output is so many times as long as they are, or more: smaller ones have the bits
-they have row by row. Eight photographs, 640x640, ten seeds, score .0583 outwards, .0588 row by row, each within .0004.
-Of 1024x1024 two threads lay bark 1.6 times as fast as one so, 1.4 times row by row, where they wait at each front."""
+"""Blocks are laid outwards where an output is so many times as long as they have to lie apart: smaller ones have the
+bits they have row by row. Eight photographs, 640x640, ten seeds, score .0583 outwards, .0588 row by row, each within
+.0004. Of 1024x1024 two threads lay bark 1.6 times as fast as one so, 1.4 times row by row, where they wait at each
+front."""
 
 
 class Outwards(NamedTuple):
@@ -40,7 +41,7 @@ def fronts(boxes: Sequence[Box], reach: int, shape: Sequence[int], periodic: Seq
 
 
 def outwards(boxes: Sequence[Box], axis: int, reach: int) -> Outwards | None:
-    """Boxes by whether they lie in the middle along an axis; None where there are few.
+    """Boxes by whether they lie in the middle along an axis; None where they reach over less than MANY of `reach`.
 
     So many do that no box before them lies less than `reach` along the axis from any behind them.
     """
@@ -49,7 +50,7 @@ def outwards(boxes: Sequence[Box], axis: int, reach: int) -> Outwards | None:
     low, high = middle, middle
     while low > 0 and high < len(starts) and starts[high] - starts[low - 1] - extent < reach:
         low, high = (low - 1, high) if high - middle > middle - low else (low, high + 1)
-    if low == 0 or high == len(starts) or starts[-1] + extent - starts[0] < MANY * extent:
+    if low == 0 or high == len(starts) or starts[-1] + extent - starts[0] < MANY * reach:
         return None
     before = [box for box in boxes if box.start[axis] < starts[low]]
     behind = [box for box in boxes if box.start[axis] >= starts[high]]

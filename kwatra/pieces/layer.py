@@ -97,14 +97,15 @@ class Layer:
     def lay_outwards(self, boxes: Sequence[Box], axis: int = 0) -> None:
         """Lay blocks in boxes of an empty sheet: of a large still in the middle, then on both sides of that at once.
 
-        Neither side counts what the other shows.
+        axis: along which, or along the next one where the still is not large. Neither side counts what the other shows.
         """
-        still = len(self.sheet.shape) == 2 and axis < 2 and not self.sheet.periodic[axis]
-        parts = outwards(boxes, axis, self._spacing[0]) if still else None
-        if parts is None:
+        if len(self.sheet.shape) > 2 or axis == 2:
             self.lay_all(boxes)
             return
-        self.lay_outwards(parts.middle, axis + 1)
+        parts = None if self.sheet.periodic[axis] else outwards(boxes, axis, self._spacing[0])
+        self.lay_outwards(boxes if parts is None else parts.middle, axis + 1)
+        if parts is None:
+            return
         before, behind = self._aside(backwards=(axis,)), self._aside()
         works = partial(before.lay_all, parts.before), partial(behind.lay_all, parts.behind)
         shared(lambda work: work(), works)

@@ -49,10 +49,11 @@ def test_boxes_of_one_extent_come_together_a_few_at_a_time():
 @pytest.mark.parametrize("axis", [0, 1])
 @pytest.mark.parametrize("reach", [20, 45])
 def test_both_sides_of_the_middle_lie_apart_and_the_one_before_it_is_backwards(axis, reach):
-    boxes = [Box((15 * row, 15 * column), (20, 20)) for row in range(12) for column in range(13)]
+    rows, columns = (26, 3) if axis == 0 else (3, 26)
+    boxes = [Box((15 * row, 15 * column), (20, 20)) for row in range(rows) for column in range(columns)]
     middle, before, behind = outwards(boxes, axis, reach)
     assert sorted(map(repr, [*middle, *before, *behind])) == sorted(map(repr, boxes))
-    assert all(apart(one, other, reach, (200, 215), (False, False)) for one in before for other in behind)
+    assert all(apart(one, other, reach, (400, 400), (False, False)) for one in before for other in behind)
     lines = [sorted({box.start[axis] for box in part}) for part in (before, middle, behind)]
     assert lines[0][-1] < lines[1][0] <= lines[1][-1] < lines[2][0]
     assert abs(len(lines[0]) - len(lines[2])) <= 1
