@@ -46,10 +46,10 @@ def outwards(boxes: Sequence[Box], axis: int, reach: int) -> Outwards | None:
     So many do that no box before them lies less than `reach` along the axis from any behind them.
     """
     starts = sorted({box.start[axis] for box in boxes})
-    extent, middle = max(box.extent[axis] for box in boxes), len(starts) // 2
-    low, high = middle, middle
+    extent, low = max(box.extent[axis] for box in boxes), len(starts) // 2
+    high = low
     while low > 0 and high < len(starts) and starts[high] - starts[low - 1] - extent < reach:
-        low, high = (low - 1, high) if high - middle > middle - low else (low, high + 1)
+        low, high = (low - 1, high) if (high - low) % 2 else (low, high + 1)
     if low == 0 or high == len(starts) or starts[-1] + extent - starts[0] < MANY * reach:
         return None
     before = [box for box in boxes if box.start[axis] < starts[low]]

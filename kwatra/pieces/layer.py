@@ -110,7 +110,7 @@ class Layer:
         works = partial(before.lay_all, parts.before), partial(behind.lay_all, parts.behind)
         shared(lambda work: work(), works)
         self.sheet.join(before.sheet, behind.sheet, axis, min(box.start[axis] for box in parts.behind))
-        self.shown += (before.shown - self.shown) + (behind.shown - self.shown)
+        self.shown = before.shown + behind.shown - self.shown
 
     def _aside(self, backwards: tuple[int, ...] = ()) -> "Layer":
         """What lays the same blocks on the same sheet meanwhile, along some axes from the last to the first."""
