@@ -3,7 +3,7 @@
 from kwatra.elements.anisotropy import STRAIGHT, anisotropy, drawn_sides, easier, runs_along
 from kwatra.elements.direction import direction_dependence
 from kwatra.elements.frame import grown
-from kwatra.elements.ground import Ground, find_ground, middle_of
+from kwatra.elements.ground import find_ground
 from kwatra.elements.lattice import Lattice, find_lattice
 from kwatra.elements.outlines import Outlines, find_outlines
 from kwatra.elements.place import place_dependence
@@ -11,6 +11,7 @@ from kwatra.elements.repeating import LOOKED_AT, continued, find_repeats, out_of
 from kwatra.elements.rows import Rows, find_rows
 from kwatra.elements.size import element_size
 from kwatra.elements.slant import Slant, find_slant
+from kwatra.elements.splits import Ground, middle_of
 from kwatra.elements.translation import translation
 from kwatra.elements.woven import continued_weave, find_weave, lines_through, weave_beside
 

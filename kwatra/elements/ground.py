@@ -13,25 +13,21 @@ between stones, shaded, and between dark stones darker than the joints of light 
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 from scipy import ndimage
 
-from kwatra.elements.contrast import BRIGHTNESS, RARE, ROUNDING, against_around, contrasts, two_classes
+from kwatra.elements.contrast import BRIGHTNESS, ROUNDING, against_around, contrasts, two_classes
 from kwatra.elements.kept import kept
-from kwatra.elements.parting import Array, Variance, between_parts, meeting
+from kwatra.elements.parting import Array, between_parts, meeting
 from kwatra.elements.size import element_size
+from kwatra.elements.splits import SMALL, Ground, Picture, Split, cleaned, depth_beside
 from kwatra.exemplar import Exemplar
 
 SPLITS = (0.08, 0.12, 0.17, 0.23, 0.3, 0.4)
 """Shares of the pixels that are tried as ground, beside the one at which two classes differ most (Otsu)."""
-
-LESS = 0.95
-"""Ground of a color that is not frequent is so much less likely. That of two mosaics in 24 is likelier by a fifth than
-the stones that are taken for ground else; of the others, and of stones, all are as likely within .01."""
 
 HALVED, ONE = 4, 0.03
 """Where none of these is plain, so many more are tried between two of which the one with less ground is plain and the
@@ -46,23 +42,6 @@ AS_SURE = 0.95
 
 OPAQUE = 0.5
 """Alpha from which on a pixel is no ground: halfway, not tuned."""
-
-HOLE, SPECK = 0.5, 0.04
-"""Smaller parts, in areas of an element, are no ground, and no elements. This and the next two say what elements are;
-they are not tuned."""
-
-SMALL, LARGE = 0.1, 2.0
-"""The areas between which a part is like an element, in squares of its size."""
-
-MANY, COVER = 8, 0.3
-"""So many elements, on so much of the picture, are enough to be sure."""
-
-PLAIN, MIXED = 0.2, 0.22
-"""Ground hides seams if its colors vary by at most PLAIN of what the picture's do, and none if by MIXED.
-
-That of stones, coins, tiles, letters, mosaics and scales made in code, nuts and print varies by up to .20, and by .22
-and more what is a texture of its own (between pavers, pebbles, holes of nuts): along it hidden seams are seen. Nine
-photographs with such ground score .0587 where it hides none, .0617 with .2 and .25, .0676 with .2 and .3."""
 
 JOINTS, SURE = (0.23, 0.3), 0.8
 """Shares of the pixels that are tried as joints, and how surely they are some at least. Elements of stones of 16 to 26
@@ -79,76 +58,6 @@ LITTLE, PURE, CERTAIN = 0.1, 0.1, 0.95
 that is as surely ground for elements of the size that it leaves. Of 52 photographs none has such; pavers vary by .18,
 and rocks by .16 and are as sure as .87, and seams along them are seen."""
 
-FAR = 6.0
-"""A speck beside a hole is cut off an element if its color is so many times as far from the ground's as half of that
-is. Not tuned."""
-
-RIM = 0.25
-"""An element is as deep as can be so far from the ground, in sizes of an element; half and twice as much is as good."""
-
-
-@dataclass(frozen=True)
-class Ground:
-    """Where ground lies in an exemplar's canvas.
-
-    depth (*S): 0 on the ground, and more within elements, to 1 a quarter of their size from it. sure: 0 to 1, how
-    surely there is ground, and elements on it. plain: 0 to 1, how well a seam upon it is hidden, as its colors are
-    alike, or beside those of elements that each have their own. size: that of an element, in pixels.
-    """
-
-    depth: Array
-    sure: float
-    plain: float
-    size: float
-
-    @property
-    def hides(self) -> float:
-        """How well it hides seams, 0 to 1."""
-        return self.sure * self.plain
-
-
-class _Split(NamedTuple):
-    """A way to tell ground (*S) from elements; splits of a kind are alike but for how much is ground.
-
-    taken (*S): what of it are specks that are taken for ground. sure: as in `Ground`. varied: the variance of its
-    colors, as a share of the picture's.
-    """
-
-    kind: str
-    ground: Array
-    taken: Array
-    sure: float
-    varied: float
-
-    @property
-    def plain(self) -> float:
-        """As in `Ground`."""
-        return min(max((MIXED - self.varied) / (MIXED - PLAIN), 0.0), 1.0)
-
-    @property
-    def likely(self) -> float:
-        """How likely it is the ground: surely ground, and alike."""
-        return self.sure * (1 - self.varied) * (LESS if self.kind.startswith(RARE) else 1)
-
-
-class _Picture:
-    """An exemplar's colors (C, *S), and the image that each pixel belongs to, `owner` (*S), -1 for nobody's."""
-
-    def __init__(self, exemplar: Exemplar) -> None:
-        self.colors, self.owner = exemplar.canvas.double().numpy(), exemplar.owner.long().numpy()
-        self.inside = self.owner >= 0
-        self.variance = Variance(self.colors, self.inside)
-
-    def judged(self, kind: str, split: Array, size: float) -> _Split:
-        """A split (*S) of some kind, where elements have a size."""
-        ground, sure = cleaned(split & self.inside, self.owner, size)
-        return _Split(kind, ground, ground & ~split & self.inside, sure, self.variance.share(ground))
-
-    def told(self, split: _Split, sure: float, size: float) -> Ground:
-        """A split as ground that is so sure."""
-        ground = split.ground & ~_cut_off(split, self.colors, self.inside)
-        return Ground(depth_beside(ground, size), sure, split.plain, size)
-
 
 class _Way(NamedTuple):
     """Values (*S) that are less on the ground, of some kind, and splits at some of them, least ground first."""
@@ -156,13 +65,13 @@ class _Way(NamedTuple):
     kind: str
     values: Array
     at: Sequence[float]
-    splits: Sequence[_Split]
+    splits: Sequence[Split]
 
 
 @kept
 def find_ground(exemplar: Exemplar) -> Ground:
     """The ground of an exemplar of still images. Textures without one have a `sure` of about 0."""
-    picture, size = _Picture(exemplar), element_size(exemplar)
+    picture, size = Picture(exemplar), element_size(exemplar)
     ways = [_way(kind, values, picture, size) for kind, values in contrasts(picture.colors, picture.inside, size)]
     tried = [split for way in ways for split in way.splits]
     if exemplar.alpha is not None:  # as it is: what is dark when smoothed holds opaque rims of elements
@@ -180,7 +89,7 @@ def find_ground(exemplar: Exemplar) -> Ground:
     return max(told, key=lambda one: one.hides)
 
 
-def _of_own_size(way: _Way, picture: _Picture) -> Iterator[Ground]:
+def _of_own_size(way: _Way, picture: Picture) -> Iterator[Ground]:
     """Ground of one color that leaves parts that say for themselves how large an element is.
 
     Where elements are made up of others, as buttons of rings, the size that is seen first may be theirs.
@@ -199,7 +108,7 @@ def _of_own_size(way: _Way, picture: _Picture) -> Iterator[Ground]:
             yield picture.told(found, found.sure, size)
 
 
-def _joints(picture: _Picture, size: float) -> Iterator[Ground]:
+def _joints(picture: Picture, size: float) -> Iterator[Ground]:
     """Joints between elements that differ in color, told by what is right around them, however they vary.
 
     Rims of elements are taken for joints as well, so the ground is only the middle of what is found.
@@ -217,7 +126,7 @@ def _joints(picture: _Picture, size: float) -> Iterator[Ground]:
             yield Ground(depth_beside(middle, size), sure, min(max(differ, 0.0), 1.0), size)
 
 
-def _way(kind: str, values: Array, picture: _Picture, size: float) -> _Way:
+def _way(kind: str, values: Array, picture: Picture, size: float) -> _Way:
     """Splits at several values; where all are one there is ground alone."""
     known = values[picture.inside]
     if np.ptp(known) <= ROUNDING:
@@ -226,7 +135,7 @@ def _way(kind: str, values: Array, picture: _Picture, size: float) -> _Way:
     return _Way(kind, values, at, [picture.judged(kind, values <= most, size) for most in at])
 
 
-def _between(way: _Way, surest: float, picture: _Picture, size: float) -> Iterator[_Split]:
+def _between(way: _Way, surest: float, picture: Picture, size: float) -> Iterator[Split]:
     """Splits of one color, as sure as the surest, between one of too little ground for that and one of too much."""
     for (less, few), (more, many) in pairwise(zip(way.at, way.splits, strict=True)):
         if few.plain > 0 and few.sure < AS_SURE * surest <= many.sure and many.plain == 0:
@@ -239,62 +148,8 @@ def _between(way: _Way, surest: float, picture: _Picture, size: float) -> Iterat
                     yield split
 
 
-def _cut_off(found: _Split, colors: Array, inside: Array) -> Array:
-    """What was taken for specks (*S), but holes cut it off elements: it is of another color than the ground."""
-    parts, _ = ndimage.label(found.taken)
-    beside = np.unique(parts[ndimage.binary_dilation(~inside) & found.taken])
-    if beside.size == 0:
-        return np.zeros(parts.shape, bool)
-    middle, spread = middle_of(colors[:, found.ground & ~found.taken])
-    means = np.stack([ndimage.mean(channel, parts, beside) for channel in colors])
-    other = np.square(means - middle[:, None]).sum(0) > FAR**2 * np.square(spread).sum()
-    cut: Array = np.isin(parts, beside[other])
-    return cut
-
-
-def middle_of(colors: Array) -> tuple[Array, Array]:
-    """The median of colors (C, n) in each channel, and that of how far they are from it, (C,) each."""
-    middle = np.median(colors, 1)
-    return middle, np.median(np.abs(colors - middle[:, None]), 1)
-
-
-def depth_beside(ground: Array, size: float) -> Array:
-    """How deep in elements of some size pixels (*S) lie, 0 to 1, given where ground lies."""
-    if not ground.any():
-        return np.ones(ground.shape)
-    away = ndimage.distance_transform_edt(np.pad(~ground, 1, mode="edge"))[1:-1, 1:-1]
-    depth: Array = np.clip(away / max(RIM * size, 1.0), 0, 1)
-    return depth
-
-
-def _best(splits: Sequence[_Split], worth: Callable[[_Split], float]) -> _Split:
+def _best(splits: Sequence[Split], worth: Callable[[Split], float]) -> Split:
     """The split that is worth most; of those of its kind that are worth about as much the one with least ground."""
     best = max(splits, key=worth)
     alike = [split for split in splits if split.kind == best.kind and worth(split) >= AS_SURE * worth(best)]
     return min(alike, key=lambda split: np.count_nonzero(split.ground))
-
-
-def cleaned(ground: Array, owner: Array, size: float) -> tuple[Array, float]:
-    """Ground without holes in elements, and without specks upon it; and how surely it is one, 0 to 1.
-
-    owner (*S): the image to which each pixel belongs, -1 for nobody. In each of them the ground hangs together.
-    """
-    parts, count = ndimage.label(ground, np.ones((3, 3)))
-    area = np.bincount(parts.ravel(), minlength=count + 1)
-    area[0] = 0
-    if count == 0:
-        return ground, 0.0
-    image, largest = np.zeros(count + 1, owner.dtype), np.zeros(owner.max() + 1, area.dtype)
-    image[parts.ravel()] = owner.ravel()
-    np.maximum.at(largest, image[1:], area[1:])
-    connected = largest.sum() / area.sum()
-    ground = (area >= HOLE * size**2)[parts]
-    inside = owner >= 0
-    parts, count = ndimage.label(inside & ~ground)
-    area = np.bincount(parts.ravel(), minlength=count + 1)
-    area[0] = 0
-    ground = ground | ((area > 0) & (area < SPECK * size**2))[parts]
-    like = (area > SMALL * size**2) & (area < LARGE * size**2)
-    cover, merged = area[like].sum() / inside.sum(), area[area >= LARGE * size**2].sum() / inside.sum()
-    few = min(1.0, like.sum() / MANY) * min(1.0, cover / COVER)
-    return ground, float(connected * few * cover / max(cover + merged, 1e-9))

@@ -1,7 +1,7 @@
 """The outlines of elements that touch or overlap, with no ground between them: mosaics without joints, confetti.
 
 Edges part such a picture into parts of about one color each, as large as elements. So the strongest edges are taken
-away, for several shares of the pixels, and what is left is judged as what a ground leaves (`kwatra.elements.ground`).
+away, for several shares of the pixels, and what is left is judged as what a ground leaves (`kwatra.elements.splits`).
 From these parts the picture is filled, what is steepest last (Meyer 1994, "Topographic distance and watershed lines"):
 two parts meet where it changes most.
 """
@@ -12,10 +12,11 @@ from typing import NamedTuple
 import numpy as np
 from scipy import ndimage
 
-from kwatra.elements.ground import AS_SURE, SPECK, cleaned, depth_beside
+from kwatra.elements.ground import AS_SURE
 from kwatra.elements.kept import kept
 from kwatra.elements.parting import Array, between_parts, parted
 from kwatra.elements.size import element_size
+from kwatra.elements.splits import SPECK, cleaned, depth_beside
 from kwatra.exemplar import Exemplar
 
 SMOOTHING = 1.0

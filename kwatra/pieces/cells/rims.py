@@ -8,7 +8,7 @@ ground tells by itself what it looks like.
 import numpy as np
 from scipy import ndimage
 
-from kwatra.elements.ground import SPECK, depth_beside
+from kwatra.elements.splits import SPECK, depth_beside
 from kwatra.pieces.seams import Array, Parts
 from kwatra.pieces.seams.parts import told_apart
 

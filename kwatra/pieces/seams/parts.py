@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import ndimage
 
-from kwatra.elements.ground import RIM
+from kwatra.elements.splits import RIM
 from kwatra.pieces.seams.gaps import Hidden
 from kwatra.pieces.seams.stock import Array
 

@@ -8,8 +8,8 @@ from scipy import ndimage
 
 from kwatra import Exemplar
 from kwatra.elements import find_ground, middle_of
-from kwatra.elements.ground import MIXED, PLAIN
 from kwatra.elements.size import element_size
+from kwatra.elements.splits import MIXED, PLAIN
 
 
 @pytest.mark.parametrize("size", [16, 32])
