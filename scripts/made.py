@@ -1,5 +1,5 @@
 """Textures made in code, of which is known which element each pixel belongs to: stones, rubble, mosaics, coins,
-buttons, tiles, bricks, courses, letters, patches, confetti.
+buttons, tiles, bricks, courses, letters, beaches, patches, confetti.
 
 Elements are all of about one size, but for buttons, and apart by a ground at least two pixels wide; those of the last
 two touch.
@@ -198,6 +198,24 @@ def letters(side: int, size: float, seed: int = 0) -> Made:
     return _made(np.repeat(image[..., None], 3, 2), numbers)
 
 
+def beach(side: int, size: float, seed: int = 0) -> Made:
+    """Smooth pebbles `size` pixels long, apart on sand that is as dark as some of them and as light as others."""
+    rng = np.random.default_rng(seed)
+    centers = _evenly_scattered(side, 1.4 * size, rng)
+    apart, _ = cKDTree(centers).query(centers, k=2)
+    _, owner = cKDTree(centers).query(_pixels(side))
+    length, angle = np.minimum(size, apart[:, 1] - 2) / 2, rng.uniform(0, np.pi, len(centers))
+    turned = np.exp(1j * angle)[owner] * ((_pixels(side) - centers[owner]) @ [1, 1j])
+    across = rng.uniform(0.65, 1, len(centers))[owner]
+    far = (np.hypot(turned.real, turned.imag / across) / length[owner]).reshape(side, side)
+    grain, speckle, drift = (gaussian_filter(rng.normal(0, 1, (side, side)), sigma) for sigma in (0.8, 0.8, 4.0))
+    sand = (0.55 + 0.26 * grain + 0.7 * drift)[..., None] * np.array([1.0, 0.88, 0.68])
+    tone = rng.choice([0.3, 0.45, 0.75], (len(centers), 1)) * rng.uniform(0.8, 1.15, (len(centers), 3))
+    color = tone[owner].reshape(side, side, 3) * (1.1 - 0.4 * far**2 + 0.1 * speckle)[..., None]
+    on = _step((1 - far) * size / 2)
+    return _made(on * color + (1 - on) * sand, np.where(far < 1, owner.reshape(side, side) + 1, GROUND))
+
+
 MADE: dict[str, Callable[..., Made]] = {
     "stones": stones,
     "rubble": rubble,
@@ -208,6 +226,7 @@ MADE: dict[str, Callable[..., Made]] = {
     "bricks": bricks,
     "courses": courses,
     "letters": letters,
+    "beach": beach,
     "patches": patches,
     "confetti": confetti,
 }

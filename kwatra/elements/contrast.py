@@ -44,13 +44,13 @@ def contrasts(colors: Array, inside: Array, size: float) -> Iterator[tuple[str, 
 
     colors (C, *S), of which those `inside` (*S) count; size: that of an element, px.
     """
-    bright = _smoothed(colors.mean(0), inside, SMOOTHING)
-    around = _smoothed(bright, inside, max(size, 4.0))
+    bright = smoothed(colors.mean(0), inside, SMOOTHING)
+    around = smoothed(bright, inside, max(size, 4.0))
     yield from (("dark", bright), ("light", -bright), ("dark", bright - around), ("light", around - bright))
     if not _colorful(colors[:, inside]):
         return
-    sharper = np.stack([_smoothed(channel, inside, SHARPER) for channel in colors])
-    for number, color in enumerate(_frequent(sharper[:, inside], COLORS)):
+    sharper = np.stack([smoothed(channel, inside, SHARPER) for channel in colors])
+    for number, color in enumerate(frequent(sharper[:, inside], COLORS)):
         yield str(number), _unlike(sharper, color[:, None, None])
     for number, color in enumerate(_of_thin(sharper, inside, size)):
         yield f"{RARE} {number}", _unlike(sharper, color[:, None, None])
@@ -61,7 +61,7 @@ def against_around(colors: Array, inside: Array, size: float) -> Iterator[Array]
 
     That is how much is left of brightness when narrow dark valleys are filled (a closing; Serra 1982).
     """
-    bright, wide = _smoothed(colors.mean(0), inside, SHARPER), 2 * max(round(NARROW * size), 2) + 1
+    bright, wide = smoothed(colors.mean(0), inside, SHARPER), 2 * max(round(NARROW * size), 2) + 1
     for values in (bright, -bright):
         values = np.where(inside, values, values[inside].min())
         yield values - ndimage.grey_closing(values, wide)
@@ -77,9 +77,9 @@ def _colorful(colors: Array) -> bool:
 def _of_thin(colors: Array, inside: Array, size: float) -> Iterator[Array]:
     """Frequent colors (C,) of what is thin and unlike what is around."""
     for around, share in THIN:
-        wide = np.stack([_smoothed(channel, inside, max(around * size, WIDEST)) for channel in colors])
+        wide = np.stack([smoothed(channel, inside, max(around * size, WIDEST)) for channel in colors])
         off = _unlike(colors, wide)
-        yield from _frequent(colors[:, inside & (off >= np.quantile(off[inside], 1 - share))], THIN_COLORS)
+        yield from frequent(colors[:, inside & (off >= np.quantile(off[inside], 1 - share))], THIN_COLORS)
 
 
 def _unlike(colors: Array, other: Array) -> Array:
@@ -88,7 +88,7 @@ def _unlike(colors: Array, other: Array) -> Array:
     return unlike
 
 
-def _frequent(colors: Array, count: int) -> list[Array]:
+def frequent(colors: Array, count: int) -> list[Array]:
     """So many colors (C,) near which most of some (C, N) lie."""
     low, spread = colors.min(1, keepdims=True), np.ptp(colors, 1)[:, None]
     bins = ((colors - low) / np.maximum(spread, ROUNDING) * BINS).astype(int).clip(max=BINS - 1)
@@ -100,7 +100,7 @@ def _frequent(colors: Array, count: int) -> list[Array]:
     return [colors[:, number == each].mean(1) for each in most]
 
 
-def _smoothed(values: Array, inside: Array, sigma: float) -> Array:
+def smoothed(values: Array, inside: Array, sigma: float) -> Array:
     """Values (*S) blurred, of what is `inside` alone."""
     if inside.all():
         smooth: Array = ndimage.gaussian_filter(values, sigma)

@@ -96,6 +96,13 @@ class Picture:
         ground, sure = cleaned(split & self.inside, self.owner, size)
         return Split(kind, ground, ground & ~split & self.inside, sure, self.variance.share(ground))
 
+    def by_itself(self, kind: str, split: Array) -> tuple[Split, float]:
+        """A split (*S) of some kind, where elements have the size that most of what it leaves has, and that size."""
+        area = np.sort(np.bincount(ndimage.label(self.inside & ~split)[0].ravel())[1:])
+        usual = area[np.searchsorted(area.cumsum(), area.sum() / 2)] if area.size else 1
+        size = float(np.sqrt(usual * np.count_nonzero(self.inside) / max(area.sum(), 1)))
+        return self.judged(kind, split, size), size
+
     def told(self, split: Split, sure: float, size: float) -> Ground:
         """A split as ground that is so sure."""
         ground = split.ground & ~_cut_off(split, self.colors, self.inside)
