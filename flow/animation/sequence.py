@@ -145,7 +145,7 @@ class Motion:
         if self.cells is not None:
             renewing = seldom(renewing)
         self.upright = None if self.cells is not None else Upright(film.strip, renewing.stiffness, film.turning)
-        self.renewing, self.renewal = renewing, Renewal(film, shape, renewing)
+        self.renewing, self.renewal = renewing, Renewal(film, shape, renewing, self.cells is not None)
         self.showing = Showing(film, renewing, self.renewal.wear.variance)
         self._steady: tuple[Tensor, Lookup] | None = None
         self._flowing: Tensor | None = None

@@ -18,7 +18,7 @@ class Renewing:
     shades: in [0, 1), of videos, how much of what the frame before is brighter or darker than the copies, over some px
     around, lasts. feather: of videos, over how many px from a seam the copy beyond it is seen; 0: none. aging: what a
     video's texture costs that cannot live on; what soon cannot, a part of it. blocks: at most so many a frame, besides
-    those that new texture needs. block: their size, or that of two elements where there are gaps between them. window,
+    those that new texture needs. block: their size, or that of two elements that are apart and not drawn whole. window,
     step: the windows whose energy is measured, and their distance. interpolation: see `flow.warp`. Of elements that are
     drawn whole less is renewed than is asked for (`seldom`).
     inertia was tuned on made stones, radishes, nuts and bricks in a pair of vortices: half as much flickers more by

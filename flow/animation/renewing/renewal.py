@@ -111,16 +111,20 @@ class Renewed(NamedTuple):
 
 
 class Renewal:
-    """Renews frames of `shape` (H, W) with texture from an exemplar."""
+    """Renews frames of `shape` (H, W) with texture from an exemplar.
 
-    def __init__(self, film: Film, shape: tuple[int, int], settings: Renewing) -> None:
+    whole: whether elements are drawn whole anyway, so that blocks need hold none.
+    """
+
+    def __init__(self, film: Film, shape: tuple[int, int], settings: Renewing, whole: bool = False) -> None:
         self.film, self.shape, self.settings = film, shape, settings
         exemplar = film.described
         self.wear = Wear(film, shape, settings.window, settings.step, settings.area)
         self.tones = Tones(film.strip, settings.tones, film.grain, film.pages)
         self.aging = Aging(film, settings.aging)
         self.read = Reading(exemplar, settings.interpolation)
-        hidden, size = film.hidden, min(side_of(settings.block, film.hidden), *shape)
+        hidden = film.hidden
+        size = min(side_of(settings.block, None if whole else hidden), *shape)
         self.blocks = Blocks(film, block_sides(size, film.along, shape), hidden)
         sides = self.blocks.sides
         self._beyond, self._unsure = (0, 0.0) if hidden is None else (round(_BEYOND * sides[0]), _UNSURE)

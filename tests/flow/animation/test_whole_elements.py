@@ -5,11 +5,13 @@ import pytest
 import torch
 from made import MADE
 
+import flow
 from flow.animation.film.film import Film
 from flow.animation.film.reading import Reading
 from flow.animation.renewing.blocks import Blocks
 from flow.animation.renewing.renewal import Renewal
 from flow.animation.renewing.stock import COUNTS, MIXING, Coordinates
+from flow.animation.sequence import Motion
 from flow.animation.settings import Renewing
 from flow.warps import pixel_coordinates
 from kwatra import Exemplar
@@ -28,8 +30,17 @@ def test_blocks_hold_whole_elements_where_there_are_gaps_between_them() -> None:
     assert found is not None
     assert Renewal(film, SHAPE, Renewing(block=24)).blocks.sides == (round(2 * found.size),) * 2
     assert Renewal(film, SHAPE, Renewing(block=56)).blocks.sides == (56, 56)
+    assert Renewal(film, SHAPE, Renewing(block=24), whole=True).blocks.sides == (24, 24)  # they are drawn whole anyway
     noise = torch.rand(3, 64, 64, generator=torch.Generator().manual_seed(0))
     assert Renewal(Film.of(Exemplar.of(noise)), SHAPE, Renewing(block=24)).blocks.sides == (24, 24)
+
+
+@pytest.mark.parametrize(("texture", "drawn"), [("stones", True), ("letters", False)])
+def test_blocks_need_hold_no_elements_that_are_drawn_whole(texture: str, drawn: bool) -> None:
+    film, shape = Film.of(Exemplar.of(MADE[texture](128, 24, 0).image), turn=False), (96, 96)
+    motion = Motion(film, flow.vortices(), shape, None, None, Renewing(block=20), 0)
+    assert (motion.cells is not None) == drawn
+    assert (motion.renewal.blocks.sides == (20, 20)) == drawn
 
 
 @pytest.mark.parametrize("place", [(10, 60), (71, 5), (30, 70)])
