@@ -9,7 +9,7 @@ Array = np.ndarray[Any, Any]
 
 
 class Variance:
-    """The variance of an exemplar's colors (C, *S) over some of its pixels, as a share of that over all `inside`.
+    """The variance of an exemplar's colors (C, *S) over some of its pixels, as a share of the `total` over all inside.
 
     Sums are `einsum`'s, which are the same bits for any number of threads, as those of matrix products are not.
     """
@@ -17,7 +17,7 @@ class Variance:
     def __init__(self, colors: Array, inside: Array) -> None:
         flat = (colors - colors[:, inside].mean(1)[:, None, None]).reshape(len(colors), -1)
         self._powers = np.concatenate([flat, flat**2])
-        self._every = self._summed(inside)
+        self.total = self._summed(inside)
 
     def _summed(self, part: Array) -> float:
         """The variances of all channels over a part (*S) of the pixels, 0 of none."""
@@ -27,7 +27,7 @@ class Variance:
 
     def share(self, part: Array) -> float:
         """The share of a part (*S), at most 1; 0 where all have one color."""
-        return min(self._summed(part) / self._every, 1.0) if self._every > 0 else 0.0
+        return min(self._summed(part) / self.total, 1.0) if self.total > 0 else 0.0
 
 
 def between_parts(colors: Array, number: Array, inside: Array) -> float:

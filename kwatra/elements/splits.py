@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import ndimage
 
-from kwatra.elements.contrast import RARE
+from kwatra.elements.contrast import RARE, ROUNDING, smoothed
 from kwatra.elements.parting import Array, Variance
 from kwatra.exemplar import Exemplar
 
@@ -102,6 +102,11 @@ class Picture:
         usual = area[np.searchsorted(area.cumsum(), area.sum() / 2)] if area.size else 1
         size = float(np.sqrt(usual * np.count_nonzero(self.inside) / max(area.sum(), 1)))
         return self.judged(kind, split, size), size
+
+    def uneven(self, ground: Array, over: float) -> float:
+        """The variance of colors of ground (*S), averaged over so many pixels of it, as a share of the picture's."""
+        averaged = np.stack([smoothed(channel, ground, over) for channel in self.colors])
+        return Variance(averaged, ground).total / max(self.variance.total, ROUNDING)
 
     def told(self, split: Split, sure: float, size: float) -> Ground:
         """A split as ground that is so sure."""

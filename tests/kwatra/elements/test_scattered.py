@@ -10,6 +10,7 @@ from scipy import ndimage
 from kwatra import Exemplar
 from kwatra.elements import find_ground
 from kwatra.elements.scattered import unlike_most
+from kwatra.elements.splits import Picture
 from synth import synthesize
 
 
@@ -89,3 +90,17 @@ def test_pebbles_on_sand_stay_whole() -> None:
 def test_what_is_most_of_a_picture_with_no_elements_is_no_ground() -> None:
     noise = torch.from_numpy(np.random.default_rng(3).normal(0.5, 0.1, (3, 96, 96)).clip(0, 1)).float()
     assert find_ground(Exemplar.of(noise)).hides < 0.1
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_flat_stones_of_two_colors_are_no_ground_though_they_are_half_of_the_picture(seed: int) -> None:
+    assert find_ground(Exemplar.of(MADE["patches"](128, 20, seed).image)).hides < 0.5
+
+
+def test_uneven_ground_is_told_by_its_colors_from_far() -> None:
+    rng, rows = np.random.default_rng(0), np.arange(96)[:, None] // 48
+    rough, halves = rng.random((96, 96)), 0.5 * np.broadcast_to(rows, (96, 96))
+    ground = rng.random((96, 96)) < 0.8
+    for colors, expected in ((rough, 0.0), (halves, 0.92)):  # they run into each other along one line
+        picture = Picture(Exemplar.of(torch.from_numpy(colors)[None].float()))
+        assert picture.uneven(ground, 4.0) == pytest.approx(expected, abs=0.06)
