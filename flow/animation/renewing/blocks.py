@@ -25,9 +25,9 @@ _AT_ONCE = 1 << 17
 
 _ELEMENTS = 2
 """Where seams are hidden between elements that are not drawn whole blocks are so many elements wide at least: smaller
-ones hold none. Of made stones, coins, buttons, pebbles on sand and bolts on metal of 28 px, which are drawn whole,
-motion in a pair of vortices is off by .22 px and flickers by .083 with usual blocks (60 frames), .26 and .093 with
-such, and as few are cut."""
+ones hold none. Of made stones, buttons, pebbles on sand and bolts on metal of 28 px, which are drawn whole, motion
+in a pair of vortices is off by .21 px and flickers by .094 with usual blocks (60 frames), .25 and .105 with such,
+and as few are cut."""
 
 _HOME = 0.5
 """What a block costs that is not from where it belongs, in what windows do in synthesis. A waterfall that moves by 2 px
