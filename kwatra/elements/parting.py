@@ -30,6 +30,14 @@ class Variance:
         return min(self._summed(part) / self.total, 1.0) if self.total > 0 else 0.0
 
 
+def deviations(values: Array, middle: Array, covariance: Array) -> Array:
+    """How far values (k, *N) are from a middle (k,), each direction counted in how much varies along it, (*N)."""
+    away = values - middle.reshape(-1, *[1] * (values.ndim - 1))
+    even = np.einsum("ij,j...->i...", np.linalg.inv(np.linalg.cholesky(covariance)), away)
+    deviating: Array = np.linalg.norm(even, axis=0)
+    return deviating
+
+
 def between_parts(colors: Array, number: Array, inside: Array) -> float:
     """The variance of the parts' mean colors, as a share of that of all colors (C, *S) inside (*S).
 

@@ -10,7 +10,7 @@ and in how much brightness varies around them: the covariance of what they are h
 import numpy as np
 
 from kwatra.elements.contrast import ROUNDING, frequent, smoothed
-from kwatra.elements.parting import Array
+from kwatra.elements.parting import Array, deviations
 
 GRAIN, AROUND = 1.0, 2.5
 """Colors are smoothed by so many pixels, how brightness varies by the second. Of 54 textures made in code, of nine
@@ -34,8 +34,7 @@ def unlike_most(colors: Array, inside: Array) -> Array:
     values /= np.maximum(values.std(1, keepdims=True), ROUNDING)
     some = values[:, np.random.default_rng(0).permutation(values.shape[1])[:SOME]]
     halves = [_most_alike(some, start) for start in frequent(some[: len(colors)], STARTS)]
-    middle, inverse, _ = min(halves, key=lambda half: half[2])
-    away = np.sqrt(_squared(values, middle, inverse))
+    away = deviations(values, *min(halves, key=lambda half: np.linalg.slogdet(half[1])[1]))
     unlike = np.full(inside.shape, np.inf)
     unlike[inside] = away / max(float(np.median(away)), ROUNDING)
     return unlike
@@ -43,31 +42,23 @@ def unlike_most(colors: Array, inside: Array) -> Array:
 
 def _described(colors: Array, inside: Array) -> Array:
     """Colors (C, *S), smoothed, and the logarithm of how much brightness deviates around each pixel: (C + 1, *S)."""
-    bright = colors.mean(0)
-    varies = smoothed(np.square(bright - smoothed(bright, inside, GRAIN)), inside, AROUND)
-    return np.stack([*(smoothed(channel, inside, GRAIN) for channel in colors), 0.5 * np.log(varies + FLAT)])
+    smooth = np.stack([smoothed(channel, inside, GRAIN) for channel in colors])
+    varies = smoothed(np.square(colors.mean(0) - smooth.mean(0)), inside, AROUND)
+    return np.stack([*smooth, 0.5 * np.log(varies + FLAT)])
 
 
-def _most_alike(values: Array, start: Array) -> tuple[Array, Array, float]:
-    """The mean (k,) of a half of values (k, n), its inverse covariance (k, k), and the logarithm of its determinant.
+def _most_alike(values: Array, start: Array) -> tuple[Array, Array]:
+    """The mean (k,) of a half of values (k, n), and its covariance (k, k).
 
     start (c,): the half begins as what is nearest to it in the first c values.
     """
     away, before = np.square(values[: len(start)] - start[:, None]).sum(0), np.zeros(values.shape[1], bool)
     for _ in range(STEPS):
         half = away <= np.median(away)
+        if (half == before).all():
+            break
         middle = values[:, half].mean(1)
         apart = values[:, half] - middle[:, None]
         varied = np.einsum("ik,jk->ij", apart, apart) / apart.shape[1] + FLAT * np.eye(len(values))
-        inverse = np.linalg.inv(varied)
-        if (half == before).all():
-            break
-        before, away = half, _squared(values, middle, inverse)
-    return middle, inverse, float(np.linalg.slogdet(varied)[1])
-
-
-def _squared(values: Array, middle: Array, inverse: Array) -> Array:
-    """How far values (k, n) are from a middle (k,), squared, each direction counted by an inverse covariance (k, k)."""
-    apart = values - middle[:, None]
-    squared: Array = np.einsum("jk,jk->k", np.einsum("ij,ik->jk", inverse, apart), apart)
-    return squared
+        before, away = half, deviations(values, middle, varied)
+    return middle, varied

@@ -8,6 +8,7 @@ ground tells by itself what it looks like.
 import numpy as np
 from scipy import ndimage
 
+from kwatra.elements.parting import deviations
 from kwatra.elements.splits import SPECK, depth_beside
 from kwatra.pieces.seams import Array, Parts
 from kwatra.pieces.seams.parts import told_apart
@@ -75,8 +76,7 @@ def _unlike(colors: Array, plain: Array) -> Array:
     """Which colors (C, *S) differ from plain ground (*S), by how it varies."""
     ground = colors[:, plain]
     varied = np.cov(ground).reshape(len(colors), -1) + ROUNDED**2 * np.eye(len(colors))
-    away = colors - ground.mean(1)[:, None, None]
-    off = np.linalg.norm(np.einsum("ij,j...->i...", np.linalg.inv(np.linalg.cholesky(varied)), away), axis=0)
+    off = deviations(colors, ground.mean(1), varied)
     unlike: Array = off > UNLIKE * np.median(off[plain])
     return unlike
 

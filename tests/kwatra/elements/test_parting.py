@@ -5,7 +5,7 @@ import pytest
 from scipy import ndimage
 
 from kwatra.elements.contrast import NARROW, against_around
-from kwatra.elements.parting import between_parts, meeting
+from kwatra.elements.parting import between_parts, deviations, meeting
 
 
 def test_what_lies_between_parts_of_one_color_each_is_all_and_of_equal_ones_nothing() -> None:
@@ -53,3 +53,13 @@ def test_narrow_valleys_stand_out_however_bright_what_is_beside_them() -> None:
         assert inner[:, joints[2:-2]].max() < -0.08
         assert inner[:, ~joints[2:-2] & ~np.isin(np.arange(60) % 12, (2, 11))[2:-2]].min() > -0.01
     assert NARROW * 12 > 2
+
+
+def test_deviations_count_each_direction_in_how_much_varies_along_it() -> None:
+    rng = np.random.default_rng(0)
+    mixing, middle = rng.normal(size=(3, 3)), rng.normal(size=3)
+    even = rng.normal(size=(3, 5, 7))
+    values = np.einsum("ij,jyx->iyx", mixing, even) + middle[:, None, None]
+    found = deviations(values, middle, mixing @ mixing.T)
+    np.testing.assert_allclose(found, np.linalg.norm(even, axis=0))
+    np.testing.assert_allclose(found.ravel(), deviations(values.reshape(3, -1), middle, mixing @ mixing.T))
