@@ -13,7 +13,7 @@ from kwatra.base.sizes import is_whole, whole_sizes
 from kwatra.base.solver import Solution, conjugate_gradients
 from kwatra.base.spans import box_sums
 from kwatra.base.tensors import device_of, floats_of, tensor_of
-from kwatra.base.threads import by_one_thread, even_ranges, shared
+from kwatra.base.threads import by_one_thread, by_our_threads, even_ranges, shared, threads_shared
 
 __all__ = [
     "AVERAGE",
@@ -24,6 +24,7 @@ __all__ = [
     "atan2",
     "box_sums",
     "by_one_thread",
+    "by_our_threads",
     "check_mask",
     "coarse_shape",
     "conjugate_gradients",
@@ -51,6 +52,7 @@ __all__ = [
     "running",
     "shared",
     "tensor_of",
+    "threads_shared",
     "total",
     "turned",
     "whole_seed",

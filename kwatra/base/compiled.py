@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 
 import torch
 
-from kwatra.base.threads import even_ranges, shared
+from kwatra.base.threads import even_ranges, shared, threads_shared
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -31,6 +31,16 @@ def jitted(function: Function, **options: Any) -> Function:
         made = numba.njit(nogil=True, **options)(function)
     kept: Function = made
     return kept
+
+
+def summing(function: Function) -> Function:
+    """The same for sums that may be taken in any order: several values at once."""
+    return jitted(function, fastmath={"reassoc", "contract"})
+
+
+def inlined(function: Function) -> Function:
+    """The same for what innermost loops call: it becomes part of them, as to hand on arrays takes long."""
+    return jitted(function, inline="always")
 
 
 def compiling() -> bool:
@@ -86,10 +96,10 @@ class Compiled:
 
     @cached_property
     def _compiled(self) -> Callable[..., None]:
-        return jitted(self._function, fastmath={"reassoc", "contract"})
+        return summing(self._function)
 
     def __call__(self, items: int, *arguments: Any) -> None:
-        """Work on all items, shared among torch's threads; tensors are given as they are, contiguous on the CPU."""
+        """Work on all items, shared among threads; tensors are given as they are, contiguous on the CPU."""
         arrays = [a.numpy() if isinstance(a, torch.Tensor) else a for a in arguments]
-        threads = 1 if items < _FEW else torch.get_num_threads()
+        threads = 1 if items < _FEW else threads_shared()
         shared(lambda part: self._compiled(*arrays, *part), even_ranges(items, threads))

@@ -8,6 +8,7 @@ windows robustly, and blends: solves for the x that minimizes U with the z_p fix
 
 import math
 from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from dataclasses import replace
 
 import torch
@@ -75,8 +76,9 @@ def improve(
         return _as_begun(task, image, where, factors, report)
     for number, level in enumerate(task.levels):
         scene = Scene(task, number)
-        estimate, stopped = _iterate(scene, scene.enter(image, where, factors), report, between)
-        image, where, factors = estimate.image, scene.where(estimate), scene.factors
+        with scene.sharing() if between is None else nullcontext():
+            estimate, stopped = _iterate(scene, scene.enter(image, where, factors), report, between)
+            image, where, factors = estimate.image, scene.where(estimate), scene.factors
         if where is not None and between is None and number == len(task.levels) - 1:
             image, where = _uncut(beginning, image, where, factors)
         report.stages.append(Stage(number, level.factor, level.width, image))

@@ -5,17 +5,18 @@ An iteration is `step`: search (M), robust weights, blend (E) - thesis algorithm
 
 import math
 from collections.abc import Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 
 import torch
 from torch import Tensor
 
-from kwatra.base import Solution, enlarged, mean, total
+from kwatra.base import Solution, by_our_threads, enlarged, mean, total
 from kwatra.loop.task import Task
 from kwatra.result import Row
 from kwatra.source import Placed, sourcemap
 from kwatra.step import Step
-from kwatra.steps import Ballot, Matching, Replays, Wants, blend, rho, weight
+from kwatra.steps import Ballot, Matching, Replays, Wants, blend, fits, rho, weight
 from kwatra.terms import Charge, PlaceCharge, Quadratic, wish_of
 from kwatra.windows import Layout
 
@@ -55,6 +56,11 @@ class Scene:
         self.shape = self.controls.shape
         self.places = [] if self.exemplar is None else self.controls.place_charges(self.exemplar, width)
         self._matching: Matching | None = None
+
+    def sharing(self) -> AbstractContextManager[None]:
+        """Whose threads work on this level: ours where compiled loops do what takes long, else torch's."""
+        plain = fits(self.source) and self.controls.given is None and not self.task.terms
+        return by_our_threads() if plain else nullcontext()
 
     def context(self, iteration: int, estimate: Estimate | None = None) -> Step:
         """What votes, layouts, terms and `between` are told in an iteration."""

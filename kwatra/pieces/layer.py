@@ -8,7 +8,7 @@ from math import prod
 
 import torch
 
-from kwatra.base import generator_of, shared
+from kwatra.base import generator_of, shared, threads_shared
 from kwatra.exemplar import Exemplar
 from kwatra.pieces.boxes import Box
 from kwatra.pieces.choosing import Candidates, Corners, SceneUse
@@ -153,7 +153,7 @@ class Layer:
             return [self.offers.of(window, box, *tried, often, again) for window, box, tried in seen]
 
         most = max(LOOKED_AT // prod(self.exemplar.shape), 1)
-        groups = alike(boxes, min(most, -(-len(boxes) // torch.get_num_threads())))
+        groups = alike(boxes, min(most, -(-len(boxes) // threads_shared())))
         found = cheapest_as_offered(self.sheet, groups, choose, self.corners.owned)
         cuts = dict(zip(chain(*groups), found, strict=True))
         for number in range(len(boxes)):

@@ -7,7 +7,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from kwatra.base import even_ranges, shared
+from kwatra.base import even_ranges, shared, threads_shared
 from kwatra.base.compiled import jitted
 from kwatra.windows import Grid, Layout, Metric
 
@@ -68,7 +68,7 @@ def _of_grid(layout: Grid, profiles: list[Tensor], weights: Tensor, corners: Ten
     given = (number * layout.counts[-1], share, places, index, inside, own, weights, corners)
     arrays = [a.contiguous().numpy() for a in given]
     made = most.numpy(), window.numpy(), found.numpy()
-    shared(lambda part: _loop()(*arrays, *made, *part), even_ranges(rows, torch.get_num_threads()))
+    shared(lambda part: _loop()(*arrays, *made, *part), even_ranges(rows, threads_shared()))
     return Heaviest(window.view(layout.shape), found.view(-1, *layout.shape))
 
 

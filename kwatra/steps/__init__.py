@@ -3,6 +3,7 @@
 from kwatra.steps.asked import Wants
 from kwatra.steps.blend import blend
 from kwatra.steps.histogram import match_histogram
+from kwatra.steps.inplace import fits
 from kwatra.steps.matching import Matching
 from kwatra.steps.replays import Replays
 from kwatra.steps.robust import rho, weight
@@ -20,6 +21,7 @@ __all__ = [
     "Vote",
     "Wants",
     "blend",
+    "fits",
     "match_histogram",
     "mean",
     "rho",

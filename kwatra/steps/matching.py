@@ -25,11 +25,11 @@ from torch import Tensor
 from kwatra.base import even_ranges, shared
 from kwatra.source import CHUNK, Description, Source, SourceWindows
 from kwatra.steps.asked import Asked, Wants
-from kwatra.steps.coherent import coherent
+from kwatra.steps.coherent import coherent, nearest_coherent
 from kwatra.steps.inplace import fits, nearest_in_place
 from kwatra.steps.votes import bands
 from kwatra.terms import Given
-from kwatra.windows import Layout, channels_last, windows_at
+from kwatra.windows import Grid, Layout, channels_last, windows_at
 from kwatra.windows.flat import continued
 
 SETTLED = 1e-7
@@ -123,6 +123,8 @@ class Matching:
 
         pixels: the image, channels last and `continued`.
         """
+        if not wants.places and isinstance(self.layout, Grid):
+            return nearest_coherent(pixels, self.layout, source, matches, SETTLED)
         windows = self.layout.corners
 
         def nearest(part: slice) -> tuple[Tensor, Tensor]:

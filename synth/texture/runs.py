@@ -6,10 +6,8 @@ from dataclasses import replace
 from threading import Lock
 from typing import TypeVar
 
-import torch
-
 from kwatra import Exemplar, Progress, Result
-from kwatra.base import shared, whole_seed
+from kwatra.base import shared, threads_shared, whole_seed
 from kwatra.scoring import Ranking
 
 Made = TypeVar("Made")
@@ -29,7 +27,7 @@ def seed_of(seed: int, number: int) -> int:
 
 def beside(call: Callable[[int], Made], numbers: Sequence[int], size: Sequence[int]) -> list[Made]:
     """What a call makes of each of several tries of a `size` (*S), by number; as many side by side as BESIDE allows."""
-    threads = torch.get_num_threads()
+    threads = threads_shared()
     together = threads + (len(numbers) % threads > 0)
     return shared(call, numbers, min(together, max(BESIDE // math.prod(size), 1)))
 

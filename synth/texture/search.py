@@ -17,7 +17,7 @@ import torch
 from torch import Tensor
 
 from kwatra import Beginning, Exemplar, Progress, Result, Settings, improve
-from kwatra.base import generator_of, shared
+from kwatra.base import generator_of, shared, threads_shared
 from kwatra.loop import looks
 from kwatra.pieces import Box, visible_seams
 from kwatra.scoring import Ranking, pasted
@@ -110,7 +110,7 @@ class Search:
             way = self.ways[number % len(self.ways)] if settings is None else settings
             return begin(settings=way, seed=seed_of(self.seed, number))
 
-        if torch.get_num_threads() > 1:
+        if threads_shared() > 1:
             self._look()
         if tries == 1:
             return begun(0)

@@ -12,9 +12,8 @@ from functools import partial
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
-import torch
 
-from kwatra.base import shared
+from kwatra.base import shared, threads_shared
 from kwatra.base.compiled import jitted
 from kwatra.base.spans import in_volume, volume
 from kwatra.cut.choices import FREE, MOST, TAKE
@@ -101,7 +100,7 @@ def cheapest_of(groups: Sequence[Item], offered: Callable[[Item], Sequence[Offer
         for contest in reversed(begun[number]):
             contest.join()
 
-    order, helpers = range(len(begun)), torch.get_num_threads() - 1
+    order, helpers = range(len(begun)), threads_shared() - 1
     work = [*(partial(begin, n) for n in order), *(partial(help_with, n) for n in [*reversed(order)] * helpers)]
     shared(lambda each: each(), work)
     return [contest.best for contests in begun for contest in contests]

@@ -4,7 +4,7 @@ import time
 import pytest
 import torch
 
-from kwatra.base import by_one_thread, even_ranges, shared
+from kwatra.base import by_one_thread, by_our_threads, even_ranges, shared, threads_shared
 
 
 @pytest.fixture(params=[1, 2, 3])
@@ -74,6 +74,23 @@ def test_torch_uses_one_thread_for_a_while_and_as_many_as_before_even_after_an_e
     with pytest.raises(ValueError, match="no 1"):
         by_one_thread()(refuse)(1)
     assert torch.get_num_threads() == threads
+
+
+def test_torch_leaves_its_threads_to_what_is_shared_for_a_while(threads):
+    with by_our_threads():
+        assert (torch.get_num_threads(), threads_shared()) == (1, threads)
+        assert (
+            shared(lambda _: (torch.get_num_threads(), threads_shared()), range(2)) == [(1, max(threads // 2, 1))] * 2
+        )
+        together = threading.Barrier(threads)
+        assert shared(lambda n: together.wait(timeout=20) >= 0, range(threads)) == [True] * threads
+        with by_one_thread():
+            assert (torch.get_num_threads(), threads_shared()) == (1, 1)
+        with pytest.raises(ValueError, match="no 1"):
+            shared(refuse, range(3))
+        assert (torch.get_num_threads(), threads_shared()) == (1, threads)
+    assert (torch.get_num_threads(), threads_shared()) == (threads, threads)
+    assert shared(lambda _: threads_shared(), range(2)) == [max(threads // 2, 1)] * 2
 
 
 @pytest.mark.parametrize("together", [2, 3])

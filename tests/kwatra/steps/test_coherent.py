@@ -7,8 +7,10 @@ from kwatra import Exemplar
 from kwatra.base import generator_of
 from kwatra.source import Bag, SourceWindows
 from kwatra.steps import coherent as module
-from kwatra.steps.coherent import coherent
-from kwatra.windows import Grid
+from kwatra.steps.coherent import coherent, nearest_coherent
+from kwatra.steps.inplace import nearest_in_place
+from kwatra.windows import Grid, channels_last
+from kwatra.windows.flat import continued
 
 
 @pytest.mark.parametrize("wrap", [False, True, (True, False)])
@@ -49,3 +51,31 @@ def test_windows_without_a_place_have_no_neighbors():
     bag = Bag(torch.rand(9, 4, 4, 3), torch.ones(3), generator_of(0))
     matches = torch.arange(9)[torch.randint(9, (25,), generator=generator_of(1))]
     assert torch.equal(coherent(Grid((8, 8), (4, 4), (1, 1)), bag, matches, slice(3, 9)), matches[3:9, None])
+
+
+@pytest.mark.parametrize("wrap", [False, True, (True, False)])
+@pytest.mark.parametrize("settled", [0.0, 0.08, 1e9])
+def test_candidates_looked_up_one_by_one_are_compared_as_all_at_once_are(wrap, settled):
+    usable = torch.ones(24, 30, dtype=torch.bool)
+    usable[10:13, 4:9] = False
+    source = SourceWindows(Exemplar.of(torch.rand(3, 24, 30), masks=[usable]), (6, 4), generator_of(0))
+    grid = Grid((31, 26), (6, 4), (2, 2), wrap)
+    matches = source.numbers[torch.randint(len(source.numbers), (len(grid),), generator=generator_of(1))]
+    pixels = continued(channels_last(torch.rand(3, 31, 26, generator=generator_of(2))), grid)
+    number, squared = nearest_coherent(pixels, grid, source, matches, settled)
+    candidates = coherent(grid, source, matches, slice(None))
+    every, least = nearest_in_place(pixels, grid.corners, source, candidates, settled)
+    assert torch.equal(number, every)
+    assert torch.allclose(squared, least, atol=1e-7)
+    assert torch.equal(number, matches) == (settled == 1e9)
+
+
+def test_of_a_video_as_well():
+    source = SourceWindows(Exemplar.of(torch.rand(1, 9, 12, 11)), (3, 4, 4), generator_of(0))
+    grid = Grid((8, 13, 12), (3, 4, 4), (1, 2, 2), (True, False, True))
+    matches = source.numbers[torch.randint(len(source.numbers), (len(grid),), generator=generator_of(1))]
+    pixels = continued(channels_last(torch.rand(1, 8, 13, 12, generator=generator_of(2))), grid)
+    number, _ = nearest_coherent(pixels, grid, source, matches, 0.0)
+    candidates = coherent(grid, source, matches, slice(None))
+    assert torch.equal(number, nearest_in_place(pixels, grid.corners, source, candidates)[0])
+    assert not torch.equal(number, matches)
