@@ -76,8 +76,9 @@ def improve(
         return _as_begun(task, image, where, factors, report)
     for number, level in enumerate(task.levels):
         scene = Scene(task, number)
-        with scene.sharing() if between is None else nullcontext():
-            estimate, stopped = _iterate(scene, scene.enter(image, where, factors), report, between)
+        estimate = scene.enter(image, where, factors)
+        with scene.sharing(estimate.layout, estimate.matches is not None) if between is None else nullcontext():
+            estimate, stopped = _iterate(scene, estimate, report, between)
             image, where, factors = estimate.image, scene.where(estimate), scene.factors
         if where is not None and between is None and number == len(task.levels) - 1:
             image, where = _uncut(beginning, image, where, factors)

@@ -57,11 +57,6 @@ class Scene:
         self.places = [] if self.exemplar is None else self.controls.place_charges(self.exemplar, width)
         self._matching: Matching | None = None
 
-    def sharing(self) -> AbstractContextManager[None]:
-        """Whose threads work on this level: ours where compiled loops do what takes long, else torch's."""
-        plain = fits(self.source) and self.controls.given is None and not self.task.terms
-        return by_our_threads() if plain else nullcontext()
-
     def context(self, iteration: int, estimate: Estimate | None = None) -> Step:
         """What votes, layouts, terms and `between` are told in an iteration."""
         mask = None if self.controls.mask is None else self.controls.mask[0]
@@ -87,9 +82,10 @@ class Scene:
         same = tuple(factors) == self.factors
         if where is None and image is not None:
             return Estimate(self._fitted(image, factors), layout, None, ones)
-        matches = self._begun(layout) if where is None else self._carried(layout, where, factors)
-        if image is None or not same:
-            image = self._blended(Ballot(layout, self.source, matches, ones)).x
+        with self.sharing(layout, where is not None):
+            matches = self._begun(layout) if where is None else self._carried(layout, where, factors)
+            if image is None or not same:
+                image = self._blended(Ballot(layout, self.source, matches, ones)).x
         return Estimate(image, layout, matches, ones)
 
     def _fitted(self, image: Tensor, factors: Sequence[int]) -> Tensor:
@@ -149,6 +145,16 @@ class Scene:
         # coherence goes by copies that are there already; random windows are none
         copied = inherited and self.task.start != "windows" and isinstance(self.source, Placed)
         return "coherent" if copied else "approximate"
+
+    def sharing(self, layout: Layout, inherited: bool) -> AbstractContextManager[None]:
+        """Whose threads search and blend a layout: ours where compiled loops do what takes long, else torch's.
+
+        They do for stills that nothing steers and that go by coherence; to search an index, and for videos, tensors do.
+        """
+        steered = self.controls.given is not None or len(self.task.terms) > 0
+        if steered or len(self.shape) > 2 or not fits(self.source):
+            return nullcontext()
+        return by_our_threads() if self.route(inherited, len(layout)) == "coherent" else nullcontext()
 
     def step(self, estimate: Estimate) -> tuple[Estimate, Row]:
         """One EM iteration: the next estimate, and its energies by name."""
