@@ -21,13 +21,13 @@ from typing import NamedTuple
 
 import numpy as np
 import torch
-from scipy import fft, ndimage
+from scipy import ndimage
 from torch import Tensor
 
 from kwatra import Exemplar
 from kwatra.base import every_pair, mean, membrane
 from kwatra.elements.kept import kept
-from kwatra.source import look_up
+from synth.texture.steps import corrections, lacking
 
 AROUND = 3.0
 """Light is color blurred by so many px: 5 or 8 leave more of its restlessness."""
@@ -53,9 +53,6 @@ REACH = 32.0
 """Over so many pixels and frames steps at the border of what is known are spread. In holes of four clips all is off by
 28.7 of 255 with 32, and by 29.2 with 8 (root mean square)."""
 
-_GUESSED = 1e-6
-"""What a step beyond a clip's border, where what changed before is taken to go on, weighs beside one within it."""
-
 
 def evened(
     video: Tensor, where: Tensor, exemplar: Exemplar, wrap: tuple[bool, ...], held: Tensor | None = None
@@ -80,7 +77,7 @@ def evened_inside(video: Tensor, where: Tensor, exemplar: Exemplar, free: Tensor
     steps = [torch.zeros_like(video) for _ in free.shape]
     for axis, counted in enumerate((lasting(exemplar).light, 1.0, 1.0), 1):
         if min(video.shape[axis], exemplar.shape[axis - 1]) > 1:
-            lack = counted * _missing(video, where, exemplar, axis, False)
+            lack = counted * lacking(video, where, exemplar, axis, False)
             steps[axis - 1].narrow(axis, 0, lack.shape[axis]).copy_(lack)
     added = membrane(free, every_pair(free.shape), steps, REACH)
     return torch.where(free, (video + added).clamp(0, 1), video)
@@ -90,29 +87,14 @@ def _in_space(video: Tensor, where: Tensor, exemplar: Exemplar, wrap: tuple[bool
     """A video whose light goes on evenly within each of its `free` (T,) frames, which follow each other."""
     corrected, pull = video.clone(), torch.zeros_like(video)
     for axis in (2, 3):
-        lack = _missing(video, where, exemplar, axis, wrap[axis - 1])
+        lack = lacking(video, where, exemplar, axis, wrap[axis - 1])
         if not wrap[axis - 1]:
             lack = torch.cat([lack, torch.zeros_like(lack.narrow(axis, 0, 1))], axis)
         pull += lack.roll(1, axis) - lack
     around = (wrap[0] and bool(free.all()), *wrap[1:])
     for channel, one in zip(corrected, pull[:, free.to(pull.device)].cpu().numpy(), strict=True):
-        channel[free] += torch.from_numpy(_solved(one, around)).to(channel)
+        channel[free] += torch.from_numpy(corrections(one, around, FADING)).to(channel)
     return corrected
-
-
-def _solved(pull: np.ndarray, wrap: tuple[bool, ...]) -> np.ndarray:
-    """The corrections c (T, H, W): (D'D + FADING) c = pull, with D the steps from pixel to pixel in space and time.
-
-    Cosines, or along what wraps all waves, are what D'D only scales.
-    """
-    sides = zip(pull.shape, wrap, strict=True)
-    angles = np.ix_(*(2 * np.pi * fft.fftfreq(n) if around else np.pi * np.arange(n) / n for n, around in sides))
-    for axis, around in enumerate(wrap):
-        pull = (fft.fft if around else fft.dct)(pull, axis=axis)
-    waves = pull / (FADING + sum(2 - 2 * np.cos(angle) for angle in angles)).astype(np.float32)
-    for axis, around in enumerate(wrap):
-        waves = (fft.ifft if around else fft.idct)(waves, axis=axis)
-    return np.real(waves)
 
 
 def _in_time(video: Tensor, where: Tensor, exemplar: Exemplar, wrap: tuple[bool, ...], free: Tensor) -> Tensor:
@@ -123,7 +105,7 @@ def _in_time(video: Tensor, where: Tensor, exemplar: Exemplar, wrap: tuple[bool,
     frames = video.shape[1]
     if frames < 2 or exemplar.shape[0] < 2:
         return video
-    missing = _missing(video, where, exemplar, 1, wrap[0])
+    missing = lacking(video, where, exemplar, 1, wrap[0])
     pairs, modes = missing.shape[1], ["wrap" if around else "nearest" for around in wrap[1:]]
     step = sparse.eye(pairs, frames, 1) - sparse.eye(pairs, frames)
     if wrap[0]:
@@ -172,23 +154,3 @@ def _told(canvas: np.ndarray, owner: Tensor) -> float:
     variance = (apart.square().sum((0, 1)) / (count - 1).clamp(min=1))[count > 1]
     unrelated = 2 * mean(variance) if len(variance) else torch.zeros((), dtype=torch.float32)
     return max(1 - float(mean(step) / unrelated), 0.0) if len(step) and float(unrelated) > 0 else 0.0
-
-
-def _missing(video: Tensor, where: Tensor, exemplar: Exemplar, axis: int, around: bool) -> Tensor:
-    """What each step along an axis (1 to 3) lacks of what it should be: as the source goes on, and as the next's came.
-
-    It is the mean of the two, or the one of them that lies within its clip; where neither does, what changed before
-    goes on. The axis has as many steps as pixels where it goes `around`, else one less.
-    """
-    step, n = exemplar.canvas.diff(dim=axis), exemplar.shape[axis - 1] - 1
-    before, after = exemplar.owner.narrow(axis - 1, 0, n), exemplar.owner.narrow(axis - 1, 1, n)
-    same = (after == before) & (after >= 0)
-    none, never = torch.zeros_like(step.narrow(axis, 0, 1)), torch.zeros_like(same.narrow(axis - 1, 0, 1))
-    ahead, goes = torch.cat([step, none], axis), torch.cat([same, never], axis - 1)
-    back, came = torch.cat([none, step], axis), torch.cat([never, same], axis - 1)
-    onward, hither = torch.where(goes, ahead, back * came), torch.where(came, back, ahead * goes)
-    last = video.shape[axis] - (not around)
-    here, there = (v.narrow(axis, 0, last) for v in (where, where.roll(-1, axis)))
-    left, right = (look_up(each[None].float() + _GUESSED, spot) for each, spot in ((goes, here), (came, there)))
-    wanted = (left * look_up(onward, here) + right * look_up(hither, there)) / (left + right)
-    return wanted - (video.roll(-1, axis) - video).narrow(axis, 0, last)

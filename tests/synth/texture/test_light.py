@@ -6,7 +6,8 @@ import torch
 
 import synth
 from kwatra import Exemplar
-from synth.texture.light import AROUND, FADING, SHORT, _solved, evened, evened_inside
+from synth.texture.light import AROUND, FADING, SHORT, evened, evened_inside
+from synth.texture.steps import corrections
 
 
 def clip(frames: int = 8, side: int = 32) -> torch.Tensor:
@@ -71,7 +72,7 @@ def test_a_piece_that_ends_where_its_clip_does_and_is_continued_exactly_is_left_
 @pytest.mark.parametrize("wrap", [(False,) * 3, (True,) * 3, (False, False, True), (True, False, True)])
 def test_corrections_in_space_solve_their_equations(wrap):
     pull = torch.randn(5, 40, 30, generator=torch.Generator().manual_seed(1)).numpy()
-    light = _solved(pull, wrap)
+    light = corrections(pull, wrap, FADING)
     assert light.dtype == np.float32
     left = FADING * light
     for axis, around in enumerate(wrap):
