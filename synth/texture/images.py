@@ -55,7 +55,8 @@ def synthesize(
     to 0.3 suits maps that vary smoothly. Several guides are a list, and may have a weight each.
     exemplar_mask: boolean, of the exemplar's size, True where it may be copied from; of several exemplars one for each.
     Of a still light that falls unevenly is taken out of the exemplar (see `synth.texture.illumination`), unless terms,
-    a guide other than labels, a start or stay are given, which may mean it.
+    a guide other than labels, a start or stay are given, which may mean it; and seams are eased where nothing steers
+    and no levels are given (see `synth.texture.easing`).
     callback: told of each iteration, by one thread at a time, but not always the same one. Same seed, same bits, for
     any number of threads.
 

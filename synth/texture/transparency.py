@@ -10,7 +10,7 @@ from kwatra import Exemplar
 
 
 def as_far_as_seen(before: Tensor, after: Tensor, exemplar: Exemplar) -> Tensor:
-    """A video (C, *S) as it came to be after something, but with the alpha it had before, and colors changed in
+    """What (C, *S) something made of a still or video, but with the alpha it had before, and colors changed in
     proportion to that, and no larger. It is as it came to be where the exemplar's last channel is no alpha.
     """
     if exemplar.alpha is None:

@@ -16,6 +16,7 @@ from kwatra.base import tensor_of
 from kwatra.terms import parts_of
 from kwatra.windows import per_axis
 from synth.texture.asked import Asked
+from synth.texture.easing import eased
 from synth.texture.feathering import feathered, passage
 from synth.texture.form import Form, Image
 from synth.texture.illumination import under_even_light
@@ -166,7 +167,8 @@ class Work(Generic[Image]):
         if self.effort is not None:
             ways = [settings, replace(settings, block=LARGER)] if self.effort.more else [settings]
             search = Search(self.effort, ways, size, part.seed(seed), callback, self.source)
-            return search.best(partial(kwatra.begin, source, size, terms=terms))
+            found = search.best(partial(kwatra.begin, source, size, terms=terms))
+            return self._eased(found) if settings.levels is None else found
         run = partial(
             kwatra.optimize, source, size, settings=settings, terms=terms, mask=self.mask,
             start="aligned" if self.start is None else self.start,
@@ -174,6 +176,11 @@ class Work(Generic[Image]):
         finish = None if len(size) == 2 or self.steered else partial(self._finished, part, settings)
         runs = Runs(self.tries, size, part.seed(seed), callback, self.channels, finish)
         return runs.best(run, self.source)
+
+    def _eased(self, result: Result) -> Result:
+        """The result of a still with its seams eased."""
+        image = eased(result.image, result.where, self.source, per_axis(self.settings.wrap, 2))
+        return replace(result, image=as_far_as_seen(result.image, image, self.source))
 
     def _finished(self, part: Stretch, settings: Settings, result: Result) -> Result:
         """The result with seams feathered, strong details and even light; frames a stretch holds are left alone."""
