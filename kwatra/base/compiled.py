@@ -33,11 +33,6 @@ def jitted(function: Function, **options: Any) -> Function:
     return kept
 
 
-def summing(function: Function) -> Function:
-    """The same for sums that may be taken in any order: several values at once."""
-    return jitted(function, fastmath={"reassoc", "contract"})
-
-
 def inlined(function: Function) -> Function:
     """The same for what innermost loops call: it becomes part of them, as to hand on arrays takes long."""
     return jitted(function, inline="always")
@@ -96,7 +91,7 @@ class Compiled:
 
     @cached_property
     def _compiled(self) -> Callable[..., None]:
-        return summing(self._function)
+        return jitted(self._function, fastmath={"reassoc", "contract"})
 
     def __call__(self, items: int, *arguments: Any) -> None:
         """Work on all items, shared among threads; tensors are given as they are, contiguous on the CPU."""

@@ -38,14 +38,15 @@ def shared(call: Callable[[Item], Made], items: Sequence[Item], together: int | 
     together: how many calls are under way at a time; None for as many as there are threads. Those are divided among
     them: few calls may share work of their own. Where the others are busy the calling thread does all.
     """
-    threads, alike = threads_shared(), _told.threads is None
+    threads = threads_shared()
     together = min(threads if together is None else together, len(items))
     if threads == 1 or together < 2:
         return [call(item) for item in items]
     each = max(threads // together, 1)
+    torchs, ours = (each, None) if _told.threads is None else (1, each)
 
     def alone(item: Item) -> Made:
-        with _using(*((each, None) if alike else (1, each))):  # which each thread has to be told
+        with _using(torchs, ours):  # which each thread has to be told
             return call(item)
 
     return _by_threads(together, alone, items)

@@ -131,10 +131,12 @@ def _find_nearest(
             step //= room[axis]
             here = window // stride % counts[axis]
             for sign in (1, -1):
+                if least <= settled:
+                    break
                 other = _shifted(
                     window, here, axis, sign, stride, step, shape, wraps, positions, counts, matches, room, snap
                 )
-                if other != best and least > settled:
+                if other != best:
                     start = start_of(other, room, their_steps)
                     distance = difference(ours, at, rows, theirs, start, their_rows, weight, least, np.float32(0))
                     if distance < least:

@@ -43,9 +43,9 @@ PARTIAL = 4
 terms charge for what no descriptor tells."""
 
 TOGETHER = 2**15
-"""About so many windows look at coherent candidates at a time: where those lie takes a few megabytes then, whatever the
-output's size, and threads share the parts. Not tuned. Two threads take .26 s for two searches of 2048x2048, and .36 s
-where only the comparing is shared."""
+"""Where all coherent candidates are looked at, as places are charged for or windows are free, about so many windows do
+at a time: where those lie takes a few megabytes then, whatever the output's size, and threads share the parts. Not
+tuned. Two threads took .26 s for two searches of 2048x2048, and .36 s where only the comparing was shared."""
 
 DRAWN = 32
 """So many windows are drawn for each place where terms alone decide; tuned on nothing, cost grows with it."""

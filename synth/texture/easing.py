@@ -61,17 +61,15 @@ def _seams(where: Tensor, axis: int, wraps: bool) -> Tensor:
     """The pixels (2, n), by number, that do not go on in the next one along an axis, and these."""
     _, height, width = where.shape
     step = (torch.cat([where, where.narrow(axis, 0, 1)], axis) if wraps else where).diff(dim=axis)
-    off = [
-        (along < one - APART) | (along > one + APART) for along, one in zip(step, (axis == 1, axis == 2), strict=True)
-    ]
+    onward = int(axis == 1), int(axis == 2)
+    off = [(along < usual - APART) | (along > usual + APART) for along, usual in zip(step, onward, strict=True)]
     row, column = (off[0] | off[1]).nonzero().T
-    following = (row + (axis == 1)) % height * width + (column + (axis == 2)) % width
+    following = (row + onward[0]) % height * width + (column + onward[1]) % width
     return torch.stack([row * width + column, following])
 
 
 def _lacking(image: Tensor, where: Tensor, exemplar: Exemplar, axis: int, seam: Tensor) -> Tensor:
     """What steps between pixels of a seam (2, n) along an axis lack, (C, n); 0 of outlines."""
-    pairs = (torch.stack([each.flatten(1).index_select(1, side) for side in seam], axis) for each in (image, where))
-    colors, places = pairs
+    colors, places = (torch.stack([each.flatten(1)[:, side] for side in seam], axis) for each in (image, where))
     lack = lacking(colors, places, exemplar, axis, False).squeeze(axis)
     return lack * (lack.abs().amax(0) < OUTLINE)

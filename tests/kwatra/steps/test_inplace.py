@@ -86,16 +86,22 @@ def test_a_search_in_place_is_never_worse_than_one_of_windows_copied_out(route, 
     )
 
 
+def far(corners, there):
+    """A charge for places that are far from where a window lies."""
+    return 1e-3 * (there - corners[:, None]).abs().sum(-1).float()
+
+
+@pytest.mark.parametrize("wants", [Wants(), Wants(places=[far])], ids=["nothing", "places"])
 @pytest.mark.parametrize("threads", [1, 2])
-def test_a_coherent_search_in_parts_is_one_of_the_whole(threads, monkeypatch):
+def test_a_coherent_search_in_parts_is_one_of_the_whole(threads, wants, monkeypatch):
     source = SourceWindows(Exemplar.of(torch.rand(3, 40, 40, generator=generator())), (8, 8), generator())
     grid = Grid((60, 48), (8, 8), (2, 2), wrap=(True, False))
     image, before = torch.rand(3, 60, 48, generator=generator(2)), source.snapped(grid.corners % 30)
     matching = Matching(source, grid, None)
-    whole = matching.best(image, before, Wants(), "coherent")
+    whole = matching.best(image, before, wants, "coherent")
     monkeypatch.setattr("kwatra.steps.matching.TOGETHER", 37)
     torch.set_num_threads(threads)
-    parts = matching.best(image, before, Wants(), "coherent")
+    parts = matching.best(image, before, wants, "coherent")
     assert not torch.equal(whole.matches, before)
     assert torch.equal(parts.matches, whole.matches)
     assert torch.equal(parts.squared, whole.squared)
