@@ -35,7 +35,7 @@ def jitted(function: Function, **options: Any) -> Function:
 
 def inlined(function: Function) -> Function:
     """The same for what innermost loops call: it becomes part of them, as to hand on arrays takes long."""
-    return jitted(function, inline="always")
+    return jitted(function, forceinline=True)
 
 
 def compiling() -> bool:

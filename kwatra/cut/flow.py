@@ -13,12 +13,11 @@ On cuts of stills, quilting and videos this takes a third to a half of what sear
 This module is compiled by numba when first used, so it is imported where a cut is solved.
 """
 
-from functools import partial
 from typing import Any
 
 import numpy as np
 
-from kwatra.base.compiled import jitted
+from kwatra.base.compiled import inlined, jitted
 from kwatra.cut.choices import MOST
 
 FAR = 1 << 30
@@ -93,7 +92,7 @@ def _measure(distance: Any, order: Any, drain: Any, residual: Any, near: Any) ->
     return found
 
 
-@partial(jitted, forceinline=True)
+@inlined
 def _discharge(
     i: Any, distance: Any, excess: Any, drain: Any, residual: Any, near: Any, queue: Any, queued: Any, tail: Any
 ) -> Any:
