@@ -19,13 +19,13 @@ def number_regions(down: Any, right: Any, number: Any) -> Any:
         for j in range(width):
             pixel = i * width + j
             if j + 1 < width and right[i, j]:
-                _join(root, pixel, pixel + 1)
+                join(root, pixel, pixel + 1)
             if i + 1 < height and down[i, j]:
-                _join(root, pixel, pixel + width)
+                join(root, pixel, pixel + width)
     count = 0
     for i in range(height):
         for j in range(width):
-            first = _root(root, i * width + j)
+            first = root_of(root, i * width + j)
             if first == i * width + j:
                 number[i, j] = count
                 count += 1
@@ -35,13 +35,15 @@ def number_regions(down: Any, right: Any, number: Any) -> Any:
 
 
 @jitted
-def _join(root: Any, one: Any, other: Any) -> None:
-    one, other = _root(root, one), _root(root, other)
+def join(root: Any, one: Any, other: Any) -> None:
+    """Join the regions of two pixels; root (pixels): an earlier one of a pixel's region, of its first one itself."""
+    one, other = root_of(root, one), root_of(root, other)
     root[max(one, other)] = min(one, other)
 
 
 @jitted
-def _root(root: Any, pixel: Any) -> Any:
+def root_of(root: Any, pixel: Any) -> Any:
+    """The first pixel of a pixel's region."""
     while root[pixel] != pixel:
         root[pixel] = root[root[pixel]]
         pixel = root[pixel]

@@ -32,7 +32,7 @@ def unlike_most(colors: Array, inside: Array) -> Array:
     """
     values = _described(colors, inside)[:, inside]
     values /= np.maximum(values.std(1, keepdims=True), ROUNDING)
-    some = values[:, np.random.default_rng(0).permutation(values.shape[1])[:SOME]]
+    some = np.ascontiguousarray(values[:, np.random.default_rng(0).permutation(values.shape[1])[:SOME]])
     halves = [_most_alike(some, start) for start in frequent(some[: len(colors)], STARTS)]
     away = deviations(values, *min(halves, key=lambda half: np.linalg.slogdet(half[1])[1]))
     unlike = np.full(inside.shape, np.inf)
@@ -52,13 +52,8 @@ def _most_alike(values: Array, start: Array) -> tuple[Array, Array]:
 
     start (c,): the half begins as what is nearest to it in the first c values.
     """
-    away, before = np.square(values[: len(start)] - start[:, None]).sum(0), np.zeros(values.shape[1], bool)
-    for _ in range(STEPS):
-        half = away <= np.median(away)
-        if (half == before).all():
-            break
-        middle = values[:, half].mean(1)
-        apart = values[:, half] - middle[:, None]
-        varied = np.einsum("ik,jk->ij", apart, apart) / apart.shape[1] + FLAT * np.eye(len(values))
-        before, away = half, deviations(values, middle, varied)
+    from kwatra.elements.alikeloops import find_half
+
+    middle, varied = np.empty(len(values)), np.empty((len(values), len(values)))
+    find_half(values, start, STEPS, FLAT, middle, varied)
     return middle, varied

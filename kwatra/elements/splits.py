@@ -99,7 +99,7 @@ class Picture:
 
     def by_itself(self, kind: str, split: Array) -> tuple[Split, float]:
         """A split (*S) of some kind, where elements have the size that most of what it leaves has, and that size."""
-        area = np.sort(np.bincount(ndimage.label(self.inside & ~split)[0].ravel())[1:])
+        area = np.sort(_areas(self.inside & ~split))
         usual = area[np.searchsorted(area.cumsum(), area.sum() / 2)] if area.size else 1
         size = float(np.sqrt(usual * np.count_nonzero(self.inside) / max(area.sum(), 1)))
         return self.judged(kind, split, size), size
@@ -120,25 +120,23 @@ def cleaned(ground: Array, owner: Array, size: float) -> tuple[Array, float]:
 
     owner (*S): the image to which each pixel belongs, -1 for nobody. In each of them the ground hangs together.
     """
-    parts, count = ndimage.label(ground, np.ones((3, 3)))
-    area = np.bincount(parts.ravel(), minlength=count + 1)
-    area[0] = 0
-    if count == 0:
-        return ground, 0.0
-    image, largest = np.zeros(count + 1, owner.dtype), np.zeros(owner.max() + 1, area.dtype)
-    image[parts.ravel()] = owner.ravel()
-    np.maximum.at(largest, image[1:], area[1:])
-    connected = largest.sum() / area.sum()
-    ground = (area >= HOLE * size**2)[parts]
-    inside = owner >= 0
-    parts, count = ndimage.label(inside & ~ground)
-    area = np.bincount(parts.ravel(), minlength=count + 1)
-    area[0] = 0
-    ground = ground | ((area > 0) & (area < SPECK * size**2))[parts]
-    like = (area > SMALL * size**2) & (area < LARGE * size**2)
-    cover, merged = area[like].sum() / inside.sum(), area[area >= LARGE * size**2].sum() / inside.sum()
-    few = min(1.0, like.sum() / MANY) * min(1.0, cover / COVER)
-    return ground, float(connected * few * cover / max(cover + merged, 1e-9))
+    from kwatra.elements.partloops import clean
+
+    cleaner, square = np.empty(owner.shape, bool), size**2
+    least = HOLE * square, SPECK * square, SMALL * square, LARGE * square
+    connected, like, covered, merged = clean(np.ascontiguousarray(ground), owner, *least, cleaner)
+    inside = np.count_nonzero(owner >= 0)
+    few = min(1.0, like / MANY) * min(1.0, covered / inside / COVER)
+    return cleaner, connected * few * covered / max(covered + merged, 1)
+
+
+def _areas(pixels: Array) -> Array:
+    """How many pixels parts of some (*S) have."""
+    from kwatra.elements.partloops import part
+
+    first, area = np.empty((2, pixels.size), np.int32)
+    part(pixels, False, first, area)
+    return area[area > 0]
 
 
 def depth_beside(ground: Array, size: float) -> Array:
