@@ -10,12 +10,10 @@ within a piece as it shows. These are Poisson equations (Perez, Gangnet and Blak
 for FADING, with which corrections stay near the seam: pieces are copies everywhere else, bit for bit.
 """
 
-import numpy as np
 import torch
 from torch import Tensor
 
 from kwatra import Exemplar
-from kwatra.base import shared
 from synth.texture.steps import corrections, lacking
 
 FADING = 0.3
@@ -49,12 +47,12 @@ def eased(still: Tensor, where: Tensor, exemplar: Exemplar, wrap: tuple[bool, ..
         pull[:, seam[1]] += lack
     if not bool(pull.any()):
         return still
-    pulls = [one.view(image.shape[1:]).numpy() for one in pull]
-    correction = torch.from_numpy(np.stack(shared(lambda one: corrections(one, wrap, FADING), pulls)))
+    changed = torch.from_numpy(corrections(pull.view(image.shape).numpy(), wrap, FADING))
     known = around.canvas[:, around.owner >= 0]
     low, high = (edge.view(-1, 1, 1) for edge in (known.amin(1), known.amax(1)))
-    changed = torch.where(correction.abs() < UNSEEN, image, (image + correction).clamp(low, high))
-    return changed.to(still)
+    same = changed.abs() < UNSEEN
+    changed.add_(image).clamp_(low, high)
+    return torch.where(same, image, changed, out=changed).to(still)
 
 
 def _seams(where: Tensor, axis: int, wraps: bool) -> Tensor:

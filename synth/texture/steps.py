@@ -6,6 +6,7 @@ from scipy import fft
 from torch import Tensor
 
 from kwatra import Exemplar
+from kwatra.base import threads_shared
 from kwatra.source import look_up
 
 _GUESSED = 1e-6
@@ -34,15 +35,18 @@ def lacking(image: Tensor, where: Tensor, exemplar: Exemplar, axis: int, around:
 
 
 def corrections(pull: np.ndarray, wrap: tuple[bool, ...], fading: float) -> np.ndarray:
-    """The corrections c (*S): (D'D + fading) c = pull, with D the steps from pixel to pixel along each axis.
+    """The corrections c (..., *S): (D'D + fading) c = pull, with D the steps from pixel to pixel along each axis of S.
 
-    Cosines, or along what wraps all waves, are what D'D only scales.
+    wrap: which of those wrap. Cosines, or along what wraps all waves, are what D'D only scales. Threads share the lines
+    of each axis.
     """
-    sides = zip(pull.shape, wrap, strict=True)
-    angles = np.ix_(*(2 * np.pi * fft.fftfreq(n) if around else np.pi * np.arange(n) / n for n, around in sides))
-    for axis, around in enumerate(wrap):
-        pull = (fft.fft if around else fft.dct)(pull, axis=axis)
-    waves = pull / (fading + sum(2 - 2 * np.cos(angle) for angle in angles)).astype(np.float32)
-    for axis, around in enumerate(wrap):
-        waves = (fft.ifft if around else fft.idct)(waves, axis=axis)
-    return np.real(waves)
+    first, threads = pull.ndim - len(wrap), threads_shared()
+    sides = [*zip(pull.shape[first:], wrap, strict=True)]
+    angles = (2 * np.pi * fft.fftfreq(n) if around else np.pi * np.arange(n) / n for n, around in sides)
+    scaled = np.ix_(*((2 - 2 * np.cos(angle)).astype(np.float32) for angle in angles))
+    for axis, around in enumerate(wrap, first):
+        pull = (fft.fft if around else fft.dct)(pull, axis=axis, overwrite_x=axis > first, workers=threads)
+    pull /= sum(scaled, start=np.float32(fading))
+    for axis, around in enumerate(wrap, first):
+        pull = (fft.ifft if around else fft.idct)(pull, axis=axis, overwrite_x=True, workers=threads)
+    return np.real(pull)
