@@ -157,10 +157,10 @@ def middle_of(colors: Array) -> tuple[Array, Array]:
 def _cut_off(found: Split, colors: Array, inside: Array) -> Array:
     """What was taken for specks (*S), but holes cut it off elements: it is of another color than the ground."""
     parts, _ = ndimage.label(found.taken)
-    beside = np.unique(parts[ndimage.binary_dilation(~inside) & found.taken])
-    if beside.size == 0:
+    beside, rest = np.unique(parts[ndimage.binary_dilation(~inside) & found.taken]), found.ground & ~found.taken
+    if beside.size == 0 or not rest.any():
         return np.zeros(parts.shape, bool)
-    middle, spread = middle_of(colors[:, found.ground & ~found.taken])
+    middle, spread = middle_of(colors[:, rest])
     means = np.stack([ndimage.mean(channel, parts, beside) for channel in colors])
     other = np.square(means - middle[:, None]).sum(0) > FAR**2 * np.square(spread).sum()
     cut: Array = np.isin(parts, beside[other])

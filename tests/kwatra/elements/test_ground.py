@@ -223,3 +223,12 @@ def test_the_middle_of_colors_is_their_median_whatever_a_few_are() -> None:
     middle, spread = middle_of(np.array([[1.0, 2.0, 3.0, 4.0, 100.0], [5.0, 5.0, 5.0, 5.0, -9.0]]))
     assert middle.tolist() == [3.0, 5.0]
     assert spread.tolist() == [1.0, 0.0]
+
+
+@pytest.mark.filterwarnings("error")
+def test_where_all_ground_is_what_was_taken_for_specks_nothing_is_told_of_its_color() -> None:
+    tones = ["2...9", "16.5.", ".1379", ".3.79", "5729."]  # where it may be copied from
+    z = torch.tensor([[[0.0 if tone == "." else int(tone) / 10 for tone in row] for row in tones]])
+    found = find_ground(Exemplar.of(z, masks=[torch.tensor([[tone != "." for tone in row] for row in tones])]))
+    assert np.isfinite(found.depth).all()
+    assert 0 <= found.sure <= 1
