@@ -89,6 +89,18 @@ def test_a_small_part_that_the_border_leaves_of_a_loose_element_does_not_stay() 
         assert copies_of(where, unsure._replace(gaps=(1.0, 4.0))).stays.any()
 
 
+def test_of_what_flows_nothing_stays_that_the_border_cuts_of_loose_elements() -> None:
+    """It would be drawn out without end."""
+    _, _, cells = woven(4, 4, border=20)
+    where, everywhere = np.indices(cells.number.shape).astype(float), np.ones(cells.number.shape, bool)
+    large = cells._replace(area=np.where(cells.whole, cells.area, round(1.1 * cells.usual)))
+    for unsure, stays in ((~cells.whole, False), (cells.whole, True)):
+        flowing = large._replace(sure=cells.sure & ~unsure)
+        assert copies_that_flow(where, everywhere, flowing).stays.any() == stays
+        assert copies_that_flow(where, everywhere, flowing._replace(gaps=(1.0, 4.0))).stays.any()
+        assert copies_of(where.astype(int), flowing).stays.any()
+
+
 def test_ground_around_loose_elements_flows_on_while_they_stay_round() -> None:
     _, number, cells = woven(4, 4)
     places = upright(104, 104).double()
