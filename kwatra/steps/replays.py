@@ -48,7 +48,7 @@ class Replays:
         windows = torch.ones(place.shape, dtype=torch.float32, device=place.device)
         for wanted, lengths in self._joined:
             windows += lengths[window, None] * (place == wanted[window, None])
-        return self.price * (windows > self.free)
+        return self.price * (windows > self.free).float()
 
     def _beside(self, corners: Tensor, step: int, around: bool, there: Tensor, onward: int) -> tuple[Tensor, Tensor]:
         """Where windows (N,) have to come from to go on with the one a step before or after, and how many it goes on.

@@ -57,6 +57,17 @@ def test_windows_pay_that_make_a_copy_of_more_frames_than_are_free(wraps, depth,
     assert torch.equal(replays(grid.corners[some], there[some]), replays.price * expected[some])
 
 
+def test_charges_are_single_where_numbers_are_doubles_unless_told():
+    """They are added to squared distances, and weights would be doubles."""
+    source, grid, matches = setting()
+    torch.set_default_dtype(torch.float64)
+    try:
+        charges = Replays(grid, source, matches)(grid.corners, source.corners(matches)[:, None])
+    finally:
+        torch.set_default_dtype(torch.float32)
+    assert charges.dtype == torch.float32
+
+
 def test_videos_in_their_place_are_charged_for_long_copies_and_others_are_not(monkeypatch):
     charges = []
     monkeypatch.setattr("kwatra.loop.scene.Replays", lambda *given: charges.append(Replays(*given)) or charges[-1])
