@@ -81,7 +81,7 @@ def look_up(pixels: Tensor, where: Tensor) -> Tensor:
     place = where[0].clone()
     for axis, side in enumerate(pixels.shape[2:], 1):
         place.mul_(side).add_(where[axis])
-    return pixels.flatten(1).gather(1, place.view(1, -1).expand(len(pixels), -1)).view(len(pixels), *place.shape)
+    return pixels.flatten(1).gather(1, place.flatten().expand(len(pixels), -1)).view(len(pixels), *place.shape)
 
 
 def read_between(pixels: Tensor, places: Tensor) -> Tensor:

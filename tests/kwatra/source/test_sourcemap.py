@@ -65,6 +65,12 @@ def test_near_a_joint_in_time_windows_are_of_a_copy_that_lies_within_its_clip():
     assert torch.equal(matches[:, 0], torch.zeros_like(matches[:, 0]))
 
 
+def test_look_up_takes_maps_that_lie_otherwise_in_memory():
+    image = torch.rand(2, 5, 6, generator=torch.Generator().manual_seed(0))
+    where = torch.stack(torch.meshgrid(torch.arange(5), torch.arange(6), indexing="ij")).transpose(1, 2)
+    assert torch.equal(sourcemap.look_up(image, where), image.transpose(1, 2))
+
+
 def test_look_up_reads_the_canvas():
     image = torch.rand(3, 9, 9, generator=generator())
     where = torch.tensor([[[2, 0]], [[5, 8]]])
