@@ -1,4 +1,4 @@
-"""The half of some values that is most alike, in one compiled loop.
+"""How far values are from others, by how those vary, and the half of some that is most alike, in compiled loops.
 
 This module is compiled by numba when first used, so it is imported where ground is looked for.
 """
@@ -32,8 +32,8 @@ def find_half(values: Any, start: Any, steps: int, least: float, middle: Any, va
         if not changed:
             break
         _describe(values, half, held, least, middle, varied)
-        _factor(varied, lower)
-        _measure(values, middle, lower, away)
+        factor(varied, lower)
+        measure(values, middle, lower, away)
 
 
 @jitted
@@ -54,7 +54,7 @@ def _describe(values: Any, half: Any, held: int, least: float, middle: Any, vari
 
 
 @jitted
-def _factor(covariance: Any, lower: Any) -> None:
+def factor(covariance: Any, lower: Any) -> None:
     """Set the triangle L (k, k): LL' is the covariance (Cholesky)."""
     for i in range(len(lower)):
         for j in range(i + 1):
@@ -65,7 +65,7 @@ def _factor(covariance: Any, lower: Any) -> None:
 
 
 @jitted
-def _measure(values: Any, middle: Any, lower: Any, away: Any) -> None:
+def measure(values: Any, middle: Any, lower: Any, away: Any) -> None:
     """Set how far values are from a middle, squared, each direction counted in how much varies along it."""
     even = np.empty(len(values))
     for n in range(len(away)):

@@ -32,10 +32,12 @@ class Variance:
 
 def deviations(values: Array, middle: Array, covariance: Array) -> Array:
     """How far values (k, *N) are from a middle (k,), each direction counted in how much varies along it, (*N)."""
-    away = values - middle.reshape(-1, *[1] * (values.ndim - 1))
-    even = np.einsum("ij,j...->i...", np.linalg.inv(np.linalg.cholesky(covariance)), away)
-    deviating: Array = np.linalg.norm(even, axis=0)
-    return deviating
+    from kwatra.elements.alikeloops import factor, measure
+
+    lower, away = np.zeros(covariance.shape), np.empty(values[0].size)
+    factor(covariance, lower)
+    measure(values.reshape(len(values), -1), middle, lower, away)
+    return np.sqrt(away).reshape(values.shape[1:])
 
 
 def between_parts(colors: Array, number: Array, inside: Array) -> float:

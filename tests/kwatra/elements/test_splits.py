@@ -5,7 +5,6 @@ import pytest
 from scipy import ndimage
 
 from kwatra.elements.alikeloops import find_half
-from kwatra.elements.parting import deviations
 from kwatra.elements.partloops import part
 from kwatra.elements.splits import COVER, HOLE, LARGE, MANY, SMALL, SPECK, cleaned
 
@@ -86,7 +85,8 @@ def test_the_half_that_is_most_alike_is_where_steps_lead() -> None:
         if before is not None and (half == before).all():
             break
         mean, covariance = values[:, half].mean(1), np.cov(values[:, half], bias=True) + 1e-4 * np.eye(3)
-        before, away = half, deviations(values, mean, covariance)
+        apart = values - mean[:, None]
+        before, away = half, (apart * np.linalg.solve(covariance, apart)).sum(0)
     np.testing.assert_allclose(middle, mean, atol=1e-12)
     np.testing.assert_allclose(varied, covariance, atol=1e-12)
     assert np.abs(middle).max() < 0.3  # of what is common
