@@ -14,6 +14,10 @@ from kwatra.base.compiled import jitted
 from kwatra.base.spanloops import sum_boxes
 from kwatra.cut.choices import FREE, KEEP, TAKE, VOID
 
+STRETCH = 64
+"""Of so many regions along a line the highest score is known: to look for the highest of all takes no longer than to
+score those around a patch. Not tuned."""
+
 
 @jitted
 def look(label: Any, places: Any, starts: Any, shown: Any, known: Any) -> None:
@@ -134,7 +138,7 @@ def score(seams: Any, tried: Any, low: Any, high: Any, extent: Any, scores: Any,
     """Set the scores of regions of `extent` (3,) that begin from low (3,) to before high (3,), and the highest ones.
 
     A score (*n) is what the seams within a region cost, times what a region that begins there counts (`tried`, *S).
-    highest (*n[:-1]): of scores along the last axis, which are all looked at only where the one that was highest fell.
+    highest: as of `find_highest`.
     """
     shape = high[0] - low[0], high[1] - low[1], high[2] - low[2]
     lines = _lines((shape[0] + extent[0] - 1, shape[1] + extent[1] - 1, shape[2] + extent[2] - 1))
@@ -152,16 +156,28 @@ def score(seams: Any, tried: Any, low: Any, high: Any, extent: Any, scores: Any,
     for i in range(shape[0]):
         for j in range(shape[1]):
             one, other = lines[0][i], lines[1][j]
-            old, new = 0.0, 0.0
             for k in range(shape[2]):
                 last = lines[2][k]
-                old = max(old, scores[one, other, last])
                 scores[one, other, last] = sums[0, i, j, k] * tried[one, other, last]
-                new = max(new, scores[one, other, last])
-            if new >= highest[one, other]:
-                highest[one, other] = new
-            elif old == highest[one, other]:
-                highest[one, other] = scores[one, other].max()
+    find_highest(scores, low, shape, highest)
+
+
+@jitted
+def find_highest(scores: Any, low: Any, extent: Any, highest: Any) -> None:
+    """Set the highest scores (*n) of each STRETCH of the last axis in which a box of an extent lies that begins at low.
+
+    highest (*n[:-1], s): of all stretches of a line, the last of which may be shorter.
+    """
+    lines, most = _lines(extent), np.uint64(STRETCH)
+    _follow(low, scores.shape, lines)
+    for i in range(extent[0]):
+        for j in range(extent[1]):
+            one, other = lines[0][i], lines[1][j]
+            for k in range(extent[2]):
+                stretch = lines[2][k] // most
+                if k == 0 or stretch != lines[2][k - 1] // most:
+                    first = stretch * most
+                    highest[one, other, stretch] = scores[one, other, first : first + most].max()
 
 
 @jitted

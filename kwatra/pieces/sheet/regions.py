@@ -33,7 +33,7 @@ class Regions:
         self.tried = np.ones(sheet.shape, np.float32)
         self._stations: Stations | None = None
         self._scores: np.ndarray | None = None
-        self._highest = np.zeros(())  # of the scores along each line of the last axis
+        self._highest = np.zeros(())  # of the scores in each stretch of the last axis
         self._known = 0
 
     def first(self) -> Box:
@@ -60,19 +60,45 @@ class Regions:
 
     def costliest(self) -> Box | None:
         """The region whose seams cost most, regions lately visited counting less; None without seams."""
+        return next(iter(self.costliest_apart(1, self.extent)), None)
+
+    def costliest_apart(self, most: int, far: Sequence[int]) -> list[Box]:
+        """The regions whose seams cost most, up to so many, each the costliest that lies so far from those before it.
+
+        far: how far from each other they begin, along one axis or another. Along the last one some that lie farther are
+        left out as well: all of a STRETCH of which a part is too near.
+        """
+        from kwatra.pieces.sheet.pixels import STRETCH
+
+        self._score_all()
+        assert self._scores is not None
+        found, highest = list[Box](), self._highest.copy()
+        while len(found) < most:
+            *line, part = (int(i) for i in np.unravel_index(int(np.argmax(highest)), highest.shape))
+            if highest[(*line, part)] <= 0:
+                break
+            stretch = self._scores[tuple(line)][part * STRETCH : (part + 1) * STRETCH]
+            start = (*line, part * STRETCH + int(np.argmax(stretch)))
+            found.append(Box(start, self.extent))
+            near = [_near(*side) for side in zip(start, far, self._scores.shape, self.sheet.periodic, strict=True)]
+            highest[np.ix_(*near[:-1], np.unique(near[-1] // STRETCH))] = 0
+        return found
+
+    def _score_all(self) -> None:
+        """Have scores of all regions: of those alone again that patches laid since then may have changed."""
+        from kwatra.pieces.sheet.pixels import STRETCH
+
         if self._scores is None:
             self._scores = np.zeros([n if w else n - e + 1 for n, e, w in self._axes])
-            self._highest = np.zeros(self._scores.shape[:-1])
+            *lines, last = self._scores.shape
+            self._highest = np.zeros((*lines, -(-last // STRETCH)))
             count, *others = self._scores.shape
             ends = [*range(0, count, BAND * self.extent[0]), count]
             shared(self._score, [(rows, *((0, n) for n in others)) for rows in pairwise(ends)])
-        else:  # only what patches laid since then may have changed
+        else:
             for patch in self.sheet.patches[self._known :]:
                 self._score_around(Box(tuple(s - 1 for s in patch.box.start), tuple(e + 2 for e in patch.box.extent)))
         self._known = len(self.sheet.patches)
-        line = np.unravel_index(int(np.argmax(self._highest)), self._highest.shape)  # scores are as many as pixels
-        start = (*(int(i) for i in line), int(np.argmax(self._scores[line])))
-        return Box(start, self.extent) if self._highest[line] > 0 else None
 
     @property
     def _axes(self) -> list[tuple[int, int, bool]]:
@@ -98,7 +124,7 @@ class Regions:
         assert self._scores is not None
         axes, (low, high) = len(self.extent), zip(*spans, strict=True)
         sheet = volume(self.sheet.seams, axes), volume(self.tried, axes)
-        scored = volume(self._scores, axes), volume(self._highest, axes - 1)[0]
+        scored = volume(self._scores, axes), volume(self._highest, axes)
         score(*sheet, in_volume(low, 0), in_volume(high, 1), in_volume(self.extent, 1), *scored)
 
     def anywhere(self) -> Box:
@@ -108,14 +134,23 @@ class Regions:
 
     def rest(self, region: Box) -> None:
         """Look elsewhere for a while: the seams in and around `region` count half as much from now on."""
+        from kwatra.pieces.sheet.pixels import find_highest
+
         around = Box(
             tuple(s - e // 2 for s, e in zip(region.start, region.extent, strict=True)), region.extent
         ).clipped(self.sheet.shape, self.sheet.periodic)
         self.tried[self.sheet.indices(around)] *= 0.5
         if self._scores is not None:  # the same seams, each score counting half
-            begun = self.sheet.indices(around.clipped(self._scores.shape, self.sheet.periodic))
-            self._scores[begun] *= 0.5
-            self._highest[begun[:-1]] = self._scores[begun[:-1]].max(-1)
+            begun, axes = around.clipped(self._scores.shape, self.sheet.periodic), len(self.extent)
+            self._scores[self.sheet.indices(begun)] *= 0.5
+            scored = volume(self._scores, axes), in_volume(begun.start, 0), in_volume(begun.extent, 1)
+            find_highest(*scored, volume(self._highest, axes))
 
     def _below(self, count: int) -> int:
         return int(torch.randint(count, (1,), generator=self.generator))
+
+
+def _near(at: int, far: int, size: int, wraps: bool) -> np.ndarray:
+    """The places along an axis of some size that are less than so far from one."""
+    near = np.arange(at - far + 1, at + far)
+    return np.unique(near % size) if wraps else near[(near >= 0) & (near < size)]

@@ -5,6 +5,7 @@ import pytest
 import torch
 
 from kwatra.pieces import Box, Mosaic, Patch, SeamCost, Sheet
+from kwatra.pieces.sheet.pixels import STRETCH
 from kwatra.pieces.sheet.regions import Regions
 
 
@@ -33,6 +34,37 @@ def test_the_costliest_region_is_that_of_all_however_often_it_was_asked_for(wrap
             before = float(regions.tried[found.start])
             regions.rest(found)
             assert float(regions.tried[found.start]) == before / 2
+
+
+@pytest.mark.parametrize("wraps", [(False, False), (True, True)])
+def test_of_the_costliest_regions_each_lies_far_from_those_before_it(wraps: tuple[bool, bool]) -> None:
+    rng = np.random.default_rng(0)
+    mosaic = Mosaic([rng.random((1, 12, 300), dtype=np.float32)])
+    sheet = Sheet(mosaic, (12, 300), wraps, SeamCost(mosaic))
+    sheet.seams[:] = rng.integers(0, 1000, sheet.seams.shape)
+    regions, far = Regions(sheet, (2, 3), torch.Generator()), (4, 40)
+    sizes = [n if w else n - e + 1 for n, e, w in zip(sheet.shape, (2, 3), wraps, strict=True)]
+    starts = [*itertools.product(*map(range, sizes))]
+    costs = {at: sum(int(seams[sheet.indices(Box(at, (2, 3)))].sum()) for seams in sheet.seams) for at in starts}
+
+    def away(one: int, other: int, axis: int) -> int:
+        apart = abs(one - other)
+        return min(apart, sizes[axis] - apart) if wraps[axis] else apart
+
+    def excluded(at: tuple[int, ...], before: tuple[int, ...]) -> bool:
+        stretch = [column for column in range(sizes[1]) if column // STRETCH == at[1] // STRETCH]
+        beside = any(away(column, before[1], 1) < far[1] for column in stretch)
+        return beside and away(at[0], before[0], 0) < far[0]
+
+    expected = list[tuple[int, ...]]()
+    while left := [at for at in starts if not any(excluded(at, one) for one in expected)]:
+        expected.append(max(left, key=lambda at: costs[at]))  # the first of equals
+    found = regions.costliest_apart(50, far)
+    assert [box.start for box in found] == expected
+    assert len(expected) > 6
+    assert all(box.extent == (2, 3) for box in found)
+    assert regions.costliest_apart(3, far) == found[:3]
+    assert regions.costliest() == found[0]
 
 
 @pytest.mark.parametrize("wraps", [(False, False), (True, False)])
