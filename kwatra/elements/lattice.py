@@ -205,10 +205,10 @@ def _points(vectors: Tensor, reach: int) -> Tensor:
 
 def _sampled(image: Tensor, lags: Tensor) -> Tensor:
     """The values of an image of lags, 0 in its middle, at lags (..., 2); 0 beyond its border."""
-    middle = torch.tensor(image.shape) // 2
-    inside = (lags.abs() <= middle).all(-1)
-    place = torch.where(inside[..., None], lags + middle, 0)
-    return torch.where(inside, image[place[..., 0], place[..., 1]], 0.0)
+    (down, right), (height, width) = lags.unbind(-1), image.shape
+    inside = (down.abs() <= height // 2) & (right.abs() <= width // 2)
+    place = (down + height // 2) * width + right + width // 2
+    return torch.where(inside, image.take(torch.where(inside, place, 0)), 0.0)
 
 
 def _means(found: Correlation, vectors: Tensor, noise: float) -> tuple[Tensor, Tensor]:

@@ -82,7 +82,7 @@ def find_rows(exemplar: Exemplar) -> Rows | None:
     angle = 0.0
     for reach, step in ((90.0, 1.0), (1.0, 0.1)):
         angles = angle + np.deg2rad(np.arange(-reach, reach + step / 2, step))
-        angle = float(angles[np.argmax([_along(found, one, beyond) for one in angles])])
+        angle = float(angles[np.argmax(_along(found, angles, beyond))])
     value, overlap = _across(found, angle, beyond)
     if not len(value) or value[0] < ALIKE:
         return None
@@ -92,13 +92,17 @@ def find_rows(exemplar: Exemplar) -> Rows | None:
     return Rows(period * torch.tensor([math.cos(angle), -math.sin(angle)], dtype=torch.float64))
 
 
-def _along(found: Correlation, angle: float, beyond: float) -> float:
-    """The mean correlation at lags in a direction, `angle` below that to the right, from a lag on."""
-    step = np.array([math.sin(angle), math.cos(angle)])
-    far = min(reach / abs(s) for reach, s in zip(found.reach, step, strict=True) if abs(s) > 1e-9)
-    places = np.array(found.reach)[:, None] + step[:, None] * np.arange(beyond, far)
-    value, overlap = (ndimage.map_coordinates(part.numpy(), places, order=1) for part in (found.value, found.overlap))
-    return float((value * overlap).sum() / max(overlap.sum(), 1e-9))
+def _along(found: Correlation, angles: np.ndarray, beyond: float) -> list[float]:
+    """The mean correlation at lags in directions, `angles` (n,) below that to the right, from a lag on."""
+    middle, lines = np.array(found.reach)[:, None], list[np.ndarray]()
+    for angle in angles.tolist():
+        step = np.array([[math.sin(angle)], [math.cos(angle)]])
+        far = min(reach / abs(s) for reach, s in zip(found.reach, step[:, 0], strict=True) if abs(s) > 1e-9)
+        lines.append(middle + step * np.arange(beyond, far))
+    places, ends = np.concatenate(lines, 1), np.cumsum([line.shape[1] for line in lines])[:-1]
+    parts = (ndimage.map_coordinates(part.numpy(), places, order=1) for part in (found.value, found.overlap))
+    pairs = zip(*(np.split(part, ends) for part in parts), strict=True)
+    return [float((value * overlap).sum() / max(overlap.sum(), 1e-9)) for value, overlap in pairs]
 
 
 def _across(found: Correlation, angle: float, beyond: float) -> tuple[np.ndarray, np.ndarray]:

@@ -18,6 +18,7 @@ from kwatra.elements import (
     continued_weave,
     easier,
     find_lattice,
+    find_outlines,
     find_repeats,
     find_slant,
     runs_along,
@@ -222,9 +223,13 @@ def _is_large(extent: tuple[int, ...], factor: int) -> bool:
 
 
 def looks(exemplar: Exemplar) -> list[Callable[[], object]]:
-    """What finds in an exemplar what is looked for where blocks of it are laid that nothing steers, each kept."""
+    """What finds in an exemplar what is looked for where blocks of it are laid that nothing steers, each kept.
+
+    What takes longest comes first; what part of that may ask for comes last: outlines, where no ground hides seams.
+    """
     seen = exemplar.halved_to(LAID_FINE)[0]
-    return [partial(hidden_seams, seen), partial(find_slant, seen), partial(find_repeats, exemplar)]
+    ways = partial(hidden_seams, seen), partial(find_slant, seen), partial(find_repeats, exemplar)
+    return [*ways, partial(find_outlines, seen)]
 
 
 def _repeats(task: Task, exemplar: Exemplar, factor: int) -> Lattice | Rows | None:
