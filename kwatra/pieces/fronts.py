@@ -31,11 +31,7 @@ def fronts(boxes: Sequence[Box], reach: int, shape: Sequence[int], periodic: Seq
     Each box comes in the first group after those of all earlier boxes that lie less than `reach` from it along every
     axis: so none meets another way what was there before it. shape, periodic: of the grid, and which axes wrap.
     """
-    sides = _sides(boxes)
-    group = np.zeros(len(boxes), np.int64)
-    for number in range(1, len(boxes)):
-        near = _near(number, *sides, reach, shape, periodic)
-        group[number] = group[:number][near].max(initial=-1) + 1
+    group = _groups(boxes, reach, shape, periodic)
     order = np.argsort(group, kind="stable")
     return [part.tolist() for part in np.split(order, np.flatnonzero(np.diff(group[order])) + 1)]
 
@@ -60,27 +56,17 @@ def outwards(boxes: Sequence[Box], axis: int, reach: int) -> Outwards | None:
 
 def last_apart(boxes: Sequence[Box], reach: int, shape: Sequence[int], periodic: Sequence[bool]) -> bool:
     """Whether the last of boxes could be worked on at once with all others, see `fronts`."""
-    return not _near(len(boxes) - 1, *_sides(boxes), reach, shape, periodic).any()
+    return bool(_groups(boxes, reach, shape, periodic)[-1] == 0)
 
 
-def _sides(boxes: Sequence[Box]) -> tuple[np.ndarray, np.ndarray]:
-    """The first pixels of boxes (n, axes), and those after their last."""
-    return np.array([box.start for box in boxes]), np.array([box.stop for box in boxes])
+def _groups(boxes: Sequence[Box], reach: int, shape: Sequence[int], periodic: Sequence[bool]) -> np.ndarray:
+    """The number (n,) of the group that each box comes in."""
+    from kwatra.pieces.loops import find_groups
 
-
-def _near(
-    number: int, starts: np.ndarray, stops: np.ndarray, reach: int, shape: Sequence[int], periodic: Sequence[bool]
-) -> np.ndarray:
-    """Which boxes before one lie less than `reach` from it along every axis, (number,)."""
-    near = np.ones(number, bool)
-    for axis, (size, wraps) in enumerate(zip(shape, periodic, strict=True)):
-        behind, ahead = starts[:number, axis] - stops[number, axis], starts[number, axis] - stops[:number, axis]
-        away = np.maximum(behind, ahead)
-        if wraps:
-            turns = (np.maximum(behind + turn, ahead - turn) for turn in (-size, size))
-            away = np.minimum(away, np.minimum(*turns))
-        near &= away < reach
-    return near
+    group, sides = np.zeros(len(boxes), np.int64), ([box.start for box in boxes], [box.stop for box in boxes])
+    starts, stops = np.array(sides, np.int64).reshape(2, len(boxes), len(shape))
+    find_groups(starts, stops, reach, np.where(periodic, shape, 0), group)
+    return group
 
 
 def alike(boxes: Sequence[Box], most: int) -> list[Sequence[int]]:

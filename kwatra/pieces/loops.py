@@ -1,10 +1,13 @@
-"""Products, quantiles and copies of arrays, and what places of a mosaic mean, in compiled loops.
+"""Products, quantiles and copies of arrays, what places of a mosaic mean, and how patches lie, in compiled loops.
 
 This module is compiled by numba when first used, so it is imported where these are computed.
 """
 
 from typing import Any
 
+import numpy as np
+
+from kwatra.base.axes import AXES
 from kwatra.base.compiled import jitted
 
 
@@ -73,3 +76,50 @@ def locate(places: Any, cell: Any, strides: Any, number: Any, at: Any) -> None:
         for axis in range(len(strides)):
             step, rest = divmod(rest, strides[axis])
             at[axis, i] = step - 1
+
+
+@jitted
+def patch_sides(shifts: Any, lines: Any) -> Any:
+    """The first pixels (n, AXES) of patches, and those after their last: all that a box shows of a shifted source.
+
+    shifts (n, axes): of the source; lines (3, axes): its size, and where the box begins, and after which it ends. Of
+    axes that there are not that is the one pixel (`kwatra.base.spans.volume`).
+    """
+    starts, stops = np.zeros((len(shifts), AXES), np.int64), np.ones((len(shifts), AXES), np.int64)
+    missing = AXES - shifts.shape[1]
+    for n in range(len(shifts)):
+        for axis in range(shifts.shape[1]):
+            starts[n, missing + axis] = max(shifts[n, axis], lines[1, axis])
+            stops[n, missing + axis] = min(shifts[n, axis] + lines[0, axis], lines[2, axis])
+    return starts, stops
+
+
+@jitted
+def widened(numbers: Any, missing: Any) -> Any:
+    """Whole numbers (n, axes) of axes, as `kwatra.base.spans.in_volume` makes them of AXES axes."""
+    every = np.full((len(numbers), AXES), missing, np.int64)
+    for n in range(len(numbers)):
+        for axis in range(numbers.shape[1]):
+            every[n, AXES - numbers.shape[1] + axis] = numbers[n, axis]
+    return every
+
+
+@jitted
+def find_groups(starts: Any, stops: Any, reach: Any, turns: Any, group: Any) -> None:
+    """Set the group (n,) of each box: the first after those of all earlier ones that lie less than `reach` from it.
+
+    starts, stops (n, axes): of the boxes; turns (axes,): after how many pixels an axis wraps, 0 if it does not. Boxes
+    lie less than so far from each other if they do along every axis.
+    """
+    for number in range(len(group)):
+        group[number] = 0
+        for other in range(number):
+            near = True
+            for axis in range(len(turns)):
+                behind, ahead = starts[other, axis] - stops[number, axis], starts[number, axis] - stops[other, axis]
+                away, turn = max(behind, ahead), turns[axis]
+                if turn > 0:
+                    away = min(away, max(behind - turn, ahead + turn), max(behind + turn, ahead - turn))
+                near = near and away < reach
+            if near:
+                group[number] = max(group[number], group[other] + 1)

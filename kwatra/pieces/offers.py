@@ -9,7 +9,7 @@ import numpy as np
 from kwatra.pieces.boxes import Box
 from kwatra.pieces.choosing import Wished
 from kwatra.pieces.seams import Array, Mosaic, each
-from kwatra.pieces.sheet import Offer, Patch, Sheet, Window, patch_of, sides_of
+from kwatra.pieces.sheet import Offer, Patch, Sheet, Window, patch_of
 
 MISSED, MISSED_BY_MUCH = 0.05, 0.5
 """By how much blocks have to miss a guide that smaller ones are laid there, in variances of what is copied; the second
@@ -46,7 +46,7 @@ class Offers:
         if again:
             costs, rates, least = np.zeros(len(shifts)), np.ones(len(shifts)), 0.0
         else:
-            rates = 1 / (self.contrast * self._lengths(window, *sides_of(box, shifts, self.sheet)))
+            rates = 1 / (self.contrast * self._lengths(window, box, shifts))
         priced = self.wish is not None or often is not None
         patches = (patch_of(box, shift, self.sheet) for shift in shifts.tolist()) if priced else ()
         taking = [self._taking(patch, often) for patch in patches]
@@ -71,9 +71,9 @@ class Offers:
         shown = self.image[each(self.sheet.sources.coordinates(self.sheet.places[at])[1])]
         return float(self.wish.missed(at, shown, self.variance).mean())
 
-    def _lengths(self, window: Window, starts: Array, stops: Array) -> Array:
-        """How long the seams of patches are, about, (n,), which lie from starts (n, axes) to before stops."""
-        return np.maximum(window.known(starts, stops) / self.overlap, 1.0)
+    def _lengths(self, window: Window, box: Box, shifts: Array) -> Array:
+        """How long the seams of patches are, about, (n,): all that a box shows of the exemplar, shifted (n, axes)."""
+        return np.maximum(window.known(box, shifts, self.sheet.sources.shapes[0]) / self.overlap, 1.0)
 
     def _taking(self, patch: Patch, often: Array | None) -> Array:
         """What each pixel of a patch costs more than what it replaces, as seams cost: by wish, and place in a scene."""

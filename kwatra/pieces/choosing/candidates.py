@@ -142,8 +142,9 @@ class Candidates:
             most = np.where([wish.anything(self.sheet.indices(box)) for box in boxes], 1, most)
         picked = np.empty((len(boxes), max(most)), np.int64)
         pick_each(costs, most, ACCEPTABLE, TOLERANCE, np.array(luck), picked)
-        some = [numbers[numbers >= 0] for numbers in picked]
-        return [(self.corners.at(numbers), cost[numbers]) for numbers, cost in zip(some, costs, strict=True)]
+        counts, at = (picked >= 0).sum(1), self.corners.at(picked.clip(0))
+        each = zip(picked, at, costs, counts.tolist(), strict=True)
+        return [(corners[:count], cost[numbers[:count]]) for numbers, corners, cost, count in each]
 
     def _costs(
         self, boxes: Sequence[Box], places: Array, known: Array, some: Array, valid: Array, worn: Array

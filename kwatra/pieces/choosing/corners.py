@@ -115,8 +115,8 @@ class Corners:
         return replace(self, valid=self.valid & (self.pixels >= SHOWN * math.prod(self.block)))
 
     def at(self, numbers: Array) -> Array:
-        """The first pixels (n, axes) of blocks, given by their flat numbers (n,)."""
-        corners: Array = np.stack(np.unravel_index(numbers, self.valid.shape), 1) * self.grain - np.array(self.hang)
+        """The first pixels (..., axes) of blocks, given by their flat numbers (...)."""
+        corners: Array = np.stack(np.unravel_index(numbers, self.valid.shape), -1) * self.grain - np.array(self.hang)
         return corners
 
     def continuing(self, places: Array, known: Array) -> Array:

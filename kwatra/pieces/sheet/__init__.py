@@ -1,7 +1,7 @@
 """The sheet that patches are laid on: its seams, regions that need a patch, the one that is laid, and laying again."""
 
 from kwatra.pieces.sheet.again import Budget, lay_again
-from kwatra.pieces.sheet.cheapest import Offer, cheapest_as_offered, cheapest_cuts, patch_of, sides_of
+from kwatra.pieces.sheet.cheapest import Offer, cheapest_as_offered, cheapest_cuts, patch_of
 from kwatra.pieces.sheet.regions import Regions
 from kwatra.pieces.sheet.sheet import Cut, Patch, Sheet
 from kwatra.pieces.sheet.window import Window
@@ -18,5 +18,4 @@ __all__ = [
     "cheapest_cuts",
     "lay_again",
     "patch_of",
-    "sides_of",
 ]

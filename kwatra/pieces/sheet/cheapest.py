@@ -47,11 +47,6 @@ def patch_of(box: Box, shift: Sequence[int], sheet: Sheet[Mosaic]) -> Patch:
     return Patch(0, tuple(shift), box.within(Box(tuple(shift), sheet.sources.shapes[0])))
 
 
-def sides_of(box: Box, shifts: Array, sheet: Sheet[Mosaic]) -> tuple[Array, Array]:
-    """The first pixels (n, axes) of such patches, and those after their last, one of `shifts` (n, axes) each."""
-    return np.maximum(shifts, box.start), np.minimum(shifts + np.array(sheet.sources.shapes[0]), box.stop)
-
-
 def cheapest_cuts(sheet: Sheet[Mosaic], offers: Sequence[Offer], owned: Array = ALL) -> list[Cut | None]:
     """Of each offer the patch that costs least, of equals the first; None if none costs less than it has to.
 
@@ -94,15 +89,15 @@ def _tried(sheet: Sheet[Mosaic], offer: Offer, owned: Array) -> tuple["Tries", "
     """An offer as arrays, counted from its window's first pixel."""
     from kwatra.pieces.sheet.tries import Ground, Tries
 
-    window, origin = offer.window, np.array(offer.window.box.start)
-    starts, stops = (side - origin for side in sides_of(offer.box, offer.shifts, sheet))
+    window, mosaic = offer.window, sheet.sources
     extra = np.zeros((len(offer.taking), window.kept.size), np.int64)
-    for row, start, stop, priced in zip(extra, starts.tolist(), stops.tolist(), offer.taking, strict=False):
-        row.reshape(window.kept.shape)[tuple(map(slice, start, stop))] = priced
-    mosaic = sheet.sources
+    shifts = offer.shifts - np.array(window.box.start)
+    for row, shift, priced in zip(extra, offer.shifts.tolist(), offer.taking, strict=False):
+        row.reshape(window.kept.shape)[window.box.part(patch_of(offer.box, shift, sheet).box)] = priced
     laid = window.kept, window.laid, window.fixed, window.places, window.remembered, window.total
-    ground = Ground(*laid, mosaic.planes, owned, mosaic.shapes[0], mosaic.strides, sheet.cost.prices)
-    return Tries(offer.shifts - origin, starts, stops, offer.costs, offer.rates, offer.must, extra), ground, offer.least
+    ground = Ground(*laid, mosaic.planes, owned, mosaic.strides, sheet.cost.prices)
+    lines = window.lines(offer.box, mosaic.shapes[0])
+    return Tries(shifts, lines, offer.costs, offer.rates, offer.must, extra), ground, offer.least
 
 
 def _one_by_one(sheet: Sheet[Mosaic], owned: Array, offer: Offer) -> Cut | None:

@@ -13,6 +13,7 @@ import numpy as np
 from kwatra.base.compiled import jitted
 from kwatra.base.spanloops import sum_boxes
 from kwatra.cut.choices import FREE, KEEP, TAKE, VOID
+from kwatra.pieces.loops import patch_sides
 
 STRETCH = 64
 """Of so many regions along a line the highest score is known: to look for the highest of all takes no longer than to
@@ -122,8 +123,9 @@ def recount(take: Any, new: Any, old: Any, kept: Any, counts: Any) -> None:
 
 
 @jitted
-def count_kept(kept: Any, starts: Any, stops: Any, counts: Any) -> None:
-    """Count (n,) the pixels that are KEEP in boxes from starts (n, 3) to before stops, of a window (*E)."""
+def count_kept(kept: Any, shifts: Any, lines: Any, counts: Any) -> None:
+    """Count (n,) the pixels of a window (*E) that are KEEP where patches lie; shifts and lines: as of `patch_sides`."""
+    starts, stops = patch_sides(shifts, lines)
     for box in range(len(counts)):
         count = 0
         for i in range(starts[box, 0], stops[box, 0]):

@@ -15,10 +15,10 @@ import numpy as np
 
 from kwatra.base import shared, threads_shared
 from kwatra.base.compiled import jitted
-from kwatra.base.spans import in_volume, volume
+from kwatra.base.spans import volume
 from kwatra.cut.choices import FREE, MOST, TAKE
 from kwatra.cut.network import sides
-from kwatra.pieces.loops import copy_into
+from kwatra.pieces.loops import copy_into, patch_sides, widened
 from kwatra.pieces.seams import Array, Prices
 from kwatra.pieces.seams.matches import cut_places
 
@@ -28,14 +28,14 @@ Item = TypeVar("Item")
 class Tries(NamedTuple):
     """Patches (n,) of a mosaic's first source, tried on a window.
 
-    shifts, starts, stops (n, axes): by how much they are shifted, and their boxes, counted from the window's first
-    pixel. costs (n,): what each costs beside its price; rates (n,): what its price counts. must: whether all of a patch
-    is taken. taking (n, pixels): what pixels cost more when they take a patch, as in `Sheet.cut`; (0, 0) for nothing.
+    Each is all that a box shows of the source. shifts (n, axes): by how much that is shifted, counted from the window's
+    first pixel; lines (3, axes): its size, and where the box begins, and after which it ends, counted as well. costs
+    (n,): what each costs beside its price; rates (n,): what its price counts. must: whether all of a patch is taken.
+    taking (n, pixels): what pixels cost more when they take a patch, as in `Sheet.cut`; (0, 0) for nothing.
     """
 
     shifts: Array
-    starts: Array
-    stops: Array
+    lines: Array
     costs: Array
     rates: Array
     must: bool
@@ -45,8 +45,8 @@ class Tries(NamedTuple):
 class Ground(NamedTuple):
     """What patches are laid on, and of: arrays of a window (`Window`), colors by place (C, N) and what places mean.
 
-    owned (N,): which places are shown at all, of none where all are. sizes, strides (axes,): of the source, and from a
-    place to the next. prices: what seams cost there.
+    owned (N,): which places are shown at all, of none where all are. strides (axes,): from a place to the next. prices:
+    what seams cost there.
     """
 
     kept: Array
@@ -57,7 +57,6 @@ class Ground(NamedTuple):
     total: int
     planes: Array
     owned: Array
-    sizes: Sequence[int]
     strides: Sequence[int]
     prices: Prices
 
@@ -132,25 +131,23 @@ def _cheapest_of(tries: Tries, ground: Ground, least: float, lowest: Array, foll
 
     lowest, following (1,): the least that any thread has found so far, and the patch to be tried next.
     """
-    shape, axes, strides = ground.kept.shape, ground.kept.ndim, in_volume(ground.strides, 0)
+    shape, axes, strides = ground.kept.shape, ground.kept.ndim, np.array(ground.strides)
     take, places = np.empty(shape, np.bool_), np.empty_like(ground.places)
     seams = [np.empty(cost.shape, np.int32) for cost in ground.remembered]
     a, left = (sides(costs, take.size) for costs in (ground.remembered, seams))
     number, cost, change, price = _try_every(
         volume(ground.kept, axes), volume(ground.laid, axes), volume(ground.fixed, axes), volume(ground.places, axes),
-        a, ground.total, ground.planes, ground.owned, in_volume(ground.sizes, 1), strides, ground.prices,
-        # a plane that is none begins before any place of the source
-        in_volume(tries.shifts, 1), in_volume(tries.starts, 0), in_volume(tries.stops, 1), tries.costs, tries.rates,
-        tries.must, tries.taking, least, lowest, following, take.ravel(), places.ravel(), left,
+        a, ground.total, ground.planes, ground.owned, strides, ground.prices, tries.shifts, tries.lines, tries.costs,
+        tries.rates, tries.must, tries.taking, least, lowest, following, take.ravel(), places.ravel(), left,
     )  # fmt: skip
     return None if number < 0 else Found(number, cost, take, places, seams, change, price)
 
 
 @jitted
 def _try_every(
-    kept: Any, laid: Any, fixed: Any, old: Any, a: Any, total: Any, planes: Any, owned: Any, sizes: Any, strides: Any,
-    prices: Any, shifts: Any, starts: Any, stops: Any, costs: Any, rates: Any, must: Any, taking: Any, least: Any,
-    lowest: Any, following: Any, take: Any, places: Any, left: Any,
+    kept: Any, laid: Any, fixed: Any, old: Any, a: Any, total: Any, planes: Any, owned: Any, strides: Any, prices: Any,
+    shifts: Any, lines: Any, costs: Any, rates: Any, must: Any, taking: Any, least: Any, lowest: Any, following: Any,
+    take: Any, places: Any, left: Any,
 ) -> Any:  # fmt: skip
     """The number of the cheapest try, -1 for none, what it costs, its change and price.
 
@@ -163,6 +160,9 @@ def _try_every(
     weight = np.zeros(count, np.int64)
     shown_old, shown_new, may, without = old.ravel(), new.ravel(), choice.ravel(), kept.ravel()
     b, c, tried = _like(a), _like(a), _like(a)
+    starts, stops = patch_sides(shifts, lines)
+    # a plane that is none begins before any place of the source
+    shift, size, stride = widened(shifts, 1), widened(lines[:1], 1)[0], widened(strides.reshape((1, -1)), 0)[0]
     while following[0] < len(costs):
         k = following[0]
         following[0] = k + 1
@@ -170,13 +170,13 @@ def _try_every(
         if len(taking) == 0 and -total > most:  # were no seam left
             continue
         _lay_out(kept, laid, fixed, starts[k], stops[k], must, choice)
-        _find_places(sizes, shifts[k], starts[k], stops[k], new)
+        _find_places(size, shift[k], starts[k], stops[k], new)
         if len(owned) > 0:
             for i in range(count):
                 may[i] = may[i] if owned[shown_new[i]] else without[i]
         for i in range(count):
             weight[i] = taking[k, i] if len(taking) > 0 else 0
-        if not cut_places(planes, strides, shown_old, shown_new, prices, may, weight, a, b, c, most, taken, tried):
+        if not cut_places(planes, stride, shown_old, shown_new, prices, may, weight, a, b, c, most, taken, tried):
             continue
         change = -total
         for axis in range(len(a)):

@@ -29,13 +29,19 @@ class Window(NamedTuple):
     remembered: list[np.ndarray]
     total: int
 
-    def known(self, starts: Array, stops: Array) -> Array:
-        """How many pixels have a patch in boxes of the sheet, (n,), from starts (n, axes) to before stops."""
+    def known(self, box: Box, shifts: Array, size: Sequence[int]) -> Array:
+        """How many pixels (n,) have a patch of what a box shows of a source of a size (axes,), shifted (n, axes)."""
         from kwatra.pieces.sheet.pixels import count_kept
 
-        first, counts = np.array(self.box.start), np.empty(len(starts), np.int64)
-        count_kept(volume(self.kept, len(first)), in_volume(starts - first, 0), in_volume(stops - first, 1), counts)
+        first, counts = np.array(self.box.start), np.empty(len(shifts), np.int64)
+        count_kept(volume(self.kept, len(first)), shifts - first, self.lines(box, size), counts)
         return counts
+
+    def lines(self, box: Box, size: Sequence[int]) -> Array:
+        """The size of a source, a box's first pixel and that after its last, counted from the window's; (3, axes)."""
+        lines = np.array((size, box.start, box.stop))
+        lines[1:] -= self.box.start
+        return lines
 
     def recount(self, take: Array, places: Array, shown: Array) -> None:
         """Count how often each place of a mosaic is `shown` (*cell) once the pixels that `take` some show `places`."""

@@ -38,6 +38,7 @@ def test_rows_of_blocks_that_touch_follow_each_other_three_apart():
     boxes = [Box((24 * row, 24 * column), (32, 32)) for row in range(4) for column in range(7)]
     found = fronts(boxes, 32, (200, 200), (False, False))
     assert found[6] == [6, 10, 14]  # (0, 6), (1, 3), (2, 0)
+    assert fronts([], 32, (200, 200), (False, False)) == [[]]
 
 
 def test_boxes_of_one_extent_come_together_a_few_at_a_time():

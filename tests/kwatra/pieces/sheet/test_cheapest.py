@@ -47,3 +47,20 @@ def test_of_nothing_offered_nothing_is_cut():
     assert cheapest_cuts(sheet, []) == []
     assert cheapest_as_offered(sheet, [], list) == []
     assert cheapest_as_offered(sheet, [[], []], list) == []
+
+
+@pytest.mark.parametrize("wraps", [(False, False), (True, True), (False, True, False)])
+def test_what_is_known_under_patches_is_counted_pixel_by_pixel(wraps: tuple[bool, ...]) -> None:
+    rng, axes, size = np.random.default_rng(1), len(wraps), (7, 6, 5)[: len(wraps)]
+    sources = Mosaic([rng.random((1, *size), np.float32)])
+    sheet = Sheet(sources, (12, 11, 10)[:axes], wraps, SeamCost(sources))
+    sheet.label[rng.random(sheet.shape) < 0.4] = 0
+    for _ in range(20):
+        start = [int(rng.integers(-2 if w else 0, n - 4)) for n, w in zip(sheet.shape, wraps, strict=True)]
+        box = Box(tuple(start), (4, 4, 3)[:axes])
+        (window,) = sheet.windows([box])
+        shifts = np.array(start) - rng.integers(0, 5, (6, axes))
+        pixels = np.stack(np.meshgrid(*(np.arange(a, b) for a, b in zip(box.start, box.stop, strict=True))), -1)
+        known = sheet.label[tuple((pixels % sheet.shape).reshape(-1, axes).T)] == 0
+        under = [((pixels - shift >= 0) & (pixels - shift < size)).all(-1).ravel() for shift in shifts]
+        assert window.known(box, shifts, size).tolist() == [int((known & one).sum()) for one in under]
