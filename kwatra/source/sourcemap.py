@@ -71,6 +71,8 @@ def coarser(where: Tensor, factor: Sequence[int], shape: Sequence[int]) -> Tenso
 
 def carried(where: Tensor, old: Sequence[int], new: Sequence[int], shape: Sequence[int]) -> Tensor:
     """The map from a resolution of factors `old` at one of factors `new`, where the output is `shape`."""
+    if tuple(old) == tuple(new):
+        return where
     if any(o > n for o, n in zip(old, new, strict=True)):
         return finer(where, [o // n for o, n in zip(old, new, strict=True)], shape)
     return coarser(where, [n // o for o, n in zip(old, new, strict=True)], shape)

@@ -40,6 +40,7 @@ def test_a_shifted_copy_keeps_its_offset_through_all_resolutions():
     full = torch.stack(torch.meshgrid(torch.arange(46), torch.arange(40), indexing="ij"))
     assert torch.equal(fine - full, torch.tensor([12, 20]).view(2, 1, 1).expand(2, 46, 40))
     assert torch.equal(sourcemap.carried(fine, (1, 1), (4, 4), (11, 10)), where[:, :11])
+    assert torch.equal(sourcemap.carried(fine, (1, 1), (1, 1), (46, 40)), fine)
 
 
 def test_windows_of_a_map_are_those_it_points_to():
