@@ -79,18 +79,18 @@ def locate(places: Any, cell: Any, strides: Any, number: Any, at: Any) -> None:
 
 
 @jitted
-def patch_sides(shifts: Any, lines: Any) -> Any:
+def patch_sides(shifts: Any, bounds: Any) -> Any:
     """The first pixels (n, AXES) of patches, and those after their last: all that a box shows of a shifted source.
 
-    shifts (n, axes): of the source; lines (3, axes): its size, and where the box begins, and after which it ends. Of
-    axes that there are not that is the one pixel (`kwatra.base.spans.volume`).
+    shifts (n, axes): of the source; bounds (3, axes): its size, where the box begins, and where it has ended. Of axes
+    that there are not that is the one pixel (`kwatra.base.spans.volume`).
     """
     starts, stops = np.zeros((len(shifts), AXES), np.int64), np.ones((len(shifts), AXES), np.int64)
     missing = AXES - shifts.shape[1]
     for n in range(len(shifts)):
         for axis in range(shifts.shape[1]):
-            starts[n, missing + axis] = max(shifts[n, axis], lines[1, axis])
-            stops[n, missing + axis] = min(shifts[n, axis] + lines[0, axis], lines[2, axis])
+            starts[n, missing + axis] = max(shifts[n, axis], bounds[1, axis])
+            stops[n, missing + axis] = min(shifts[n, axis] + bounds[0, axis], bounds[2, axis])
     return starts, stops
 
 

@@ -96,8 +96,8 @@ def _tried(sheet: Sheet[Mosaic], offer: Offer, owned: Array) -> tuple["Tries", "
         row.reshape(window.kept.shape)[window.box.part(patch_of(offer.box, shift, sheet).box)] = priced
     laid = window.kept, window.laid, window.fixed, window.places, window.remembered, window.total
     ground = Ground(*laid, mosaic.planes, owned, mosaic.strides, sheet.cost.prices)
-    lines = window.lines(offer.box, mosaic.shapes[0])
-    return Tries(shifts, lines, offer.costs, offer.rates, offer.must, extra), ground, offer.least
+    bounds = window.bounds(offer.box, mosaic.shapes[0])
+    return Tries(shifts, bounds, offer.costs, offer.rates, offer.must, extra), ground, offer.least
 
 
 def _one_by_one(sheet: Sheet[Mosaic], owned: Array, offer: Offer) -> Cut | None:

@@ -123,9 +123,9 @@ def recount(take: Any, new: Any, old: Any, kept: Any, counts: Any) -> None:
 
 
 @jitted
-def count_kept(kept: Any, shifts: Any, lines: Any, counts: Any) -> None:
-    """Count (n,) the pixels of a window (*E) that are KEEP where patches lie; shifts and lines: as of `patch_sides`."""
-    starts, stops = patch_sides(shifts, lines)
+def count_kept(kept: Any, shifts: Any, bounds: Any, counts: Any) -> None:
+    """Count (n,) the pixels of a window (*E) that are KEEP where patches lie; shifts, bounds: as of `patch_sides`."""
+    starts, stops = patch_sides(shifts, bounds)
     for box in range(len(counts)):
         count = 0
         for i in range(starts[box, 0], stops[box, 0]):

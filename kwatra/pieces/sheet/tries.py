@@ -29,13 +29,13 @@ class Tries(NamedTuple):
     """Patches (n,) of a mosaic's first source, tried on a window.
 
     Each is all that a box shows of the source. shifts (n, axes): by how much that is shifted, counted from the window's
-    first pixel; lines (3, axes): its size, and where the box begins, and after which it ends, counted as well. costs
-    (n,): what each costs beside its price; rates (n,): what its price counts. must: whether all of a patch is taken.
-    taking (n, pixels): what pixels cost more when they take a patch, as in `Sheet.cut`; (0, 0) for nothing.
+    first pixel; bounds (3, axes): its size, where the box begins, and where it has ended, counted as well. costs (n,):
+    what each costs beside its price; rates (n,): what its price counts. must: whether all of a patch is taken. taking
+    (n, pixels): what pixels cost more when they take a patch, as in `Sheet.cut`; (0, 0) for nothing.
     """
 
     shifts: Array
-    lines: Array
+    bounds: Array
     costs: Array
     rates: Array
     must: bool
@@ -137,7 +137,7 @@ def _cheapest_of(tries: Tries, ground: Ground, least: float, lowest: Array, foll
     a, left = (sides(costs, take.size) for costs in (ground.remembered, seams))
     number, cost, change, price = _try_every(
         volume(ground.kept, axes), volume(ground.laid, axes), volume(ground.fixed, axes), volume(ground.places, axes),
-        a, ground.total, ground.planes, ground.owned, strides, ground.prices, tries.shifts, tries.lines, tries.costs,
+        a, ground.total, ground.planes, ground.owned, strides, ground.prices, tries.shifts, tries.bounds, tries.costs,
         tries.rates, tries.must, tries.taking, least, lowest, following, take.ravel(), places.ravel(), left,
     )  # fmt: skip
     return None if number < 0 else Found(number, cost, take, places, seams, change, price)
@@ -146,7 +146,7 @@ def _cheapest_of(tries: Tries, ground: Ground, least: float, lowest: Array, foll
 @jitted
 def _try_every(
     kept: Any, laid: Any, fixed: Any, old: Any, a: Any, total: Any, planes: Any, owned: Any, strides: Any, prices: Any,
-    shifts: Any, lines: Any, costs: Any, rates: Any, must: Any, taking: Any, least: Any, lowest: Any, following: Any,
+    shifts: Any, bounds: Any, costs: Any, rates: Any, must: Any, taking: Any, least: Any, lowest: Any, following: Any,
     take: Any, places: Any, left: Any,
 ) -> Any:  # fmt: skip
     """The number of the cheapest try, -1 for none, what it costs, its change and price.
@@ -160,9 +160,9 @@ def _try_every(
     weight = np.zeros(count, np.int64)
     shown_old, shown_new, may, without = old.ravel(), new.ravel(), choice.ravel(), kept.ravel()
     b, c, tried = _like(a), _like(a), _like(a)
-    starts, stops = patch_sides(shifts, lines)
+    starts, stops = patch_sides(shifts, bounds)
     # a plane that is none begins before any place of the source
-    shift, size, stride = widened(shifts, 1), widened(lines[:1], 1)[0], widened(strides.reshape((1, -1)), 0)[0]
+    shift, size, stride = widened(shifts, 1), widened(bounds[:1], 1)[0], widened(strides.reshape((1, -1)), 0)[0]
     while following[0] < len(costs):
         k = following[0]
         following[0] = k + 1

@@ -34,14 +34,14 @@ class Window(NamedTuple):
         from kwatra.pieces.sheet.pixels import count_kept
 
         first, counts = np.array(self.box.start), np.empty(len(shifts), np.int64)
-        count_kept(volume(self.kept, len(first)), shifts - first, self.lines(box, size), counts)
+        count_kept(volume(self.kept, len(first)), shifts - first, self.bounds(box, size), counts)
         return counts
 
-    def lines(self, box: Box, size: Sequence[int]) -> Array:
-        """The size of a source, a box's first pixel and that after its last, counted from the window's; (3, axes)."""
-        lines = np.array((size, box.start, box.stop))
-        lines[1:] -= self.box.start
-        return lines
+    def bounds(self, box: Box, size: Sequence[int]) -> Array:
+        """A source's size, a box's first pixel and that after its last, (3, axes), counted from the window's first."""
+        bounds = np.array((size, box.start, box.stop))
+        bounds[1:] -= self.box.start
+        return bounds
 
     def recount(self, take: Array, places: Array, shown: Array) -> None:
         """Count how often each place of a mosaic is `shown` (*cell) once the pixels that `take` some show `places`."""
