@@ -1,9 +1,9 @@
 """Laying blocks of one size on a sheet: those that lie apart at once, and again where seams cost most."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import chain
+from itertools import chain, islice
 from math import prod
 
 import torch
@@ -95,7 +95,7 @@ class Layer:
         """Lay blocks in boxes, those that lie apart at once; again and rest: as in `_lay`."""
         luck = iter(self._luck(len(boxes)))
         for front in fronts(boxes, *self._spacing):
-            self._lay([boxes[number] for number in front], luck, again, rest)
+            self._lay([boxes[number] for number in front], [*islice(luck, len(front))], again, rest)
 
     def lay_outwards(self, boxes: Sequence[Box], axis: int = 0) -> None:
         """Lay blocks in boxes of an empty sheet: of a large still in the middle, then on both sides of that at once.
@@ -128,7 +128,7 @@ class Layer:
             costly = partial(self._costly, Regions(self.sheet, half, self.generator))
 
             def improve(boxes: Sequence[Box]) -> list[bool]:
-                return self._lay(boxes, iter(self._luck(len(boxes))), again=True)
+                return self._lay(boxes, self._luck(len(boxes)), again=True)
 
             lay_again(self.sheet, costly, improve, Budget(round(AGAIN * count), PATIENCE))
 
@@ -145,7 +145,7 @@ class Layer:
         drawn: list[float] = torch.rand(count, generator=self.generator, dtype=torch.float64).tolist()
         return drawn
 
-    def _lay(self, boxes: Sequence[Box], luck: Iterator[float], again: bool = False, rest: bool = False) -> list[bool]:
+    def _lay(self, boxes: Sequence[Box], luck: Sequence[float], again: bool = False, rest: bool = False) -> list[bool]:
         """Lay blocks in boxes that lie apart; of each whether it was: again one is only where that lowers seams.
 
         luck: a number for each, 0 to 1, says what is drawn for it. rest: whether they are the last that fill these.
@@ -153,14 +153,13 @@ class Layer:
         In each box the block is cut in that costs least with what is seen of its seams. Threads share the boxes, or
         what is tried in one; some boxes of one extent are looked at together, as threads wait between short steps.
         """
-        drawn = [next(luck) for _ in boxes]
         often = None if self.scene is None else self.scene.prices(self.used)
         worn, hang = self.candidates.worn(self.shown), (0,) * len(self.sheet.shape) if rest else self.corners.hang
 
         def choose(numbers: Sequence[int]) -> list[Offer]:
             some = [boxes[number] for number in numbers]
             needed = None if again else self.spread.needed(some, hang)
-            chosen = self.candidates.choose(some, needed, worn, self.seams, [drawn[number] for number in numbers])
+            chosen = self.candidates.choose(some, needed, worn, self.seams, [luck[number] for number in numbers])
             seen = zip(self.sheet.windows(some), some, chosen, strict=True)
             return [self.offers.of(window, box, *tried, often, again) for window, box, tried in seen]
 

@@ -95,16 +95,6 @@ def patch_sides(shifts: Any, bounds: Any) -> Any:
 
 
 @jitted
-def widened(numbers: Any, missing: Any) -> Any:
-    """Whole numbers (n, axes) of axes, as `kwatra.base.spans.in_volume` makes them of AXES axes."""
-    every = np.full((len(numbers), AXES), missing, np.int64)
-    for n in range(len(numbers)):
-        for axis in range(numbers.shape[1]):
-            every[n, AXES - numbers.shape[1] + axis] = numbers[n, axis]
-    return every
-
-
-@jitted
 def find_groups(starts: Any, stops: Any, reach: Any, turns: Any, group: Any) -> None:
     """Set the group (n,) of each box: the first after those of all earlier ones that lie less than `reach` from it.
 

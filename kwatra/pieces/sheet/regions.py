@@ -80,8 +80,11 @@ class Regions:
             stretch = self._scores[tuple(line)][part * STRETCH : (part + 1) * STRETCH]
             start = (*line, part * STRETCH + int(np.argmax(stretch)))
             found.append(Box(start, self.extent))
-            near = [_near(*side) for side in zip(start, far, self._scores.shape, self.sheet.periodic, strict=True)]
-            highest[np.ix_(*near[:-1], np.unique(near[-1] // STRETCH))] = 0
+            near = Box(tuple(s - f + 1 for s, f in zip(start, far, strict=True)), tuple(2 * f - 1 for f in far))
+            near = near.clipped(self._scores.shape, self.sheet.periodic)
+            sides = zip(near.start, near.stop, self._scores.shape, strict=True)
+            *lines, last = (np.arange(low, high) % size for low, high, size in sides)
+            highest[np.ix_(*lines, last // STRETCH)] = 0
         return found
 
     def _score_all(self) -> None:
@@ -148,9 +151,3 @@ class Regions:
 
     def _below(self, count: int) -> int:
         return int(torch.randint(count, (1,), generator=self.generator))
-
-
-def _near(at: int, far: int, size: int, wraps: bool) -> np.ndarray:
-    """The places along an axis of some size that are less than so far from one."""
-    near = np.arange(at - far + 1, at + far)
-    return np.unique(near % size) if wraps else near[(near >= 0) & (near < size)]

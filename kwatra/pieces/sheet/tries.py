@@ -15,10 +15,11 @@ import numpy as np
 
 from kwatra.base import shared, threads_shared
 from kwatra.base.compiled import jitted
+from kwatra.base.spanloops import widened
 from kwatra.base.spans import volume
 from kwatra.cut.choices import FREE, MOST, TAKE
 from kwatra.cut.network import sides
-from kwatra.pieces.loops import copy_into, patch_sides, widened
+from kwatra.pieces.loops import copy_into, patch_sides
 from kwatra.pieces.seams import Array, Prices
 from kwatra.pieces.seams.matches import cut_places
 
