@@ -84,7 +84,7 @@ class Regions:
             near = near.clipped(self._scores.shape, self.sheet.periodic)
             sides = zip(near.start, near.stop, self._scores.shape, strict=True)
             *lines, last = (np.arange(low, high) % size for low, high, size in sides)
-            highest[np.ix_(*lines, last // STRETCH)] = 0
+            highest[np.ix_(*lines, np.unique(last // STRETCH))] = 0
         return found
 
     def _score_all(self) -> None:
