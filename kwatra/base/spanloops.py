@@ -1,4 +1,4 @@
-"""Sums over boxes, and whole numbers of axes as volumes have them, in compiled loops.
+"""Sums over boxes, in compiled loops.
 
 This module is compiled by numba when first used, so it is imported where these are asked for.
 """
@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from kwatra.base.axes import AXES
 from kwatra.base.compiled import jitted
 
 
@@ -60,13 +59,3 @@ def _sum_line(values: Any, starts: Any, stops: Any, table: Any, sums: Any) -> No
         table[j + 1] = table[j] + values[j]
     for span in range(len(starts)):
         sums[span] = table[stops[span]] - table[starts[span]]
-
-
-@jitted
-def widened(numbers: Any, missing: Any) -> Any:
-    """Whole numbers (n, axes) of axes as (n, AXES): `missing` of the axes that there are not, which come first."""
-    every = np.full((len(numbers), AXES), missing, np.int64)
-    for n in range(len(numbers)):
-        for axis in range(numbers.shape[1]):
-            every[n, AXES - numbers.shape[1] + axis] = numbers[n, axis]
-    return every

@@ -45,8 +45,7 @@ _AS_VOLUME = {axes: (..., *(None,) * (AXES - axes), *(slice(None),) * axes) for 
 
 def in_volume(numbers: Sequence[Any] | np.ndarray, missing: int) -> np.ndarray:
     """Whole numbers (..., axes) of axes, as `volume` has them; `missing` those of the axes that there are not."""
-    from kwatra.base.spanloops import widened
-
-    whole = np.ascontiguousarray(numbers, np.int64)
-    every: np.ndarray = widened(whole.reshape(math.prod(whole.shape[:-1]), whole.shape[-1]), missing)
-    return every.reshape(*whole.shape[:-1], AXES)
+    whole = np.asarray(numbers, np.int64)
+    every = np.full((*whole.shape[:-1], AXES), missing, np.int64)
+    every[..., AXES - whole.shape[-1] :] = whole
+    return every

@@ -57,7 +57,7 @@ def best_cut(
 
 def solved_at_once(choice: np.ndarray) -> bool:
     """Whether a cut has so few free pixels that it is solved as one network, however they hang together."""
-    return int(np.count_nonzero(choice == FREE)) <= _most(choice)
+    return choice.size <= _most(choice) or int(np.count_nonzero(choice == FREE)) <= _most(choice)
 
 
 def _largest_part(free: np.ndarray) -> int:

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import chain, islice
+from itertools import islice
 from math import prod
 
 import torch
@@ -156,22 +156,25 @@ class Layer:
         often = None if self.scene is None else self.scene.prices(self.used)
         worn, hang = self.candidates.worn(self.shown), (0,) * len(self.sheet.shape) if rest else self.corners.hang
 
-        def choose(numbers: Sequence[int]) -> list[Offer]:
+        def choose(numbers: Sequence[int]) -> Offer:
             some = [boxes[number] for number in numbers]
             needed = None if again else self.spread.needed(some, hang)
             chosen = self.candidates.choose(some, needed, worn, self.seams, [luck[number] for number in numbers])
-            seen = zip(self.sheet.windows(some), some, chosen, strict=True)
-            return [self.offers.of(window, box, *tried, often, again) for window, box, tried in seen]
+            return self.offers.of(self.sheet.windows(some), some, chosen, often, again)
 
         most = max(LOOKED_AT // prod(self.exemplar.shape), 1)
         groups = alike(boxes, min(most, -(-len(boxes) // threads_shared())))
-        found = cheapest_as_offered(self.sheet, groups, choose, self.corners.owned)
-        cuts = dict(zip(chain(*groups), found, strict=True))
-        for number in range(len(boxes)):
-            if (cut := cuts[number]) is not None:
-                cut.window.recount(cut.take, cut.places, self.shown)
-                self.sheet.commit(cut)
-        return [cuts[number] is not None for number in range(len(boxes))]
+        cuts = cheapest_as_offered(self.sheet, groups, choose, self.corners.owned)
+        laid = {
+            number: (group, at)
+            for group, (numbers, some) in enumerate(zip(groups, cuts, strict=True))
+            for at, (number, patch) in enumerate(zip(numbers, some.patches, strict=True))
+            if patch is not None
+        }
+        for some in cuts:
+            some.recount(self.shown)
+        self.sheet.commit_each(cuts, [laid[number] for number in sorted(laid)])
+        return [number in laid for number in range(len(boxes))]
 
     def _costly(self, regions: Regions, most: int) -> list[Box]:
         """Boxes around the regions whose seams cost most, up to so many that lie apart."""

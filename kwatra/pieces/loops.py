@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from kwatra.base.axes import AXES
 from kwatra.base.compiled import jitted
 
 
@@ -82,15 +81,14 @@ def locate(places: Any, cell: Any, strides: Any, number: Any, at: Any) -> None:
 def patch_sides(shifts: Any, bounds: Any) -> Any:
     """The first pixels (n, AXES) of patches, and those after their last: all that a box shows of a shifted source.
 
-    shifts (n, axes): of the source; bounds (3, axes): its size, where the box begins, and where it has ended. Of axes
-    that there are not that is the one pixel (`kwatra.base.spans.volume`).
+    shifts (n, AXES): of the source; bounds (3, AXES): its size, where the box begins, and where it has ended; all of a
+    volume's axes (`kwatra.base.spans.in_volume`).
     """
-    starts, stops = np.zeros((len(shifts), AXES), np.int64), np.ones((len(shifts), AXES), np.int64)
-    missing = AXES - shifts.shape[1]
+    starts, stops = np.empty(shifts.shape, np.int64), np.empty(shifts.shape, np.int64)
     for n in range(len(shifts)):
         for axis in range(shifts.shape[1]):
-            starts[n, missing + axis] = max(shifts[n, axis], bounds[1, axis])
-            stops[n, missing + axis] = min(shifts[n, axis] + bounds[0, axis], bounds[2, axis])
+            starts[n, axis] = max(shifts[n, axis], bounds[1, axis])
+            stops[n, axis] = min(shifts[n, axis] + bounds[0, axis], bounds[2, axis])
     return starts, stops
 
 

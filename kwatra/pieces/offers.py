@@ -1,15 +1,15 @@
 """What blocks that are tried in a box cost, beside their seams: what laying compares."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from kwatra.pieces.boxes import Box
-from kwatra.pieces.choosing import Wished
+from kwatra.pieces.choosing import Chosen, Wished
 from kwatra.pieces.seams import Array, Mosaic, each
-from kwatra.pieces.sheet import Offer, Patch, Sheet, Window, patch_of
+from kwatra.pieces.sheet import Offer, Patch, Sheet, Windows, patch_of
 
 MISSED, MISSED_BY_MUCH = 0.05, 0.5
 """By how much blocks have to miss a guide that smaller ones are laid there, in variances of what is copied; the second
@@ -35,22 +35,26 @@ class Offers:
     overlap: int
     must: bool
 
-    def of(self, window: Window, box: Box, places: Array, costs: Array, often: Array | None, again: bool) -> Offer:
-        """Blocks that are tried in a box, with what they and their seams cost; window: that of the box.
+    def of(self, windows: Windows, boxes: Sequence[Box], chosen: Chosen, often: Array | None, again: bool) -> Offer:
+        """Blocks that are chosen for boxes, with what they and their seams cost; windows: those of the boxes.
 
         That is 1 for a seam in plain sight: between unrelated pixels all along the block. Where blocks are laid again
-        what counts is that seams cost less, with what a wish adds. places (n, axes): of the blocks' first pixels; costs
-        (n,). often (T, H, W): what is charged for how often places of a scene are shown.
+        what counts is that seams cost less, with what a wish adds. often (T, H, W): what is charged for how often
+        places of a scene are shown.
         """
-        least, shifts = math.inf, np.array(box.start) - places
+        counts, costs, least = np.diff(chosen.firsts), chosen.costs, math.inf
+        shifts = np.repeat(np.array([box.start for box in boxes]), counts, 0) - chosen.places
         if again:
             costs, rates, least = np.zeros(len(shifts)), np.ones(len(shifts)), 0.0
         else:
-            rates = 1 / (self.contrast * self._lengths(window, box, shifts))
-        priced = self.wish is not None or often is not None
-        patches = (patch_of(box, shift, self.sheet) for shift in shifts.tolist()) if priced else ()
-        taking = [self._taking(patch, often) for patch in patches]
-        return Offer(window, box, shifts, costs, rates, least, must=self.must, taking=taking)
+            known = windows.known(boxes, chosen.firsts, shifts, self.sheet.sources.shapes[0])
+            rates = 1 / (self.contrast * np.maximum(known / self.overlap, 1.0))  # how long their seams are, about
+        taking = list[Array]()
+        if self.wish is not None or often is not None:
+            of_each = [box for box, count in zip(boxes, counts.tolist(), strict=True) for _ in range(count)]
+            patches = [patch_of(box, shift, self.sheet) for box, shift in zip(of_each, shifts.tolist(), strict=True)]
+            taking = [self._taking(patch, often) for patch in patches]
+        return Offer(windows, boxes, chosen.firsts, shifts, costs, rates, least, must=self.must, taking=taking)
 
     @property
     def contrast(self) -> float:
@@ -70,10 +74,6 @@ class Offers:
         at = self.sheet.indices(box)
         shown = self.image[each(self.sheet.sources.coordinates(self.sheet.places[at])[1])]
         return float(self.wish.missed(at, shown, self.variance).mean())
-
-    def _lengths(self, window: Window, box: Box, shifts: Array) -> Array:
-        """How long the seams of patches are, about, (n,): all that a box shows of the exemplar, shifted (n, axes)."""
-        return np.maximum(window.known(box, shifts, self.sheet.sources.shapes[0]) / self.overlap, 1.0)
 
     def _taking(self, patch: Patch, often: Array | None) -> Array:
         """What each pixel of a patch costs more than what it replaces, as seams cost: by wish, and place in a scene."""

@@ -141,8 +141,8 @@ class Sewing:
             shifts.append(tuple(int(b - s - p) for b, s, p in zip(box.start, part.start, place, strict=True)))
             cost[tuple(slice(max(p - APART, 0), p + APART + 1) for p in place)] = np.inf
         nothing, alike = np.zeros(len(shifts)), np.ones(len(shifts))
-        window = self.sheet.windows([box])[0]
-        (cut,) = cheapest_cuts(self.sheet, [Offer(window, box, np.array(shifts), nothing, alike, np.inf)])
+        windows, firsts = self.sheet.windows([box]), np.array([0, len(shifts)])
+        cut = cheapest_cuts(self.sheet, Offer(windows, [box], firsts, np.array(shifts), nothing, alike, np.inf))[0]
         assert cut is not None  # whatever it costs
         return cut
 

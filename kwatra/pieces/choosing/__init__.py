@@ -1,6 +1,6 @@
 """Which blocks of an exemplar are tried in a box: how well they agree with it, and what is charged for them."""
 
-from kwatra.pieces.choosing.candidates import Asked, Candidates
+from kwatra.pieces.choosing.candidates import Asked, Candidates, Chosen
 from kwatra.pieces.choosing.charges import SceneUse, StepCosts
 from kwatra.pieces.choosing.corners import Corners
 from kwatra.pieces.choosing.fitting import Fit, totals
@@ -11,6 +11,7 @@ __all__ = [
     "NO_TWINS",
     "Asked",
     "Candidates",
+    "Chosen",
     "Corners",
     "Fit",
     "SceneUse",

@@ -79,6 +79,18 @@ class Asked(NamedTuple):
     twins: Array
 
 
+class Chosen(NamedTuple):
+    """Blocks (n,) that are tried in boxes (b,), those of one after those of the one before, the cheapest first.
+
+    firsts (b + 1,): which is the first of each box, and how many there are. places (n, axes): of their first pixels;
+    costs (n,).
+    """
+
+    firsts: Array
+    places: Array
+    costs: Array
+
+
 class Candidates:
     """Blocks of an exemplar's image (C, *S) at `corners`, for boxes of a sheet; differences relative to a variance."""
 
@@ -110,10 +122,10 @@ class Candidates:
 
     def choose(
         self, boxes: Sequence[Box], needed: Array | None, worn: Array, most: int, luck: Sequence[float]
-    ) -> list[tuple[Array, Array]]:
-        """Of each of boxes of one extent first pixels (n, axes) of at most so many blocks, and their costs (n,).
+    ) -> Chosen:
+        """For each of boxes of one extent at most so many blocks.
 
-        The cheapest come first. needed (b, *E): the pixels that a block has to fill if they are empty; None for none.
+        needed (b, *E): the pixels that a block has to fill if they are empty; None for none.
         worn (*n): what blocks cost for how often they were used. Where there is no seam to compare, or a wish decides,
         one block of about the least cost is drawn: luck (b,), 0 to 1, says which, and what else blocks cost if luck
         decides on that (`Asked`). Memory is that of a few arrays of the exemplar's size for each box.
@@ -129,10 +141,8 @@ class Candidates:
             costs += [self._luck * np.random.default_rng(int(one * 2**53)).random(costs.shape[1]) for one in luck]
         return self._picked(boxes, costs, np.where(some, most, 1), luck)
 
-    def _picked(
-        self, boxes: Sequence[Box], costs: Array, most: Array, luck: Sequence[float]
-    ) -> list[tuple[Array, Array]]:
-        """Of each box at most so many (b,) of the blocks, of which one drawn by luck (b,), given costs (b, n)."""
+    def _picked(self, boxes: Sequence[Box], costs: Array, most: Array, luck: Sequence[float]) -> Chosen:
+        """For each box at most so many (b,) of the blocks, of which one drawn by luck (b,), given costs (b, n)."""
         from kwatra.pieces.choosing.weighing import pick_each
 
         wish = self._deciding
@@ -142,9 +152,11 @@ class Candidates:
             most = np.where([wish.anything(self.sheet.indices(box)) for box in boxes], 1, most)
         picked = np.empty((len(boxes), max(most)), np.int64)
         pick_each(costs, most, ACCEPTABLE, TOLERANCE, np.array(luck), picked)
-        counts, at = (picked >= 0).sum(1), self.corners.at(picked.clip(0))
-        each = zip(picked, at, costs, counts.tolist(), strict=True)
-        return [(corners[:count], cost[numbers[:count]]) for numbers, corners, cost, count in each]
+        some = picked >= 0
+        box, numbers = some.nonzero()[0], picked[some]
+        firsts = np.zeros(len(boxes) + 1, np.int64)
+        some.sum(1).cumsum(out=firsts[1:])
+        return Chosen(firsts, self.corners.at(numbers), costs[box, numbers])
 
     def _costs(
         self, boxes: Sequence[Box], places: Array, known: Array, some: Array, valid: Array, worn: Array

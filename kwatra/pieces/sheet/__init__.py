@@ -2,18 +2,21 @@
 
 from kwatra.pieces.sheet.again import Budget, lay_again
 from kwatra.pieces.sheet.cheapest import Offer, cheapest_as_offered, cheapest_cuts, patch_of
+from kwatra.pieces.sheet.cuts import Cut, Cuts, Patch
 from kwatra.pieces.sheet.regions import Regions
-from kwatra.pieces.sheet.sheet import Cut, Patch, Sheet
-from kwatra.pieces.sheet.window import Window
+from kwatra.pieces.sheet.sheet import Sheet
+from kwatra.pieces.sheet.window import Window, Windows
 
 __all__ = [
     "Budget",
     "Cut",
+    "Cuts",
     "Offer",
     "Patch",
     "Regions",
     "Sheet",
     "Window",
+    "Windows",
     "cheapest_as_offered",
     "cheapest_cuts",
     "lay_again",

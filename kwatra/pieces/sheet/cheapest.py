@@ -2,20 +2,21 @@
 
 import math
 from collections.abc import Callable, Sequence
-from functools import partial
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import numpy as np
 
 from kwatra.base import shared
+from kwatra.base.spans import in_volume
 from kwatra.cut import MOST, solved_at_once
 from kwatra.pieces.boxes import Box
 from kwatra.pieces.seams import Array, Mosaic
-from kwatra.pieces.sheet.sheet import Cut, Patch, Sheet
-from kwatra.pieces.sheet.window import Window
+from kwatra.pieces.sheet.cuts import Cut, Cuts, Patch
+from kwatra.pieces.sheet.sheet import Sheet
+from kwatra.pieces.sheet.window import Windows
 
 if TYPE_CHECKING:
-    from kwatra.pieces.sheet.tries import Found, Ground, Tries
+    from kwatra.pieces.sheet.tries import Found, Offered
 
 
 Item = TypeVar("Item")
@@ -25,15 +26,17 @@ ALL = np.empty(0, bool)
 
 
 class Offer(NamedTuple):
-    """Patches of a mosaic's first source, each all that it shows of a box in a window of a sheet.
+    """Patches of a mosaic's first source, each all that it shows of a box in a window of a sheet; of several boxes.
 
-    shifts (n, axes): by how much the source is shifted (`Patch`). A patch costs its own of the costs (n,) and, times
-    its rate (n,), the price of its cut; `least`: what it has to cost less than. must: whether all of a patch is taken.
-    taking: as for `Sheet.cut`, of each patch; () for nothing.
+    firsts (b + 1,): which patch is the first of each box, and how many there are. shifts (n, axes): by how much the
+    source is shifted (`Patch`). A patch costs its own of the costs (n,) and, times its rate (n,), the price of its cut;
+    `least`: what it has to cost less than. must: whether all of a patch is taken. taking: as for `Sheet.cut`, of each
+    patch; () for nothing.
     """
 
-    window: Window
-    box: Box
+    windows: Windows
+    boxes: Sequence[Box]
+    firsts: Array
     shifts: Array
     costs: Array
     rates: Array
@@ -47,70 +50,83 @@ def patch_of(box: Box, shift: Sequence[int], sheet: Sheet[Mosaic]) -> Patch:
     return Patch(0, tuple(shift), box.within(Box(tuple(shift), sheet.sources.shapes[0])))
 
 
-def cheapest_cuts(sheet: Sheet[Mosaic], offers: Sequence[Offer], owned: Array = ALL) -> list[Cut | None]:
-    """Of each offer the patch that costs least, of equals the first; None if none costs less than it has to.
+def cheapest_cuts(sheet: Sheet[Mosaic], offer: Offer, owned: Array = ALL) -> Cuts:
+    """In each box the patch that costs least, of equals the first; none if none costs less than it has to.
 
-    owned: by place of the mosaic, what patches show at all; where they lie on holes nothing changes. Threads share the
-    offers.
+    owned: by place of the mosaic, what patches show at all; where they lie on holes nothing changes. Threads share what
+    is tried.
     """
-    return cheapest_as_offered(sheet, [offers], list, owned)
+    return cheapest_as_offered(sheet, [offer], lambda group: group, owned)[0]
 
 
 def cheapest_as_offered(
-    sheet: Sheet[Mosaic], groups: Sequence[Item], offers: Callable[[Item], Sequence[Offer]], owned: Array = ALL
-) -> list[Cut | None]:
+    sheet: Sheet[Mosaic], groups: Sequence[Item], offers: Callable[[Item], Offer], owned: Array = ALL
+) -> list[Cuts]:
     """The same of what is offered of groups, one after the other; `offers` is asked by the thread that takes a group.
 
     So none waits for what others are offered before it begins with cuts.
     """
-    from kwatra.pieces.sheet.tries import Offered, cheapest_of
+    from kwatra.pieces.sheet.tries import cheapest_of
 
-    made: dict[int, list[tuple[Offer, bool]]] = {}  # of each group, and whether they are small: solved at once
+    made: dict[int, tuple[Offer, Array]] = {}  # of each group, and on which windows cuts are small: solved at once
 
-    def tried(number: int) -> list[Offered]:
-        made[number] = [(offer, solved_at_once(offer.window.laid)) for offer in offers(groups[number])]
-        return [_tried(sheet, offer, owned) for offer, small in made[number] if small]
+    def offered(number: int) -> "Offered":
+        offer = offers(groups[number])
+        laid = (offer.windows.of_pixels(offer.windows.pixels.laid, n) for n in range(len(offer.windows)))
+        made[number] = offer, np.array([solved_at_once(one) for one in laid])
+        return _offered(sheet, *made[number], owned)
 
-    found = iter(cheapest_of(range(len(groups)), tried))
-    every = [each for number in range(len(groups)) for each in made[number]]
-    cuts = iter(shared(partial(_one_by_one, sheet, owned), [offer for offer, small in every if not small]))
-    return [_cut_of(sheet, offer, next(found)) if small else next(cuts) for offer, small in every]
-
-
-def _cut_of(sheet: Sheet[Mosaic], offer: Offer, best: "Found | None") -> Cut | None:
-    """What was found of an offer as a cut of the sheet."""
-    if best is None:
-        return None
-    taken = best.take, best.places, best.seams, best.change, best.price
-    return Cut(patch_of(offer.box, offer.shifts[best.number].tolist(), sheet), offer.window, *taken)
+    found = cheapest_of(range(len(groups)), offered)
+    cuts = [_cuts_of(sheet, made[number][0], best) for number, best in enumerate(found)]
+    large = [(number, n) for number in range(len(groups)) for n in np.flatnonzero(~made[number][1]).tolist()]
+    others = shared(lambda which: _one_by_one(sheet, made[which[0]][0], which[1], owned), large)
+    for (number, n), cut in zip(large, others, strict=True):
+        cuts[number].put(n, cut)
+    return cuts
 
 
-def _tried(sheet: Sheet[Mosaic], offer: Offer, owned: Array) -> tuple["Tries", "Ground", float]:
-    """An offer as arrays, counted from its window's first pixel."""
-    from kwatra.pieces.sheet.tries import Ground, Tries
+def _offered(sheet: Sheet[Mosaic], offer: Offer, small: Array, owned: Array) -> "Offered":
+    """An offer as arrays, counted from its windows' first pixels; small (b,): on which windows it is tried."""
+    from kwatra.pieces.sheet.tries import Ground, Offered, Tries
 
-    window, mosaic = offer.window, sheet.sources
-    extra = np.zeros((len(offer.taking), window.kept.size), np.int64)
-    shifts = offer.shifts - np.array(window.box.start)
-    for row, shift, priced in zip(extra, offer.shifts.tolist(), offer.taking, strict=False):
-        row.reshape(window.kept.shape)[window.box.part(patch_of(offer.box, shift, sheet).box)] = priced
-    laid = window.kept, window.laid, window.fixed, window.places, window.remembered, window.total
-    ground = Ground(*laid, mosaic.planes, owned, mosaic.strides, sheet.cost.prices)
-    bounds = window.bounds(offer.box, mosaic.shapes[0])
-    return Tries(shifts, bounds, offer.costs, offer.rates, offer.must, extra), ground, offer.least
+    windows, mosaic = offer.windows, sheet.sources
+    shifts, bounds = windows.counted(offer.boxes, offer.firsts, offer.shifts, mosaic.shapes[0])
+    taking = _taking(sheet, offer) if offer.taking else np.empty(0, np.int64)
+    tries = Tries(offer.firsts, shifts, bounds, offer.costs, offer.rates, offer.least, offer.must, taking)
+    ground = Ground(windows.pixels, mosaic.planes, owned, in_volume(mosaic.strides, 0), sheet.cost.prices)
+    return Offered(tries, ground, small)
 
 
-def _one_by_one(sheet: Sheet[Mosaic], owned: Array, offer: Offer) -> Cut | None:
-    """The same where cuts may be too large to be solved at once."""
-    best, least = None, offer.least
-    more: Sequence[Array | None] = offer.taking or [None] * len(offer.shifts)
-    each = offer.shifts.tolist(), offer.costs.tolist(), offer.rates.tolist(), more
-    for shift, cost, rate, taking in zip(*each, strict=True):
-        patch = patch_of(offer.box, shift, sheet)
+def _taking(sheet: Sheet[Mosaic], offer: Offer) -> Array:
+    """What each pixel of windows costs more when it takes a patch, of one patch after the other."""
+    every, numbers = list[Array](), np.repeat(np.arange(len(offer.boxes)), np.diff(offer.firsts)).tolist()
+    for number, shift, priced in zip(numbers, offer.shifts.tolist(), offer.taking, strict=True):
+        window, box = offer.windows.boxes[number], offer.boxes[number]
+        extra = np.zeros(window.extent, np.int64)
+        extra[window.part(patch_of(box, shift, sheet).box)] = priced
+        every.append(extra.ravel())
+    return np.concatenate(every)
+
+
+def _cuts_of(sheet: Sheet[Mosaic], offer: Offer, best: "Found") -> Cuts:
+    """What was found of an offer as cuts of the sheet."""
+    chosen = best.number.tolist()
+    shifts = offer.shifts[offer.firsts[:-1] + best.number].tolist()  # of what is none, any
+    each = zip(offer.boxes, shifts, chosen, strict=True)
+    patches = [None if number < 0 else patch_of(box, shift, sheet) for box, shift, number in each]
+    return Cuts(offer.windows, patches, best.take, best.places, best.seams, best.change, best.price)
+
+
+def _one_by_one(sheet: Sheet[Mosaic], offer: Offer, number: int, owned: Array) -> Cut | None:
+    """That of one box where cuts may be too large to be solved at once."""
+    best, least, box, window = None, offer.least, offer.boxes[number], offer.windows[number]
+    for n in range(offer.firsts[number], offer.firsts[number + 1]):
+        patch, cost, rate = patch_of(box, offer.shifts[n].tolist(), sheet), float(offer.costs[n]), float(offer.rates[n])
         most = MOST if least == math.inf else math.ceil((least - cost) / rate)
         whole = np.ones(patch.box.extent, bool) if offer.must else None
         holes = ~owned[sheet.patch_places(patch, patch.box)] if len(owned) else None
-        cut = sheet.cut_below(most, patch, must=whole, must_not=holes, taking=taking, window=offer.window)
+        taking = offer.taking[n] if offer.taking else None
+        cut = sheet.cut_below(most, patch, must=whole, must_not=holes, taking=taking, window=window)
         if cut is not None and cost + rate * cut.price < least:
             best, least = cut, cost + rate * cut.price
     return best

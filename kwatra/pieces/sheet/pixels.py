@@ -36,22 +36,14 @@ def look(label: Any, places: Any, starts: Any, shown: Any, known: Any) -> None:
 
 
 @jitted
-def look_around(
-    label: Any, places: Any, fixed: Any, seams: Any, starts: Any, extents: Any, kept: Any, laid: Any, held: Any,
-    shown: Any, remembered: Any, totals: Any,
-) -> None:  # fmt: skip
-    """Set what a sheet shows of boxes that begin at starts (b, 3), of extents (b, 3), as in `Window`, one box after
-    the other: (N,) of all their pixels, and what their seams come to (b,).
-
-    kept, laid, held: what may happen to pixels that no patch is laid on, and that one is, and which are fixed. shown:
-    their places, of each box one number of all, then the next. remembered: of each box and axis the seams between
-    pixels and the next, one fewer along that axis.
-    """
+def look_around(label: Any, places: Any, fixed: Any, seams: Any, seen: Any) -> None:
+    """Set what a sheet shows of boxes; seen: where they lie, and the arrays that it is set in (`Pixels`)."""
+    kept, laid, held, shown, remembered = seen.kept, seen.laid, seen.fixed, seen.places, seen.remembered
     pixel, cost, missing = 0, 0, 3 - len(seams)
-    for box in range(len(starts)):
-        a, b, c = extents[box]
+    for box in range(len(seen.starts)):
+        a, b, c = seen.extents[box]
         lines = _lines((a, b, c))
-        _follow(starts[box], label.shape, lines)
+        _follow(seen.starts[box], label.shape, lines)
         first, count = len(places) * pixel, a * b * c
         for i in range(a):
             for j in range(b):
@@ -78,16 +70,63 @@ def look_around(
                         remembered[cost] = seams[axis - missing, one, other, lines[2][k]]
                         total += remembered[cost]
                         cost += 1
-        totals[box] = total
+        seen.totals[box] = total
 
 
 @jitted
-def lay(label: Any, places: Any, seams: Any, start: Any, number: Any, take: Any, shown: Any, left: Any) -> None:
-    """Have the pixels (*E) of a box that `take` a patch show its places (k, *E), and set all seams that are `left`.
+def places_before(extents: Any) -> Any:
+    """How many pixels, and how many pairs of one and the next, come before each box (b,) of extents (b, 3)."""
+    pixels, pairs = np.zeros(len(extents), np.int64), np.zeros(len(extents), np.int64)
+    for box in range(len(extents) - 1):
+        a, b, c = extents[box]
+        pixels[box + 1] = pixels[box] + a * b * c
+        pairs[box + 1] = pairs[box] + (a - 1) * b * c + a * (b - 1) * c + a * b * (c - 1)
+    return pixels, pairs
 
-    number: of the patch; left: of each of three axes the seams between pixels and the next, one fewer along that axis;
-    none of axes that there are not, which come first.
+
+@jitted
+def of_pixels(values: Any, first: Any, extent: Any) -> Any:
+    """The values (A, B, C) of a box's pixels, those from a first one on."""
+    a, b, c = extent
+    return values[first : first + a * b * c].reshape((a, b, c))
+
+
+@jitted
+def of_pairs(values: Any, first: Any, extent: Any) -> Any:
+    """The values of pairs of a box's pixels, those from a first one on: along each axis one fewer than it has pixels.
+
+    That is none along those that there are not.
     """
+    a, b, c = extent
+    second = first + (a - 1) * b * c
+    third = second + a * (b - 1) * c
+    last = third + a * b * (c - 1)
+    one, two, three = values[first:second], values[second:third], values[third:last]
+    return one.reshape((a - 1, b, c)), two.reshape((a, b - 1, c)), three.reshape((a, b, c - 1))
+
+
+@jitted
+def lay_each(
+    label: Any, places: Any, seams: Any, starts: Any, extents: Any, numbers: Any, take: Any, shown: Any, left: Any
+) -> None:
+    """Have the pixels of boxes that `take` (N,) a patch show its places, and set all seams that are `left` (M,).
+
+    starts, extents (b, 3): of the boxes; shown: their places, laid out as all are in `Pixels`. numbers (b,): of their
+    patches, below 0 where none is laid.
+    """
+    pixels, pairs = places_before(extents)
+    for box in range(len(numbers)):
+        if numbers[box] >= 0:
+            a, b, c = extents[box]
+            first, last = len(places) * pixels[box], len(places) * (pixels[box] + a * b * c)
+            new, taken = shown[first:last].reshape((len(places), a, b, c)), of_pixels(take, pixels[box], extents[box])
+            after = of_pairs(left, pairs[box], extents[box])
+            _lay(label, places, seams, starts[box], numbers[box], taken, new, after)
+
+
+@jitted
+def _lay(label: Any, places: Any, seams: Any, start: Any, number: Any, take: Any, shown: Any, left: Any) -> None:
+    """The same of one box (*E) that begins at start: places (k, *E) of the patch, and seams as of `of_pairs`."""
     lines = _lines(take.shape)
     _follow(start, label.shape, lines)
     for i in range(take.shape[0]):
@@ -110,29 +149,41 @@ def lay(label: Any, places: Any, seams: Any, start: Any, number: Any, take: Any,
 
 
 @jitted
-def recount(take: Any, new: Any, old: Any, kept: Any, counts: Any) -> None:
-    """Count each place (M,) once more for each pixel (N,) that will show it, once less for each that no longer does.
+def recount_each(seen: Any, some: Any, take: Any, shown: Any, counts: Any) -> None:
+    """Count each place (cells,) once more for each pixel that will show it, once less for each that no longer does.
 
-    take: which pixels take a patch; new, old: its places, and those that are shown; kept: KEEP where there are any.
+    seen: what boxes show (`Pixels`); some (b,): in which of them a patch is laid. take (N,): which pixels take it;
+    shown (N,): its places.
     """
-    for i in range(len(take)):
-        if take[i]:
-            counts[new[i]] += 1
-            if kept[i] == KEEP:
-                counts[old[i]] -= 1
+    pixels, _ = places_before(seen.extents)
+    for box in range(len(some)):
+        if some[box]:
+            for i in range(pixels[box], pixels[box] + seen.extents[box].prod()):
+                if take[i]:
+                    counts[shown[i]] += 1
+                    if seen.kept[i] == KEEP:
+                        counts[seen.places[i]] -= 1
 
 
 @jitted
-def count_kept(kept: Any, shifts: Any, bounds: Any, counts: Any) -> None:
-    """Count (n,) the pixels of a window (*E) that are KEEP where patches lie; shifts, bounds: as of `patch_sides`."""
-    starts, stops = patch_sides(shifts, bounds)
-    for box in range(len(counts)):
-        count = 0
-        for i in range(starts[box, 0], stops[box, 0]):
-            for j in range(starts[box, 1], stops[box, 1]):
-                for k in range(starts[box, 2], stops[box, 2]):
-                    count += kept[i, j, k] == KEEP
-        counts[box] = count
+def count_kept(seen: Any, firsts: Any, shifts: Any, bounds: Any, counts: Any) -> None:
+    """Count (n,) the pixels of boxes (`Pixels`) that are KEEP where patches lie, those of one box after the other.
+
+    firsts (b + 1,): which is the first of each box, and how many there are; shifts (n, AXES), bounds (b, 3, AXES): as
+    of `patch_sides`.
+    """
+    pixels, _ = places_before(seen.extents)
+    for box in range(len(bounds)):
+        kept = of_pixels(seen.kept, pixels[box], seen.extents[box])
+        first, last = firsts[box], firsts[box + 1]
+        starts, stops = patch_sides(shifts[first:last], bounds[box])
+        for number in range(last - first):
+            count = 0
+            for i in range(starts[number, 0], stops[number, 0]):
+                for j in range(starts[number, 1], stops[number, 1]):
+                    for k in range(starts[number, 2], stops[number, 2]):
+                        count += kept[i, j, k] == KEEP
+            counts[first + number] = count
 
 
 @jitted

@@ -10,8 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from copy import copy
-from dataclasses import dataclass
-from typing import Any, Generic, NamedTuple, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 
@@ -19,49 +18,10 @@ from kwatra.base.spans import in_volume, volume
 from kwatra.cut import FREE, MOST, TAKE
 from kwatra.pieces.boxes import Box
 from kwatra.pieces.seams import Array, SeamCost, Stock, summed
-from kwatra.pieces.sheet.window import Window, as_volumes, seen_in
+from kwatra.pieces.sheet.cuts import Cut, Cuts, Patch
+from kwatra.pieces.sheet.window import Window, Windows
 
 S = TypeVar("S", bound=Stock)
-
-
-@dataclass(frozen=True)
-class Patch:
-    """Source `number` shifted so that its pixel x lies at output pixel x + `shift`, and cut to `box`.
-
-    A shift is whole where places are whole (see `Stock`), and may else be a fraction of a pixel.
-    """
-
-    number: int
-    shift: tuple[Any, ...]
-    box: Box
-
-    def moved(self, steps: int) -> Patch:
-        """The same patch so many steps further along axis 0."""
-        start = (self.box.start[0] + steps, *self.box.start[1:])
-        return Patch(self.number, (self.shift[0] + steps, *self.shift[1:]), Box(start, self.box.extent))
-
-    def scaled(self, by: tuple[int, ...], shape: tuple[int, ...]) -> Patch:
-        """The same patch where every axis is so many times longer, on an output of `shape`."""
-        shift, start, extent = (
-            tuple(v * f for v, f in zip(values, by, strict=True))
-            for values in (self.shift, self.box.start, self.box.extent)
-        )
-        return Patch(self.number, shift, Box(start, extent).clipped(shape, (False,) * len(shape)))
-
-
-class Cut(NamedTuple):
-    """A patch cut for the pixels of a window: which of them `take` it, its `places` there, `seams` after.
-
-    change: by how much the total of the seams changes; price: that, and what taking costs besides.
-    """
-
-    patch: Patch
-    window: Window
-    take: np.ndarray
-    places: np.ndarray
-    seams: list[np.ndarray]
-    change: int
-    price: int
 
 
 class Sheet(Generic[S]):
@@ -174,11 +134,11 @@ class Sheet(Generic[S]):
         self.commit(cut)
         return True
 
-    def windows(self, boxes: Sequence[Box]) -> list[Window]:
+    def windows(self, boxes: Sequence[Box]) -> Windows:
         """What there is to cut patches into that lie within each of boxes."""
         wide = (Box(tuple(s - 1 for s in box.start), tuple(e + 2 for e in box.extent)) for box in boxes)
         around = [box.clipped(self.shape, self.periodic) for box in wide]
-        return seen_in(around, self.label, self.places, self.fixed, self.seams)
+        return Windows.of(around, self.label, self.places, self.fixed, self.seams)
 
     def cut(
         self,
@@ -231,14 +191,32 @@ class Sheet(Generic[S]):
 
     def commit(self, cut: Cut) -> None:
         """Lay a patch as it was cut; nothing may have been laid in between."""
-        from kwatra.pieces.sheet.pixels import lay
-
-        axes, number = len(self.shape), len(self.patches)
-        sheet = volume(self.label, axes), self._numbers(self.places), volume(self.seams, axes)
-        taken = volume(cut.take, axes), self._numbers(np.ascontiguousarray(cut.places)), as_volumes(cut.seams)
-        lay(*sheet, in_volume(cut.window.box.start, 0), number, *taken)
+        box, left = cut.window.box, np.concatenate([cost.ravel() for cost in cut.seams])
+        where, numbers = (in_volume([box.start], 0), in_volume([box.extent], 1)), np.array([len(self.patches)])
+        self._lay(*where, numbers, cut.take.ravel(), cut.places.ravel(), left)
         self.patches.append(cut.patch)
         self.total += cut.change
+
+    def commit_each(self, cuts: Sequence[Cuts], order: Sequence[tuple[int, int]]) -> None:
+        """Lay patches as they were cut, so that none meets another, in an order: of which cuts, and which of these."""
+        numbers = [np.full(len(some), -1) for some in cuts]
+        for group, at in order:
+            patch = cuts[group].patches[at]
+            assert patch is not None
+            numbers[group][at] = len(self.patches)
+            self.patches.append(patch)
+            self.total += int(cuts[group].changes[at])
+        for some, each in zip(cuts, numbers, strict=True):
+            seen = some.windows.pixels
+            self._lay(seen.starts, seen.extents, each, some.take, some.places, some.seams)
+
+    def _lay(self, starts: Array, extents: Array, numbers: Array, take: Array, places: Array, left: Array) -> None:
+        """Have patches of some numbers (b,), below 0 for none, shown in boxes; the rest is as in `Cuts`."""
+        from kwatra.pieces.sheet.pixels import lay_each
+
+        axes = len(self.shape)
+        sheet = volume(self.label, axes), self._numbers(self.places), volume(self.seams, axes)
+        lay_each(*sheet, starts, extents, numbers, take, places, left)
 
     def _numbers(self, places: Array) -> Array:
         """Places (..., *E) as so many numbers for each pixel of a volume (k, *E)."""

@@ -15,133 +15,154 @@ import numpy as np
 
 from kwatra.base import shared, threads_shared
 from kwatra.base.compiled import jitted
-from kwatra.base.spanloops import widened
-from kwatra.base.spans import volume
 from kwatra.cut.choices import FREE, MOST, TAKE
-from kwatra.cut.network import sides
 from kwatra.pieces.loops import copy_into, patch_sides
 from kwatra.pieces.seams import Array, Prices
 from kwatra.pieces.seams.matches import cut_places
+from kwatra.pieces.sheet.pixels import of_pairs, of_pixels, places_before
+from kwatra.pieces.sheet.window import Pixels
 
 Item = TypeVar("Item")
 
 
 class Tries(NamedTuple):
-    """Patches (n,) of a mosaic's first source, tried on a window.
+    """Patches (n,) of a mosaic's first source, tried on windows (b,), those of one after those of the one before.
 
-    Each is all that a box shows of the source. shifts (n, axes): by how much that is shifted, counted from the window's
-    first pixel; bounds (3, axes): its size, where the box begins, and where it has ended, counted as well. costs (n,):
-    what each costs beside its price; rates (n,): what its price counts. must: whether all of a patch is taken. taking
-    (n, pixels): what pixels cost more when they take a patch, as in `Sheet.cut`; (0, 0) for nothing.
+    Each is all that a box shows of the source. firsts (b + 1,): which is the first on each window, and how many there
+    are. shifts (n, AXES): by how much the source is shifted, counted from the window's first pixel; bounds (b, 3,
+    AXES): its size, where the box begins, and where it has ended, counted as well. costs (n,): what each costs beside
+    its price; rates (n,): what its price counts; least: what they have to cost less than. must: whether all of a patch
+    is taken. taking (p,): what each pixel of a window costs more when it takes a patch, as in `Sheet.cut`, of one patch
+    after the other; (0,) for nothing.
     """
 
+    firsts: Array
     shifts: Array
     bounds: Array
     costs: Array
     rates: Array
+    least: float
     must: bool
     taking: Array
 
 
 class Ground(NamedTuple):
-    """What patches are laid on, and of: arrays of a window (`Window`), colors by place (C, N) and what places mean.
+    """What patches are laid on, and of: `pixels` of windows, colors by place (C, N) and what places mean.
 
-    owned (N,): which places are shown at all, of none where all are. strides (axes,): from a place to the next. prices:
+    owned (N,): which places are shown at all, of none where all are. strides (AXES,): from a place to the next. prices:
     what seams cost there.
     """
 
-    kept: Array
-    laid: Array
-    fixed: Array
-    places: Array
-    remembered: Sequence[Array]
-    total: int
+    pixels: Pixels
     planes: Array
     owned: Array
-    strides: Sequence[int]
+    strides: Array
     prices: Prices
 
 
-Offered = tuple[Tries, Ground, float]
-"""What is tried, on what, and what it has to cost less than."""
+class Offered(NamedTuple):
+    """What is tried, on what, and on which of the windows (b,)."""
+
+    tries: Tries
+    ground: Ground
+    tried: Array
 
 
 class Found(NamedTuple):
-    """The number of the patch that costs least, and what it costs; the rest is as in `Cut`."""
+    """On each window the number, among those tried there, of the patch that costs least, -1 for none, and its cost.
 
-    number: int
-    cost: float
-    take: Array
-    places: Array
-    seams: list[Array]
-    change: int
-    price: int
-
-
-def cheapest_of(groups: Sequence[Item], offered: Callable[[Item], Sequence[Offered]]) -> list[Found | None]:
-    """Of each offer the patch whose cost, and price times rate, come to least; None if none comes to less than a bound.
-
-    Of equals it is the first. What is offered of a group is told when a thread begins with it, of one alone before.
-    Threads share the groups; who finds all begun helps with the last offers, patch by patch, knowing what has been
-    found: a cut that costs more need not be solved. They come in the order of groups, and of what is offered of each.
+    The rest is as in `Cuts`, and means nothing where there is none.
     """
 
-    def contests_of(group: Item) -> list[_Contest]:
-        return [_Contest(*offer) for offer in offered(group)]
+    number: Array
+    cost: Array
+    take: Array
+    places: Array
+    seams: Array
+    change: Array
+    price: Array
 
-    begun = [[one] for one in contests_of(groups[0])] if len(groups) == 1 else [list[_Contest]() for _ in groups]
+
+def cheapest_of(groups: Sequence[Item], offered: Callable[[Item], Offered]) -> list[Found]:
+    """On each window the patch whose cost, and price times rate, come to least; none if none is below a bound.
+
+    Of equals it is the first. What is offered of a group is told when a thread begins with it, of one alone before.
+    Threads share the groups; who finds all begun helps with the last windows, patch by patch, knowing what has been
+    found: a cut that costs more need not be solved. They come in the order of groups.
+    """
+    begun: list[_Contest | None] = [_Contest(offered(groups[0]))] if len(groups) == 1 else [None for _ in groups]
 
     def begin(number: int) -> None:
-        begun[number] = begun[number] or contests_of(groups[number])
-        for contest in begun[number]:
-            contest.join()
+        contest = begun[number] or _Contest(offered(groups[number]))
+        begun[number] = contest
+        contest.join()
 
     def help_with(number: int) -> None:
-        for contest in reversed(begun[number]):
-            contest.join()
+        contest = begun[number]
+        if contest is not None:
+            contest.join(backwards=True)
 
     order, helpers = range(len(begun)), threads_shared() - 1
     work = [*(partial(begin, n) for n in order), *(partial(help_with, n) for n in [*reversed(order)] * helpers)]
     shared(lambda each: each(), work)
-    return [contest.best for contests in begun for contest in contests]
+    return [contest.best for contest in begun if contest is not None]
 
 
 class _Contest:
-    """Patches that are tried on a window, and the best of them that any thread has found."""
+    """Patches that are tried on windows, and the best of them that any thread has found."""
 
-    def __init__(self, tries: Tries, ground: Ground, least: float) -> None:
-        self._offer = tries, ground, least
-        self._lowest, self._following = np.array([least]), np.zeros(1, np.int64)
+    def __init__(self, offered: Offered) -> None:
+        self._tries, self._ground, tried = offered
+        self._counts = np.diff(self._tries.firsts)
+        self._lowest, self._following = np.full(len(tried), self._tries.least), np.where(tried, 0, self._counts)
         self._found = list[Found]()
 
-    def join(self) -> None:
-        """Try patches until all have been begun with."""
-        if self._following[0] < len(self._offer[0].costs):
-            found = _cheapest_of(*self._offer, self._lowest, self._following)
-            if found is not None:
-                self._found.append(found)
+    def join(self, backwards: bool = False) -> None:
+        """Try patches until all have been begun with; backwards: of the last window first."""
+        if self._found and not (self._following < self._counts).any():
+            return
+        pixels, windows = self._ground.pixels, len(self._counts)
+        places, seams = np.empty_like(pixels.places), np.empty_like(pixels.remembered)
+        of_each = np.full(windows, -1), np.empty(windows), np.empty(pixels.kept.size, np.bool_), places, seams
+        found = Found(*of_each, np.zeros(windows, np.int64), np.zeros(windows, np.int64))
+        _try_each(self._tries, self._ground, self._lowest, self._following, backwards, found)
+        self._found.append(found)
 
     @property
-    def best(self) -> Found | None:
+    def best(self) -> Found:
         """The cheapest of what was found, of equals the first."""
-        return min(self._found, key=lambda one: (one.cost, one.number), default=None)
+        first, *others = self._found
+        for other in others:
+            _merge(self._ground.pixels.extents, other, first)
+        return first
 
 
-def _cheapest_of(tries: Tries, ground: Ground, least: float, lowest: Array, following: Array) -> Found | None:
-    """The same of the patches that no other thread has begun with.
+@jitted
+def _try_each(tries: Any, ground: Any, lowest: Any, following: Any, backwards: Any, found: Any) -> None:
+    """Set what is found on each window of the patches that no other thread has begun with; found: arrays for it.
 
-    lowest, following (1,): the least that any thread has found so far, and the patch to be tried next.
+    lowest, following (b,): the least that any thread has found so far, and the patch to be tried next.
     """
-    shape, axes, strides = ground.kept.shape, ground.kept.ndim, np.array(ground.strides)
-    take, places = np.empty(shape, np.bool_), np.empty_like(ground.places)
-    seams = [np.empty(cost.shape, np.int32) for cost in ground.remembered]
-    a, left = (sides(costs, take.size) for costs in (ground.remembered, seams))
-    number, cost, change, price = _try_every(
-        volume(ground.kept, axes), volume(ground.laid, axes), volume(ground.fixed, axes), volume(ground.places, axes),
-        a, ground.total, ground.planes, ground.owned, strides, ground.prices, tries.shifts, tries.bounds, tries.costs,
-        tries.rates, tries.must, tries.taking, least, lowest, following, take.ravel(), places.ravel(), left,
-    )  # fmt: skip
-    return None if number < 0 else Found(number, cost, take, places, seams, change, price)
+    seen, windows, priced = ground.pixels, len(following), np.zeros(len(following), np.int64)
+    pixels, pairs = places_before(seen.extents)
+    for n in range(windows - 1):
+        priced[n + 1] = priced[n] + (tries.firsts[n + 1] - tries.firsts[n]) * seen.extents[n].prod()
+    for step in range(windows):
+        n = windows - 1 - step if backwards else step
+        extent, first, low, high = seen.extents[n], pixels[n], tries.firsts[n], tries.firsts[n + 1]
+        last, taking = first + extent.prod(), tries.taking[:0].reshape((0, 0))
+        if len(tries.taking) > 0:
+            stop = priced[n] + (high - low) * (last - first)
+            taking = tries.taking[priced[n] : stop].reshape((high - low, last - first))
+        number, found.cost[n], found.change[n], found.price[n] = _try_every(
+            of_pixels(seen.kept, first, extent), of_pixels(seen.laid, first, extent),
+            of_pixels(seen.fixed, first, extent), of_pixels(seen.places, first, extent),
+            _along(of_pairs(seen.remembered, pairs[n], extent)), seen.totals[n], ground.planes, ground.owned,
+            ground.strides, ground.prices, tries.shifts[low:high], tries.bounds[n], tries.costs[low:high],
+            tries.rates[low:high], tries.must, taking, tries.least, lowest[n : n + 1], following[n : n + 1],
+            found.take[first:last], found.places[first:last], _along(of_pairs(found.seams, pairs[n], extent)),
+        )  # fmt: skip
+        found.number[n] = number
 
 
 @jitted
@@ -162,8 +183,6 @@ def _try_every(
     shown_old, shown_new, may, without = old.ravel(), new.ravel(), choice.ravel(), kept.ravel()
     b, c, tried = _like(a), _like(a), _like(a)
     starts, stops = patch_sides(shifts, bounds)
-    # a plane that is none begins before any place of the source
-    shift, size, stride = widened(shifts, 1), widened(bounds[:1], 1)[0], widened(strides.reshape((1, -1)), 0)[0]
     while following[0] < len(costs):
         k = following[0]
         following[0] = k + 1
@@ -171,13 +190,13 @@ def _try_every(
         if len(taking) == 0 and -total > most:  # were no seam left
             continue
         _lay_out(kept, laid, fixed, starts[k], stops[k], must, choice)
-        _find_places(size, shift[k], starts[k], stops[k], new)
+        _find_places(bounds[0], strides, shifts[k], starts[k], stops[k], new)
         if len(owned) > 0:
             for i in range(count):
                 may[i] = may[i] if owned[shown_new[i]] else without[i]
         for i in range(count):
             weight[i] = taking[k, i] if len(taking) > 0 else 0
-        if not cut_places(planes, stride, shown_old, shown_new, prices, may, weight, a, b, c, most, taken, tried):
+        if not cut_places(planes, strides, shown_old, shown_new, prices, may, weight, a, b, c, most, taken, tried):
             continue
         change = -total
         for axis in range(len(a)):
@@ -198,6 +217,34 @@ def _try_every(
 
 
 @jitted
+def _merge(extents: Any, other: Any, best: Any) -> None:
+    """Take over what was found by another thread on windows of extents (b, 3) that is better, or as good and first."""
+    pixels, pairs = places_before(extents)
+    for n in range(len(extents)):
+        none = best.number[n] < 0
+        sooner = other.cost[n] == best.cost[n] and other.number[n] < best.number[n]
+        if other.number[n] >= 0 and (none or other.cost[n] < best.cost[n] or sooner):
+            best.number[n], best.cost[n] = other.number[n], other.cost[n]
+            best.change[n], best.price[n] = other.change[n], other.price[n]
+            extent, first = extents[n], pixels[n]
+            part = slice(first, first + extent.prod())
+            best.take[part], best.places[part] = other.take[part], other.places[part]
+            stop = pairs[n + 1] if n + 1 < len(pairs) else len(best.seams)
+            best.seams[pairs[n] : stop] = other.seams[pairs[n] : stop]
+
+
+@jitted
+def _along(pairs: Any) -> Any:
+    """What pairs of pixels have along each of three axes (`of_pairs`) as (before, along, behind) that axis."""
+    one, two, three = pairs
+    return (
+        one.reshape((1, one.shape[0], one.shape[1] * one.shape[2])),
+        two,
+        three.reshape((three.shape[0] * three.shape[1], three.shape[2], 1)),
+    )
+
+
+@jitted
 def _like(costs: Any) -> Any:
     """Room for as many costs along each of three axes."""
     first, second, third = costs
@@ -215,14 +262,14 @@ def _lay_out(kept: Any, laid: Any, fixed: Any, start: Any, stop: Any, must: Any,
 
 
 @jitted
-def _find_places(sizes: Any, shift: Any, start: Any, stop: Any, places: Any) -> None:
+def _find_places(sizes: Any, strides: Any, shift: Any, start: Any, stop: Any, places: Any) -> None:
     """The places a window shows of a shifted source, which goes on beyond the patch by one pixel, and by its rim."""
     for i in range(places.shape[0]):
-        plane = _line(i, start[0], stop[0], shift[0], sizes[0]) * (sizes[1] + 2)
+        plane = _line(i, start[0], stop[0], shift[0], sizes[0]) * strides[0]
         for j in range(places.shape[1]):
-            row = (plane + _line(j, start[1], stop[1], shift[1], sizes[1])) * (sizes[2] + 2)
+            row = plane + _line(j, start[1], stop[1], shift[1], sizes[1]) * strides[1]
             for k in range(places.shape[2]):
-                places[i, j, k] = row + _line(k, start[2], stop[2], shift[2], sizes[2])
+                places[i, j, k] = row + _line(k, start[2], stop[2], shift[2], sizes[2]) * strides[2]
 
 
 @jitted

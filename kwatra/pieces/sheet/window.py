@@ -2,6 +2,8 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from itertools import accumulate, pairwise
 from typing import NamedTuple
 
@@ -22,65 +24,115 @@ class Window(NamedTuple):
     """
 
     box: Box
-    kept: np.ndarray
-    laid: np.ndarray
-    fixed: np.ndarray
-    places: np.ndarray
-    remembered: list[np.ndarray]
+    kept: Array
+    laid: Array
+    fixed: Array
+    places: Array
+    remembered: list[Array]
     total: int
 
-    def known(self, box: Box, shifts: Array, size: Sequence[int]) -> Array:
-        """How many pixels (n,) have a patch of what a box shows of a source of a size (axes,), shifted (n, axes)."""
+
+class Pixels(NamedTuple):
+    """The same of several boxes, as compiled loops take it: flat, what is of one box after what is of the one before.
+
+    starts, extents (b, AXES): of the boxes. kept, laid, fixed (N,); places (k * N,): of each box one number of all
+    pixels, then the next; remembered (M,): of each box the seams along one axis, then along the next; totals (b,).
+    """
+
+    starts: Array
+    extents: Array
+    kept: Array
+    laid: Array
+    fixed: Array
+    places: Array
+    remembered: Array
+    totals: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Windows:
+    """The windows of boxes, of any extents; axes: how many these have; numbers: how many a place is."""
+
+    boxes: Sequence[Box]
+    pixels: Pixels
+    axes: int
+    numbers: tuple[int, ...]
+
+    @classmethod
+    def of(cls, boxes: Sequence[Box], label: Array, places: Array, fixed: Array, seams: Array) -> "Windows":
+        """All are read by one call; the other arguments are what a sheet has (`Sheet`)."""
+        from kwatra.pieces.sheet.pixels import look_around
+
+        axes, (starts, extents) = label.ndim, zip(*((box.start, box.extent) for box in boxes), strict=True)
+        pixels = sum(map(math.prod, extents))
+        pairs = sum(math.prod(shape) for extent in extents for shape in _pairs(extent))
+        numbers = places.shape[:-axes]
+        kept, laid, held = np.empty(pixels, np.int8), np.empty(pixels, np.int8), np.empty(pixels, np.bool_)
+        shown, remembered = np.empty(math.prod(numbers) * pixels, places.dtype), np.empty(pairs, np.int32)
+        begun, large, totals = in_volume(starts, 0), in_volume(extents, 1), np.empty(len(boxes), np.int64)
+        seen = Pixels(begun, large, kept, laid, held, shown, remembered, totals)
+        every = places.reshape(-1, *label.shape)
+        look_around(volume(label, axes), volume(every, axes), volume(fixed, axes), volume(seams, axes), seen)
+        return cls(boxes, seen, axes, numbers)
+
+    def __len__(self) -> int:
+        return len(self.boxes)
+
+    def __getitem__(self, number: int) -> Window:
+        """That of one box."""
+        box, pixels = self.boxes[number], self.pixels
+        kept, laid, fixed = (self.of_pixels(values, number) for values in (pixels.kept, pixels.laid, pixels.fixed))
+        shown, seams = self.of_places(pixels.places, number), self.of_pairs(pixels.remembered, number)
+        return Window(box, kept, laid, fixed, shown, seams, int(pixels.totals[number]))
+
+    def counted(self, boxes: Sequence[Box], firsts: Array, shifts: Array, size: Sequence[int]) -> tuple[Array, Array]:
+        """Shifts (n, AXES) of a source, and what they show of it, counted from each window's first pixel.
+
+        boxes: in each window; firsts (b + 1,): which of the shifts (n, axes) is the first of each. size (axes,): the
+        source's. The second are the bounds (b, 3, AXES) of patches: the size, where each box begins, and has ended.
+        """
+        begun = self.pixels.starts
+        bounds = np.empty((len(boxes), 3, AXES), np.int64)
+        bounds[:, 0] = in_volume(size, 1)
+        bounds[:, 1] = in_volume([box.start for box in boxes], 0) - begun
+        bounds[:, 2] = in_volume([box.stop for box in boxes], 1) - begun
+        return in_volume(shifts, 0) - np.repeat(begun, np.diff(firsts), 0), bounds
+
+    def known(self, boxes: Sequence[Box], firsts: Array, shifts: Array, size: Sequence[int]) -> Array:
+        """How many pixels (n,) have a patch of what boxes show of a source; arguments: those of `counted`."""
         from kwatra.pieces.sheet.pixels import count_kept
 
-        first, counts = np.array(self.box.start), np.empty(len(shifts), np.int64)
-        count_kept(volume(self.kept, len(first)), shifts - first, self.bounds(box, size), counts)
+        counts = np.empty(len(shifts), np.int64)
+        count_kept(self.pixels, firsts, *self.counted(boxes, firsts, shifts, size), counts)
         return counts
 
-    def bounds(self, box: Box, size: Sequence[int]) -> Array:
-        """A source's size, a box's first pixel and that after its last, (3, axes), counted from the window's first."""
-        bounds = np.array((size, box.start, box.stop))
-        bounds[1:] -= self.box.start
-        return bounds
+    def of_pixels(self, values: Array, number: int) -> Array:
+        """The part (*E) of values (N,) that belongs to one box."""
+        first, stop = self._pixels[number : number + 2]
+        return values[first:stop].reshape(self.boxes[number].extent)
 
-    def recount(self, take: Array, places: Array, shown: Array) -> None:
-        """Count how often each place of a mosaic is `shown` (*cell) once the pixels that `take` some show `places`."""
-        from kwatra.pieces.sheet.pixels import recount
+    def of_places(self, values: Array, number: int) -> Array:
+        """The part (..., *E) of places (k * N,) that belongs to one box."""
+        first, stop = (math.prod(self.numbers) * count for count in self._pixels[number : number + 2])
+        return values[first:stop].reshape(*self.numbers, *self.boxes[number].extent)
 
-        recount(take.ravel(), places.ravel(), self.places.ravel(), self.kept.ravel(), shown.reshape(-1))
+    def of_pairs(self, values: Array, number: int) -> list[Array]:
+        """The parts, axis by axis, of what pairs of pixels have (M,) that belong to one box."""
+        shapes = _pairs(self.boxes[number].extent)
+        ends = [*accumulate(map(math.prod, shapes), initial=self._seams[number])]
+        return [values[a:b].reshape(shape) for (a, b), shape in zip(pairwise(ends), shapes, strict=True)]
 
+    @cached_property
+    def _pixels(self) -> list[int]:
+        """How many pixels come before each box, and how many there are."""
+        return [*accumulate((math.prod(box.extent) for box in self.boxes), initial=0)]
 
-def seen_in(boxes: Sequence[Box], label: Array, places: Array, fixed: Array, seams: Array) -> list[Window]:
-    """The windows of boxes, of any extents, each with arrays of its own; the others are those of a sheet (`Sheet`).
-
-    All are read by one call, and what they have of one kind lies in one array.
-    """
-    from kwatra.pieces.sheet.pixels import look_around
-
-    axes, extents = label.ndim, [box.extent for box in boxes]
-    of_places = [(*places.shape[:-axes], *extent) for extent in extents]
-    of_pairs = [tuple(e - (d == axis) for d, e in enumerate(extent)) for extent in extents for axis in range(axes)]
-    pixels, totals = sum(map(math.prod, extents)), np.empty(len(boxes), np.int64)
-    kept, laid, held = np.empty(pixels, np.int8), np.empty(pixels, np.int8), np.empty(pixels, np.bool_)
-    shown = np.empty(sum(map(math.prod, of_places)), places.dtype)
-    remembered = np.empty(sum(map(math.prod, of_pairs)), np.int32)
-    look_around(
-        volume(label, axes), volume(places.reshape(-1, *label.shape), axes), volume(fixed, axes), volume(seams, axes),
-        in_volume([box.start for box in boxes], 0), in_volume(extents, 1), kept, laid, held, shown, remembered, totals,
-    )  # fmt: skip
-    parts = (_parts(kept, extents), _parts(laid, extents), _parts(held, extents), _parts(shown, of_places))
-    costs = _parts(remembered, of_pairs)
-    along = (costs[first : first + axes] for first in range(0, len(costs), axes))
-    return [Window(*of_box) for of_box in zip(boxes, *parts, along, totals.tolist(), strict=True)]
+    @cached_property
+    def _seams(self) -> list[int]:
+        """The same of pairs of pixels."""
+        return [*accumulate((sum(map(math.prod, _pairs(box.extent))) for box in self.boxes), initial=0)]
 
 
-def _parts(values: Array, shapes: Sequence[Sequence[int]]) -> list[Array]:
-    """Parts of values (N,) of some shapes, one after the other."""
-    ends = [0, *accumulate(map(math.prod, shapes))]
-    return [values[a:b].reshape(shape) for (a, b), shape in zip(pairwise(ends), shapes, strict=True)]
-
-
-def as_volumes(seams: Sequence[Array]) -> tuple[Array, ...]:
-    """Costs of seams along each axis, as of AXES axes; of those that there are not none."""
-    missing = (np.empty((0, 0, 0), np.int32) for _ in range(AXES - len(seams)))
-    return (*missing, *(volume(np.ascontiguousarray(cost), len(seams)) for cost in seams))
+def _pairs(extent: Sequence[int]) -> list[tuple[int, ...]]:
+    """Axis by axis how many pairs of a pixel and the next there are in a box, along each axis."""
+    return [tuple(e - (d == axis) for d, e in enumerate(extent)) for axis in range(len(extent))]

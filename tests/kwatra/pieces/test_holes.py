@@ -11,8 +11,7 @@ from kwatra.pieces.choosing.agreement import DIGITS, FAIR, Agreement
 from kwatra.pieces.choosing.corners import ENOUGH, SEEN, SHOWN, Corners
 from kwatra.pieces.seams.cost import SeamCost
 from kwatra.pieces.seams.mosaic import Mosaic, by_place
-from kwatra.pieces.sheet.cheapest import Offer, cheapest_cuts
-from kwatra.pieces.sheet.sheet import Patch, Sheet
+from kwatra.pieces.sheet import Offer, Patch, Sheet, cheapest_cuts
 
 SHAPE, BLOCK = (48, 56), (20, 24)
 RNG = np.random.default_rng(0)
@@ -136,8 +135,8 @@ def test_where_a_patch_lies_on_holes_nothing_changes(large, monkeypatch):
     sheet = Sheet(mosaic, (12, 16), (False, False), SeamCost(mosaic))
     sheet.lay(Patch(0, (0, 0), Box((0, 0), (12, 9))))
     box = Box((0, 4), (12, 12))
-    offer = Offer(sheet.windows([box])[0], box, np.array([[0, 4]]), np.zeros(1), np.ones(1), np.inf)
-    (cut,) = cheapest_cuts(sheet, [offer], by_place(owned))
+    of_one = np.array([0, 1]), np.array([[0, 4]]), np.zeros(1), np.ones(1)
+    (cut,) = cheapest_cuts(sheet, Offer(sheet.windows([box]), [box], *of_one, np.inf), by_place(owned))
     taken = np.zeros((12, 16), bool)
     taken[sheet.indices(cut.window.box)] = cut.take
     before = sheet.label.copy()

@@ -7,7 +7,7 @@ import torch
 from kwatra.pieces.boxes import Box
 from kwatra.pieces.seams.cost import SeamCost
 from kwatra.pieces.seams.mosaic import Mosaic
-from kwatra.pieces.sheet.sheet import Patch, Sheet
+from kwatra.pieces.sheet import Patch, Sheet
 from synth.quilting import QuiltSettings
 from synth.quilting.blendseams import feather, spline
 from synth.quilting.growth import fill

@@ -8,7 +8,7 @@ import pytest
 import torch
 
 from kwatra.pieces.boxes import Box
-from kwatra.pieces.sheet.sheet import Patch
+from kwatra.pieces.sheet import Patch
 from synth.quilting import QuiltSettings, default_settings, quilt_video
 from synth.quilting.borders import admitted, homely, margins, trimmed
 from synth.quilting.enlarge import SPARE, enlarged, stations

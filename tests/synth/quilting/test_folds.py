@@ -5,7 +5,7 @@ import pytest
 import torch
 
 from kwatra.pieces.boxes import Box
-from kwatra.pieces.sheet.sheet import Patch
+from kwatra.pieces.sheet import Patch
 from synth.quilting import QuiltSettings, placement, quilt
 from synth.quilting.folds import RADIUS, folded
 from synth.quilting.synthesis import new_sheet, sources_of

@@ -11,7 +11,7 @@ from dots import copied, texture
 from kwatra.pieces.boxes import Box
 from kwatra.pieces.seams.cost import ACROSS_TIME, normalized
 from kwatra.pieces.seams.mosaic import Mosaic
-from kwatra.pieces.sheet.sheet import Patch, Sheet
+from kwatra.pieces.sheet import Patch, Sheet
 from synth.quilting import QuiltSettings, quilt_video
 from synth.quilting import displaced as displacing
 from synth.quilting.displaced import flash, lasting_region

@@ -9,7 +9,7 @@ from kwatra.pieces.choosing.comparing import take_known
 from kwatra.pieces.loops import quantile
 from kwatra.pieces.seams.cost import SeamCost
 from kwatra.pieces.seams.mosaic import Mosaic
-from kwatra.pieces.sheet.sheet import Patch, Sheet
+from kwatra.pieces.sheet import Offer, Patch, Sheet, cheapest_cuts
 
 
 def test_values_are_taken_where_they_are_known():
@@ -77,9 +77,11 @@ def test_a_cut_changes_the_pixels_that_take_it_and_how_often_places_are_shown():
     sheet, shown = Sheet(mosaic, shape, (True, True), SeamCost(mosaic)), np.zeros(mosaic.cell)
     for first in ((0, 0), (3, 3), (-2, 5), (1, -1)):
         before, patch = sheet.places.copy(), Patch(0, first, Box(first, (4, 5)))
-        cut = sheet.cut(patch)
-        sheet.windows([patch.box])[0].recount(cut.take, cut.places, shown)
-        sheet.commit(cut)
+        of_one = np.array([0, 1]), np.array([first]), np.zeros(1), np.ones(1)
+        cuts = cheapest_cuts(sheet, Offer(sheet.windows([patch.box]), [patch.box], *of_one, np.inf))
+        cuts.recount(shown)
+        sheet.commit_each([cuts], [(0, 0)])
+        (cut,) = cuts
         at = np.ix_(
             *(np.arange(s, e) % n for s, e, n in zip(cut.window.box.start, cut.window.box.stop, shape, strict=True))
         )

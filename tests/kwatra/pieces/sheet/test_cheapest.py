@@ -20,33 +20,79 @@ def test_it_is_the_same_however_offers_are_grouped(threads, large, monkeypatch):
     for corner in ((0, 0), (0, 20), (20, 0), (20, 20)):
         sheet.lay(Patch(0, corner, Box(corner, (20, 20))))
     boxes = [Box((8 + 3 * k, 9 + 2 * k), (8 + k % 3, 9)) for k in range(6)]
-    offers = []
-    for box, window in zip(boxes, sheet.windows(boxes), strict=True):
-        shifts = np.array(box.start) - rng.integers(0, 10, (5, 2))
-        offers.append(Offer(window, box, shifts, rng.random(5), np.full(5, 1e-4), np.inf))
-    told = [offers[:1], [], offers[1:4], offers[4:]]
-    asked = list[int]()
+    counts, of_all = [5, 1, 5, 4, 5, 2], list[tuple[Box, np.ndarray, np.ndarray]]()
+    for box, count in zip(boxes, counts, strict=True):
+        of_all.append((box, np.array(box.start) - rng.integers(0, 10, (count, 2)), rng.random(count)))
 
-    def of_group(group: int) -> list[Offer]:
+    def offer(some: list[int]) -> Offer:
+        told = [of_all[number] for number in some]
+        firsts = np.cumsum([0, *(len(shifts) for _, shifts, _ in told)])
+        shifts, costs = (np.concatenate([one[part] for one in told]) for part in (1, 2))
+        windows = sheet.windows([box for box, _, _ in told])
+        return Offer(windows, [box for box, _, _ in told], firsts, shifts, costs, np.full(len(costs), 1e-4), np.inf)
+
+    groups, asked = [[0], [1, 2, 3], [4, 5]], list[int]()
+
+    def of_group(group: int) -> Offer:
         asked.append(group)
-        return told[group]
+        return offer(groups[group])
 
-    alone = [cheapest_cuts(sheet, [offer])[0] for offer in offers]
-    for found in (cheapest_cuts(sheet, offers), cheapest_as_offered(sheet, range(4), of_group)):
+    alone = [cheapest_cuts(sheet, offer([number]))[0] for number in range(6)]
+    together = cheapest_cuts(sheet, offer([*range(6)]))
+    one_by_one = [cut for cuts in cheapest_as_offered(sheet, range(3), of_group) for cut in cuts]
+    for found in (together, one_by_one):
         for one, other in zip(alone, found, strict=True):
             assert (one.patch, one.change, one.price) == (other.patch, other.change, other.price)
             np.testing.assert_array_equal(one.take, other.take)
             np.testing.assert_array_equal(one.places[one.take], other.places[one.take])
-    assert sorted(asked) == [0, 1, 2, 3]
+    assert sorted(asked) == [0, 1, 2]
     assert len({one.patch.shift for one in alone}) > 3
 
 
-def test_of_nothing_offered_nothing_is_cut():
-    sources = Mosaic([np.ones((1, 6, 6), np.float32)])
-    sheet = Sheet(sources, (8, 8), (False, False), SeamCost(sources))
-    assert cheapest_cuts(sheet, []) == []
-    assert cheapest_as_offered(sheet, [], list) == []
-    assert cheapest_as_offered(sheet, [[], []], list) == []
+def test_cuts_laid_together_are_what_they_are_laid_one_by_one() -> None:
+    rng = np.random.default_rng(3)
+    sources = Mosaic([rng.random((2, 20, 20), np.float32)])
+    sheets = [Sheet(sources, (40, 40), (False, True), SeamCost(sources)) for _ in range(2)]
+    for sheet in sheets:
+        sheet.lay(Patch(0, (5, 5), Box((5, 5), (20, 20))))
+    boxes, shifts = (
+        [Box((2, 3), (9, 9)), Box((20, 36), (12, 9)), Box((20, 15), (9, 11))],
+        np.array([[0, 1], [18, 35], [16, 9]]),
+    )
+    counts, shown = np.zeros(sources.cell), np.zeros(sources.cell)
+    together = [
+        cheapest_cuts(sheets[0], Offer(sheets[0].windows(some), some, np.arange(len(some) + 1), moved, *of_each))
+        for some, moved in ((boxes[:2], shifts[:2]), (boxes[2:], shifts[2:]))
+        for of_each in [(np.zeros(len(some)), np.ones(len(some)), np.inf)]
+    ]
+    order = [(1, 0), (0, 1), (0, 0)]
+    one_by_one = [together[group][n] for group, n in order]
+    for cuts in together:
+        cuts.recount(shown)
+    sheets[0].commit_each(together, order)
+    before = np.bincount(sheets[1].places[sheets[1].filled], minlength=counts.size)
+    for cut in one_by_one:
+        sheets[1].commit(cut)
+    for name in ("label", "places", "seams"):
+        np.testing.assert_array_equal(getattr(sheets[0], name), getattr(sheets[1], name))
+    assert (sheets[0].patches, sheets[0].total) == (sheets[1].patches, sheets[1].total)
+    assert sheets[0].total == sheets[0].seams.sum() > 0
+    after = np.bincount(sheets[1].places[sheets[1].filled], minlength=counts.size)
+    np.testing.assert_array_equal(shown.ravel(), after - before)
+
+
+def test_where_no_patch_is_cheap_enough_nothing_is_laid() -> None:
+    rng = np.random.default_rng(4)
+    sources = Mosaic([rng.random((2, 20, 20), np.float32)])
+    sheet = Sheet(sources, (20, 20), (False, False), SeamCost(sources))
+    sheet.lay(Patch(0, (0, 0), Box((0, 0), (20, 20))))
+    boxes, before = [Box((3, 3), (8, 8)), Box((12, 12), (6, 6))], sheet.label.copy()
+    firsts, shifts, costs = np.array([0, 2, 2]), np.array([[3, 2], [1, 0]]), np.full(2, 5.0)
+    cuts = cheapest_cuts(sheet, Offer(sheet.windows(boxes), boxes, firsts, shifts, costs, np.ones(2), 0.0))
+    assert [*cuts] == [None, None]
+    sheet.commit_each([cuts], [])
+    np.testing.assert_array_equal(sheet.label, before)
+    assert cheapest_as_offered(sheet, [], lambda group: group) == []
 
 
 @pytest.mark.parametrize("wraps", [(False, False), (True, True), (False, True, False)])
@@ -58,9 +104,9 @@ def test_what_is_known_under_patches_is_counted_pixel_by_pixel(wraps: tuple[bool
     for _ in range(20):
         start = [int(rng.integers(-2 if w else 0, n - 4)) for n, w in zip(sheet.shape, wraps, strict=True)]
         box = Box(tuple(start), (4, 4, 3)[:axes])
-        (window,) = sheet.windows([box])
         shifts = np.array(start) - rng.integers(0, 5, (6, axes))
         pixels = np.stack(np.meshgrid(*(np.arange(a, b) for a, b in zip(box.start, box.stop, strict=True))), -1)
         known = sheet.label[tuple((pixels % sheet.shape).reshape(-1, axes).T)] == 0
         under = [((pixels - shift >= 0) & (pixels - shift < size)).all(-1).ravel() for shift in shifts]
-        assert window.known(box, shifts, size).tolist() == [int((known & one).sum()) for one in under]
+        found = sheet.windows([box]).known([box], np.array([0, 6]), shifts, size)
+        assert found.tolist() == [int((known & one).sum()) for one in under]
