@@ -5,8 +5,69 @@ import pytest
 import torch
 
 from kwatra.pieces.boxes import Box
-from kwatra.pieces.seams import Mosaic, SeamCost
+from kwatra.pieces.seams.cost import Depth, SeamCost, eased, normalized
+from kwatra.pieces.seams.mosaic import Mosaic, by_place
 from kwatra.pieces.sheet import Offer, Patch, Sheet, cheapest_as_offered, cheapest_cuts
+
+
+def _two_copies(shape, seams, rng):
+    """A sheet that shows two copies of a random source, shifted by two pixels, and seams of some kind between them."""
+    source, axes = tuple(n - 2 for n in shape), len(shape)
+    sources = Mosaic([rng.random((2, *source), np.float32)])
+    depth = Depth(by_place(rng.random(source, np.float32)).__getitem__, 100.0)
+    costs_of = {
+        "plain": SeamCost(sources),
+        "hidden": SeamCost(sources, depth=depth),
+        "eased": eased(sources, [1, 9, 3]),
+        "normalized": normalized(sources),
+    }
+    sheet = Sheet(sources, shape, (False,) * axes, costs_of[seams])
+    sheet.lay(Patch(0, (0,) * axes, Box((0,) * axes, source)))
+    sheet.lay(Patch(0, (2,) * axes, Box((2,) * axes, source)))
+    return sheet
+
+
+@pytest.mark.parametrize("shape", [(14, 15), (5, 9, 8)])
+@pytest.mark.parametrize("seams", ["plain", "hidden", "eased", "normalized"])
+@pytest.mark.parametrize("priced", [False, True])
+@pytest.mark.parametrize(("slow", "threads"), [(False, 1), (False, 3), (True, 1)])
+def test_of_several_patches_the_one_is_cut_in_that_costs_least(shape, seams, priced, slow, threads, monkeypatch):
+    """Against each cut in alone; also by threads, and where cuts are too large to be solved at once."""
+    torch.set_num_threads(threads)
+    monkeypatch.setattr("kwatra.pieces.sheet.cheapest.solved_at_once", lambda choice: not slow)
+    rng, axes = np.random.default_rng(0), len(shape)
+    source, sheet = tuple(n - 2 for n in shape), _two_copies(shape, seams, rng)
+    shifts = [(1,) * axes, (2, 1, 0)[:axes], (0, 2, 1)[:axes], (1, 0, 2)[:axes]]
+    box = Box((1,) * axes, tuple(n - 1 for n in source))
+    patches = [Patch(0, shift, box.within(Box(shift, source))) for shift in shifts]
+    taking = [rng.integers(-900, 900, patch.box.extent) for patch in patches] if priced else []
+    windows = sheet.windows([Box((0,) * axes, shape)] * 2)
+    for costs, rates in (
+        (np.zeros(4), np.ones(4)),
+        (np.array([3.0, 0.5, 2.0, 1.0]), np.array([2e-5, 1e-4, 1e-5, 3e-5])),
+    ):
+        cuts = [sheet.cut(p, taking=taking[k] if priced else None) for k, p in enumerate(patches)]
+        worth = [cost + rate * cut.price for cut, cost, rate in zip(cuts, costs, rates, strict=True)]
+        best = int(np.argmin(worth))
+        equal = np.array([*shifts, *shifts])  # of equals the first is taken
+        one, firsts = sheet.windows(windows.boxes[:1]), np.array([0, 4])
+        dearer = Offer(one, [box], firsts, np.array(shifts), costs, rates, min(worth), taking=taking)
+        assert [*cheapest_cuts(sheet, dearer)] == [None]
+        firsts, many = np.array([0, 8, 12]), (np.tile(costs, 3), np.tile(rates, 3), np.inf)
+        both = Offer(windows, [box] * 2, firsts, np.array([*equal, *shifts]), *many, taking=taking * 3)
+        found, again = cheapest_cuts(sheet, both)
+        assert (again.patch, again.change, again.price) == (found.patch, found.change, found.price)
+        assert found.patch == patches[best]
+        assert (found.change, found.price) == (cuts[best].change, cuts[best].price)
+        inner = tuple(
+            slice(max(s - 1, 0), e + 1) for s, e in zip(patches[best].box.start, patches[best].box.stop, strict=True)
+        )
+        np.testing.assert_array_equal(found.take[inner], cuts[best].take)
+        np.testing.assert_array_equal(found.places[inner][cuts[best].take], cuts[best].places[cuts[best].take])
+    first = np.array([0, 1]), np.array(shifts[:1]), costs[:1], rates[:1]
+    must = Offer(sheet.windows(windows.boxes[:1]), [box], *first, np.inf, must=True, taking=taking[:1])
+    (whole,) = cheapest_cuts(sheet, must)
+    assert int(whole.take.sum()) == np.prod(patches[0].box.extent)
 
 
 @pytest.mark.parametrize("threads", [1, 3])
