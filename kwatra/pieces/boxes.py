@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 
-@dataclass(frozen=True)
-class Box:
+class Box(NamedTuple):
     """A half-open box `start <= u < stop` of output pixels; on an axis that wraps it may reach past the border."""
 
     start: tuple[int, ...]

@@ -4,9 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from kwatra.base.spans import of_volume, volume
+from kwatra.base.spans import of_volume
 from kwatra.pieces.choosing.corners import Corners
 from kwatra.pieces.choosing.fitting import Fit
+from kwatra.pieces.choosing.seen import Compared, Seen
 from kwatra.pieces.seams import Array, by_place
 
 FAIR = 0.25
@@ -31,36 +32,32 @@ class Agreement:
         self._planes = np.stack([by_place(plane) for image in single for plane in image])
         self._image = np.repeat(np.arange(len(single)), [len(image) for image in single])
 
-    def mismatch(self, places: Array, known: Array, valid: Array) -> Array:
-        """The mean squared difference (b, images, *n) of each block to what is known of boxes, 0 where nothing is.
+    @property
+    def taken(self) -> tuple[Array, Array]:
+        """What is compared, by place (planes, M), and of which image each plane is (planes,)."""
+        return self._planes, self._image
 
-        places, known (b, *E): where in the exemplar that comes from, in a mosaic of it alone, and where there is any.
-        What hangs over the exemplar is taken to agree as a fair one of the `valid` (b, *n) blocks does.
+    def compared(self, seen: Seen, extent: Sequence[int], aligned: bool = True) -> Compared:
+        """How blocks compare with what is known of boxes of some extent; aligned: False compares nothing.
+
+        What hangs over the exemplar is taken to agree as a fair one of the valid blocks does.
         """
-        from kwatra.pieces.choosing.comparing import compare, take_known
+        boxes, images, corners = len(seen.some), len(self._variances), self.corners
+        how = any(corners.hang), of_volume(corners.seen(tuple(extent))), FAIR, self._variances, 10.0**DIGITS
+        if not aligned:
+            nothing: Array = np.empty((0, images, corners.valid.size))
+            return Compared(nothing, seen.against, nothing, *how)
+        raw = corners.on_grain(self.fit.less_energy(seen.ones.reshape(*seen.ones.shape[:2], *extent)))
+        inside = self._inside(seen.against.reshape(boxes, images + 1, *extent))
+        return Compared(np.ascontiguousarray(raw).reshape(boxes, images, -1), seen.against, inside, *how)
 
-        boxes, images, extent = len(known), len(self._variances), known.shape[1:]
-        ones = np.empty((boxes, len(self._planes) + 1, *extent), np.float32)
-        against = np.empty((boxes, images + 1, *extent))
-        there = places.reshape(boxes, -1), known.reshape(boxes, -1)
-        take_known(self._planes, self._image, *there, *(part.reshape(*part.shape[:2], -1) for part in (ones, against)))
-        raw, mismatch = self.corners.on_grain(self.fit.less_energy(ones)), np.empty((boxes, images, *valid.shape[1:]))
-        seen = self._seen(against)
-        compare(
-            raw.reshape(boxes, images, -1), volume(against, len(extent)), seen.reshape(*seen.shape[:2], raw[0, 0].size),
-            any(self.corners.hang), of_volume(self.corners.seen(extent)), valid.reshape(boxes, -1), FAIR,
-            self._variances, 10.0**DIGITS, mismatch.reshape(boxes, images, -1),
-        )  # fmt: skip
-        return mismatch
+    def _inside(self, against: Array) -> Array:
+        """The sums (b, m, n) of what is compared with (b, m, *E) over what each block shows, if holes say what.
 
-    def _seen(self, against: Array) -> Array:
-        """The sums (b, m, *n) of what is compared with (b, m, *E) over what each block shows, if holes say what.
-
-        None of boxes, (0, m, *n), if nothing but a border does.
+        None of boxes, (0, m, n), if nothing but a border does.
         """
-        lines = self.corners.valid.shape
+        count = self.corners.valid.size
         if self.corners.holes is None:
-            return np.empty((0, against.shape[1], *lines))
-        hidden = self.corners.hidden(against.reshape(-1, *against.shape[2:])).reshape(*against.shape[:2], *lines)
-        whole = against.sum(tuple(range(2, against.ndim)))
-        return np.maximum(whole.reshape(*whole.shape, *[1] * len(lines)) - hidden, 0)
+            return np.empty((0, against.shape[1], count))
+        hidden = self.corners.hidden(against.reshape(-1, *against.shape[2:])).reshape(*against.shape[:2], count)
+        return np.maximum(against.sum(tuple(range(2, against.ndim)))[..., None] - hidden, 0)

@@ -9,11 +9,14 @@ import numpy as np
 import torch
 from scipy import ndimage
 
+from kwatra.base.axes import AXES
+from kwatra.base.spans import in_volume, of_volume, volume
 from kwatra.elements import Lattice, Rows
 from kwatra.pieces.boxes import Box
-from kwatra.pieces.choosing.agreement import DIGITS, Agreement
-from kwatra.pieces.choosing.charges import NEAR, StepCosts, charged, shown_near
+from kwatra.pieces.choosing.agreement import Agreement
+from kwatra.pieces.choosing.charges import NEAR, StepCosts, around, charged
 from kwatra.pieces.choosing.corners import Corners
+from kwatra.pieces.choosing.seen import Seen
 from kwatra.pieces.choosing.wished import Wished
 from kwatra.pieces.seams import Array, Gaps, Mosaic
 from kwatra.pieces.sheet import Sheet
@@ -115,9 +118,12 @@ class Candidates:
         return other
 
     def worn(self, used: Array) -> Array:
-        """What blocks cost (*n) for how often they were used; used (*cell): how often each place of the mosaic was."""
-        mean = used.sum() / math.prod(self.corners.shape)
-        worn: Array = self.asked.usage * (self.corners.sums(used) / self.corners.pixels - mean)
+        """What blocks cost (n,) for how often they were used; used (*cell): how often each place of the mosaic was."""
+        from kwatra.pieces.choosing.weighing import wear
+
+        corners, every = self.corners, volume(used[None], used.ndim)
+        spans, pixels = of_volume(corners.under), corners.pixels.ravel()
+        worn: Array = wear(every, spans, pixels, self.asked.usage, math.prod(corners.shape))
         return worn
 
     def choose(
@@ -126,20 +132,40 @@ class Candidates:
         """For each of boxes of one extent at most so many blocks.
 
         needed (b, *E): the pixels that a block has to fill if they are empty; None for none.
-        worn (*n): what blocks cost for how often they were used. Where there is no seam to compare, or a wish decides,
+        worn (n,): what blocks cost for how often they were used. Where there is no seam to compare, or a wish decides,
         one block of about the least cost is drawn: luck (b,), 0 to 1, says which, and what else blocks cost if luck
         decides on that (`Asked`). Memory is that of a few arrays of the exemplar's size for each box.
         """
-        places, known = self.sheet.shown(boxes)
-        if needed is None:
-            valid = np.repeat(self.corners.valid[None], len(boxes), 0)
-        else:
-            valid = self.corners.covering(needed, known)
-        some = np.asarray(known.reshape(len(boxes), -1).any(1))
-        costs = self._costs(boxes, places, known, some, valid, worn)
+        seen = self._seen(boxes, needed)
+        costs = self._costs(boxes, seen, worn)
         if self._luck:
             costs += [self._luck * np.random.default_rng(int(one * 2**53)).random(costs.shape[1]) for one in luck]
-        return self._picked(boxes, costs, np.where(some, most, 1), luck)
+        return self._picked(boxes, costs, np.where(seen.some, most, 1), luck)
+
+    def _seen(self, boxes: Sequence[Box], needed: Array | None) -> Seen:
+        """What is known of boxes of one extent; needed: as in `choose`."""
+        from kwatra.pieces.choosing.comparing import see
+
+        corners, (planes, images) = self.corners, self.agreement.taken
+        count, extent, axes = len(boxes), boxes[0].extent, len(self.sheet.shape)
+        blocks, pixels = corners.valid.size, math.prod(extent)
+        shape = count, *(1,) * (AXES - axes), *extent
+        against = np.empty((count, len(self.agreement.fit.images) + 1, *shape[1:]))
+        seen = Seen(
+            np.empty(shape, self.sheet.places.dtype), np.empty(shape, bool), np.empty(count, bool),
+            np.empty(count, np.int64), np.empty((count, len(planes) + 1, pixels), np.float32), against,
+            np.empty((count, blocks), bool), np.empty((count, blocks)),
+        )  # fmt: skip
+        on_holes = needed is not None and corners.holes is not None
+        inside = np.empty((0, *shape[1:]), bool) if needed is None or on_holes else needed.reshape(shape)
+        patches = 0 if self.steps is None else len(self.sheet.patches)
+        sheet = volume(self.sheet.label, axes), volume(self.sheet.places[None], axes)
+        starts, ends = in_volume([box.start for box in boxes], 0), np.array(extent)
+        see(*sheet, starts, ends, inside, patches, corners.frame, planes, images, seen)
+        if needed is not None and on_holes:
+            missing = needed & ~seen.known.reshape(needed.shape)
+            seen.valid[:] = corners.emptying_least(missing).reshape(count, blocks)
+        return seen
 
     def _picked(self, boxes: Sequence[Box], costs: Array, most: Array, luck: Sequence[float]) -> Chosen:
         """For each box at most so many (b,) of the blocks, of which one drawn by luck (b,), given costs (b, n)."""
@@ -158,81 +184,67 @@ class Candidates:
         some.sum(1).cumsum(out=firsts[1:])
         return Chosen(firsts, self.corners.at(numbers), costs[box, numbers])
 
-    def _costs(
-        self, boxes: Sequence[Box], places: Array, known: Array, some: Array, valid: Array, worn: Array
-    ) -> Array:
-        """What blocks cost (b, n) in boxes, infinite where they are not `valid` (b, *n).
+    def _costs(self, boxes: Sequence[Box], seen: Seen, worn: Array) -> Array:
+        """What blocks cost (b, n) in boxes, infinite where they are not valid.
 
-        Less where they agree with what is `known` (b, *E), in what agreement this texture affords: rows that can line
-        up are not torn for the sake of even use. More for where in the exemplar they come from, for what was shown
-        before, and where they are out of step. places (b, *E): where what is known comes from; some (b,): where
-        anything is.
+        Less where they agree with what is known of boxes, in what agreement this texture affords: rows that can line up
+        are not torn for the sake of even use. More for where in the exemplar they come from, for what was shown before,
+        and where they are out of step.
         """
         from kwatra.pieces.choosing.weighing import weigh
 
-        count, again, beside = len(boxes), *self._prices
-        found, same = self._disagreement(boxes, places, known, valid), self.corners.continuing(places, known)
-        nothing: Array = np.empty((count, 0))
-        away = near = steps = nothing
-        if self.asked.places:
-            lines = valid.shape[1:], self.corners.grain, self.asked.device
-            away = np.stack([charged(self.asked.places, box.start, *lines) for box in boxes]) / self.variance
-        if beside > 0:
-            near = shown_near(self.sheet, boxes, self.corners, self.asked.twins)
+        asked, (again, beside), extent, some = self.asked, self._prices, boxes[0].extent, seen.some
+        costs, nothing = np.empty((len(boxes), worn.size)), np.empty((len(boxes), 0))
+        away = steps = nothing
+        if asked.places:
+            lines = self.corners.valid.shape, self.corners.grain, asked.device
+            each = [charged(asked.places, box.start, *lines).ravel() for box in boxes]
+            away = np.stack(each) / self.variance
         if self.steps is not None:
-            steps, some = np.zeros(same.shape), some | bool(self.sheet.patches)
+            steps, some = np.zeros(costs.shape), some | bool(self.sheet.patches)
             for at in np.flatnonzero(some).tolist():
-                steps[at] = self.steps.at(self._from_most(boxes[at], known[at]))
+                steps[at] = self.steps.at(self._from(boxes[at], int(seen.most[at]))).ravel()
+        near = around(self.sheet, boxes if beside > 0 else (), self.corners, asked.twins)
         gaps = 0.0 if self._gaps is None else self._gaps.weight
         in_step = 0.0 if self.steps is None else self.steps.in_step
-        costs = np.empty((count, worn.size))
-        valid, same, away, near, steps = (part.reshape(count, -1) for part in (valid, same, away, near, steps))
         weigh(
-            found.reshape(*found.shape[:2], -1), valid, same, some, GOOD, MISMATCH_FLOOR, gaps, away, worn.ravel(),
-            near, self.corners.pixels.ravel(), again, beside, steps, in_step, costs,
+            self.agreement.compared(seen, extent, asked.aligned), self._missed(boxes), seen.valid, seen.same, some,
+            GOOD, MISMATCH_FLOOR, gaps, away, worn, near, self.corners.pixels.ravel(), again,
+            beside, steps, in_step, costs,
         )  # fmt: skip
-        for twin in self.asked.twins:
-            costs += FOLD * self._folded(twin, places, known).reshape(costs.shape)
+        for twin in asked.twins:
+            costs += FOLD * self._folded(twin, seen, extent).reshape(costs.shape)
         return costs
 
-    def _folded(self, twin: Array, places: Array, known: Array) -> Array:
+    def _folded(self, twin: Array, seen: Seen, extent: Sequence[int]) -> Array:
         """How much of a fold blocks make (b, *n), 0 to 1: along how much of a side they meet a twin of what is known.
 
         A fold is a line along which places are those of twins; they may be a pixel off.
         """
+        places, known = (part.reshape(-1, *extent) for part in (seen.places, seen.known))
         there = twin[places]
         counts = self.corners.continuing(there, known & (there >= 0))
         near = ndimage.uniform_filter(counts, (0, *(3,) * (counts.ndim - 1)), mode="constant") * 3 ** (counts.ndim - 1)
         folded: Array = np.minimum(near / (0.5 * min(self.corners.block)), 1)
         return folded
 
-    def _disagreement(self, boxes: Sequence[Box], places: Array, known: Array, valid: Array) -> Array:
-        """How little blocks agree with what is known of boxes, and with a wish, (b, images, *n)."""
-        if self.asked.aligned:
-            found = self.agreement.mismatch(places, known, valid)
-        else:
-            found = np.zeros((len(boxes), 1, *valid.shape[1:]))
-        if self.asked.wish is not None:
-            for at, box in enumerate(boxes):
-                found[at, 0] = self._with_wish(self.asked.wish, box, found[at, 0])
-        return found
+    def _missed(self, boxes: Sequence[Box]) -> Array:
+        """What blocks (b, n) miss of a wish, relative to the variance; of no boxes where nothing is wished for.
 
-    def _with_wish(self, wish: Wished, box: Box, mismatch: Array) -> Array:
-        """How little the blocks (*n) agree with what is known of a box, and with a wish, relative to the variance.
-
-        Each is a mean square of its own, so that neither is diluted by the other; weights below 1 scale the wish's.
+        It is a mean square of its own, as how little they agree with what is known: so neither is diluted by the other.
+        Weights below 1 scale it.
         """
-        weight, value, count = wish.at(self.sheet.indices(box))
-        if count == 0:
-            return mismatch
-        missed = self.corners.on_grain(self.agreement.fit.inside(value.astype(np.float32), weight.astype(np.float32)))
-        return np.round(mismatch + missed / (count * self.variance), DIGITS)
+        wish, missed = self.asked.wish, np.zeros((len(boxes), self.corners.valid.size))
+        if wish is None:
+            return missed[:0]
+        for at, box in enumerate(boxes):
+            weight, value, count = wish.at(self.sheet.indices(box))
+            if count > 0:
+                squared = self.agreement.fit.inside(value.astype(np.float32), weight.astype(np.float32))
+                missed[at] = (self.corners.on_grain(squared) / (count * self.variance)).ravel()
+        return missed
 
-    def _from_most(self, box: Box, known: Array) -> list[int]:
-        """The offset of the first corner's block, less that of the copy which most of what is known of a box is.
-
-        Where nothing is known, less that of the first copy.
-        """
-        label = self.sheet.label[self.sheet.indices(box)][known]
-        most = self.sheet.patches[int(np.bincount(label, minlength=1).argmax())]
-        return [b - s + h for b, s, h in zip(box.start, most.shift, self.corners.hang, strict=True)]
+    def _from(self, box: Box, patch: int) -> list[int]:
+        """The offset of the first corner's block in a box, less that of a copy."""
+        copied = self.sheet.patches[patch]
+        return [b - s + h for b, s, h in zip(box.start, copied.shift, self.corners.hang, strict=True)]

@@ -11,6 +11,7 @@ from kwatra.base.spans import of_volume
 from kwatra.elements import Lattice, Rows, out_of_step
 from kwatra.pieces.boxes import Box
 from kwatra.pieces.choosing.corners import Corners
+from kwatra.pieces.choosing.seen import Around
 from kwatra.pieces.seams import Array, Mosaic, each
 from kwatra.pieces.sheet import Sheet
 from kwatra.terms import PlaceCharge
@@ -100,19 +101,17 @@ class StepCosts:
         return cost
 
 
-def shown_near(sheet: Sheet[Mosaic], boxes: Sequence[Box], corners: Corners, twins: Array) -> Array:
-    """How much of each block (b, n) of an image is shown around boxes.
+def around(sheet: Sheet[Mosaic], boxes: Sequence[Box], corners: Corners, twins: Array) -> Around:
+    """What is shown around boxes of an image's sheet, as far as a block is long; of any sheet around none.
 
-    A pixel counts 1 that is shown in a box, 0 from a block's length away. twins (t, cells): for each place of the
-    mosaic others that show the same (`kwatra.pieces.choosing.twins`), below 0 where none does; they count as well.
+    twins (t, cells): for each place of the mosaic others that show the same (`kwatra.pieces.choosing.twins`), below 0
+    where none does.
     """
-    from kwatra.pieces.choosing.comparing import sum_near
-
-    near = np.empty((len(boxes), corners.valid.size))
-    starts, stops = (np.array(sides) for sides in zip(*((box.start, box.stop) for box in boxes), strict=True))
-    blocks = np.array(sheet.sources.cell), of_volume(corners.under)
-    sum_near(sheet.places, sheet.label, twins, starts, stops, max(corners.block), *blocks, near)
-    return near
+    sides = np.array([(box.start, box.stop) for box in boxes], np.int64).reshape(len(boxes), 2, len(corners.block))
+    flat = len(sheet.places), -1  # as an image's are already
+    places, label = sheet.places.reshape(flat), sheet.label.reshape(flat)
+    cell, spans = np.array(sheet.sources.cell), of_volume(corners.under)
+    return Around(places, label, twins, sides[:, 0], sides[:, 1], max(corners.block), cell, spans)
 
 
 class SceneUse:

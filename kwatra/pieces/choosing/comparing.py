@@ -1,7 +1,8 @@
 """What is known of boxes, and how blocks that may be laid in them compare with it, in compiled loops.
 
-Boxes (b,) of one extent are worked on together. Arrays of their pixels have three axes (`kwatra.base.spans.volume`), or
-are flat (b, N); those over the blocks that may be laid in each (b, n) too.
+They are called together, by `see` and by `kwatra.pieces.choosing.weighing.weigh`: threads that share blocks then seldom
+wait for the interpreter. Boxes (b,) of one extent are worked on together. Arrays of their pixels have three axes
+(`kwatra.base.spans.volume`), or are flat (b, N); those over the blocks that may be laid in each (b, n) too.
 
 This module is compiled by numba when first used, so it is imported where a block is chosen.
 """
@@ -13,6 +14,32 @@ import numpy as np
 from kwatra.base.compiled import jitted
 from kwatra.base.spanloops import sum_boxes
 from kwatra.pieces.loops import copy_into, quantile
+from kwatra.pieces.sheet.pixels import count_most, look
+
+
+@jitted
+def see(
+    label: Any, places: Any, starts: Any, extent: Any, needed: Any, patches: Any, corners: Any, planes: Any,
+    images: Any, seen: Any,
+) -> None:  # fmt: skip
+    """Set what is `Seen` of boxes of an extent (axes,) that begin at starts (b, 3), of a sheet's label and places.
+
+    Of these there are three axes, of places one before. needed (b, A, B, C): which pixels a block has to fill if they
+    are empty; of no boxes where none. patches: how many there are, 0 if it is not asked of which most pixels are.
+    corners: `Frame`; planes, images: as of `take_known`.
+    """
+    look(label, places, starts, seen.places, seen.known)
+    count_most(label, starts, seen.known, patches, seen.most)
+    boxes, pixels = len(starts), seen.known[0].size
+    there, known = seen.places.reshape((boxes, pixels)), seen.known.reshape((boxes, pixels))
+    take_known(planes, images, there, known, seen.ones, seen.against.reshape((boxes, seen.against.shape[1], pixels)))
+    count_offsets(there, known, extent, corners, seen.same)
+    for box in range(boxes):
+        seen.some[box] = known[box].any()
+        if len(needed) > 0:
+            cover(needed[box], seen.known[box], corners, seen.valid[box])
+        else:
+            copy_into(corners.valid.ravel(), seen.valid[box])
 
 
 @jitted
@@ -34,35 +61,28 @@ def take_known(planes: Any, images: Any, places: Any, known: Any, ones: Any, aga
 
 
 @jitted
-def compare(
-    raw: Any, against: Any, seen: Any, hangs: Any, spans: Any, valid: Any, share: Any, scales: Any, steps: Any,
-    found: Any,
-) -> None:  # fmt: skip
-    """Set what is `found` (b, k, n): of k images the mean squared differences of blocks to what is known of boxes.
+def compare(compared: Any, valid: Any, found: Any) -> None:
+    """Set what is `found` (b, k, n): the mean squared differences of blocks to what is known of boxes, as `Compared`.
 
-    It is in units of their scales (k,), to 1 / steps. raw (b, k, n): the squared differences, less the energy of what
-    is known. against (b, k + 1, A, B, C): of each pixel that energy, and whether it is known; where none is nothing
-    differs. seen (b, k + 1, n): the sums of both over what each block shows; of no boxes where it shows all but what
-    hangs over the image. hangs: whether any does; spans: of each axis the first pixels of boxes that do not with a
-    block, and those after the last. What is not shown is taken to differ as in that one of the valid (b, n) blocks
-    which a share of them are no worse than.
+    Where nothing is known nothing differs. What a block does not show is taken to differ as in one of the valid (b, n)
+    blocks.
     """
-    squares = np.empty(found.shape[2])
+    raw, against, seen, squares = compared.raw, compared.against, compared.inside, np.empty(found.shape[2])
     for box in range(len(found)):
         count, inside = against[box, -1].sum(), np.empty((found.shape[1] + 1, len(squares)))
         if len(seen) > 0:
             inside = seen[box]
-        elif hangs:
-            inside = sum_boxes(against[box], spans[0], spans[1]).reshape(inside.shape)
+        elif compared.hangs:
+            inside = sum_boxes(against[box], compared.spans[0], compared.spans[1]).reshape(inside.shape)
         for image in range(found.shape[1]):
             energy = against[box, image].sum()
             for i in range(len(squares)):
                 squares[i] = max(raw[box, image, i] + energy, 0.0)
-            if hangs or len(seen) > 0:
-                _take_fairly(squares, energy, count, inside[image], inside[-1], valid[box], share)
+            if compared.hangs or len(seen) > 0:
+                _take_fairly(squares, energy, count, inside[image], inside[-1], valid[box], compared.share)
             for i in range(len(squares)):
-                mean = squares[i] / (count * scales[image]) if count > 0 else 0.0
-                found[box, image, i] = np.rint(mean * steps) / steps
+                mean = squares[i] / (count * compared.scales[image]) if count > 0 else 0.0
+                found[box, image, i] = np.rint(mean * compared.steps) / compared.steps
 
 
 @jitted
@@ -80,49 +100,45 @@ def _take_fairly(squares: Any, energy: Any, count: Any, seen: Any, inside: Any, 
 
 
 @jitted
-def cover(needed: Any, known: Any, corners: Any, sizes: Any, valid: Any, covering: Any) -> None:
-    """Set which `valid` (A, B, C) blocks are `covering` (b, A, B, C) all pixels of boxes that are needed but not known.
+def cover(needed: Any, known: Any, corners: Any, covering: Any) -> None:
+    """Set which valid blocks are `covering` (n,) all pixels of a box that are needed, but not known (A, B, C).
 
-    needed, known (b, *E): of the boxes, of three axes. corners: axis by axis where blocks start; sizes (3,): the
-    exemplar's, inside of which those pixels have to lie.
+    corners: `Frame`. Inside of the exemplar those pixels have to lie.
     """
-    for box in range(len(needed)):
-        first, last = np.full(3, 2**62), np.full(3, -1)
-        for i in range(needed.shape[1]):
-            for j in range(needed.shape[2]):
-                for k in range(needed.shape[3]):
-                    if needed[box, i, j, k] and not known[box, i, j, k]:
-                        for axis, at in enumerate((i, j, k)):
-                            first[axis], last[axis] = min(first[axis], at), max(last[axis], at)
-        some = last[0] >= 0
-        for i, plane in enumerate(corners[0]):
-            there = not some or (plane + first[0] >= 0 and plane + last[0] < sizes[0])
-            for j, row in enumerate(corners[1]):
-                beside = there and (not some or (row + first[1] >= 0 and row + last[1] < sizes[1]))
-                for k, column in enumerate(corners[2]):
-                    inside = beside and (not some or (column + first[2] >= 0 and column + last[2] < sizes[2]))
-                    covering[box, i, j, k] = inside and valid[i, j, k]
+    first, last = np.full(3, 2**62), np.full(3, -1)
+    for i in range(needed.shape[0]):
+        for j in range(needed.shape[1]):
+            for k in range(needed.shape[2]):
+                if needed[i, j, k] and not known[i, j, k]:
+                    for axis, at in enumerate((i, j, k)):
+                        first[axis], last[axis] = min(first[axis], at), max(last[axis], at)
+    some, lines, sizes, valid = last[0] >= 0, corners.lines, corners.sizes, corners.valid
+    inside = covering.reshape(valid.shape)
+    for i, plane in enumerate(lines[0]):
+        there = not some or (plane + first[0] >= 0 and plane + last[0] < sizes[0])
+        for j, row in enumerate(lines[1]):
+            beside = there and (not some or (row + first[1] >= 0 and row + last[1] < sizes[1]))
+            for k, column in enumerate(lines[2]):
+                within = beside and (not some or (column + first[2] >= 0 and column + last[2] < sizes[2]))
+                inside[i, j, k] = within and valid[i, j, k]
 
 
 @jitted
-def count_offsets(
-    places: Any, known: Any, extent: Any, cell: Any, hang: Any, grain: Any, shape: Any, counts: Any
-) -> None:
+def count_offsets(places: Any, known: Any, extent: Any, corners: Any, counts: Any) -> None:
     """Count from which corners (b, n) of an exemplar the known pixels of boxes come, those from elsewhere left out.
 
-    places (b, N): of a mosaic of the exemplar alone, cells of `cell` (axes,); known (b, N): whether there is one;
-    extent, shape (axes,): of the boxes, and of the corners. A corner's number is its place and what may `hang` over, in
-    steps of grain; it is found once for what goes on along the last axis.
+    places (b, N): of a mosaic of the exemplar alone; known (b, N): whether there is one; extent (axes,): of the boxes;
+    corners: `Frame`. A corner's number is its place and what may hang over, in steps of the grain; it is found once for
+    what goes on along the last axis.
     """
+    counts[:] = 0
     for box in range(len(places)):
-        _count_offsets(places[box], known[box], extent, cell, hang, grain, shape, counts[box])
+        _count_offsets(places[box], known[box], extent, corners, counts[box])
 
 
 @jitted
-def _count_offsets(
-    places: Any, known: Any, extent: Any, cell: Any, hang: Any, grain: Any, shape: Any, counts: Any
-) -> None:
-    axes = len(extent)
+def _count_offsets(places: Any, known: Any, extent: Any, corners: Any, counts: Any) -> None:
+    axes, cell, hang, grain, shape = len(extent), corners.cell, corners.hang, corners.grain, corners.shape
     number, found = 0, False
     for pixel in range(len(places)):
         if not known[pixel]:
@@ -142,22 +158,19 @@ def _count_offsets(
 
 
 @jitted
-def sum_near(
-    places: Any, label: Any, twins: Any, starts: Any, stops: Any, reach: Any, cell: Any, spans: Any, near: Any
-) -> None:
-    """Set the sums (b, n) over blocks of how near to a box each place is shown: 1 in it, 0 from `reach` away.
+def sum_near(around: Any, near: Any) -> None:
+    """Set the sums (b, n) over blocks of how near to a box places are shown (`Around`): 1 in it, 0 where out of reach.
 
-    places, label (H, W): what pixels show of a mosaic's `cell` (2,), and of which patch, < 0 of none. twins (t, cells):
-    what is shown of each place as well, < 0 for nothing. starts, stops (b, 2): of the boxes. spans: of each of three
-    axes the first places under blocks, and those after the last.
+    Their twins count as well.
     """
-    for box in range(len(starts)):
-        start, stop, shown = starts[box], stops[box], np.zeros((1, 1, cell[0], cell[1]))
+    places, reach, cell = around.places, around.reach, around.cell
+    for box in range(len(near)):
+        start, stop, shown = around.starts[box], around.stops[box], np.zeros((1, 1, cell[0], cell[1]))
         low, left = max(start[0] - reach, 0), max(start[1] - reach, 0)
         high, right = min(stop[0] + reach, len(places)), min(stop[1] + reach, places.shape[1])
-        around = places[low:high, left:right], label[low:high, left:right]
-        _sum_near(around[0], around[1], twins, low, left, start, stop, reach, shown.ravel())
-        copy_into(sum_boxes(shown, spans[0], spans[1]).ravel(), near[box])
+        part = places[low:high, left:right], around.label[low:high, left:right]
+        _sum_near(part[0], part[1], around.twins, low, left, start, stop, reach, shown.ravel())
+        copy_into(sum_boxes(shown, around.spans[0], around.spans[1]).ravel(), near[box])
 
 
 @jitted

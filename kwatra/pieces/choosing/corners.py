@@ -10,6 +10,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -44,6 +45,23 @@ One hole of a quarter of an exemplar's side leaves room for larger ones, and so 
 ENOUGH = 0.1
 """Of blocks on holes at least this part may be laid in a box: those that leave the least of it empty. Nine photographs
 with one hole, or six small ones, score .086 with a half or a fifth of it, .084 with it and .082 with twice as much."""
+
+
+class Frame(NamedTuple):
+    """Where blocks (n,) may start, as compiled loops take it.
+
+    lines: of each of three axes where they start; sizes (3,): the exemplar's; valid (A, B, C): which may be laid. cell,
+    hang, grain, shape (axes,): the size of a mosaic's cell, what blocks may hang over, and what they start on
+    multiples of, and how many there are along each axis.
+    """
+
+    lines: tuple[Array, ...]
+    sizes: Array
+    valid: Array
+    cell: Array
+    hang: Array
+    grain: Array
+    shape: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,28 +144,20 @@ class Corners:
         """
         from kwatra.pieces.choosing.comparing import count_offsets
 
-        boxes, counts = len(known), np.zeros((len(known), *self.valid.shape))
+        boxes, extent = len(known), np.array(known.shape[1:])
+        counts = np.empty((boxes, self.valid.size))
+        count_offsets(places.reshape(boxes, -1), known.reshape(boxes, -1), extent, self.frame, counts)
+        return counts.reshape(boxes, *self.valid.shape)
+
+    @cached_property
+    def frame(self) -> Frame:
+        """The same as compiled loops take it."""
+        lines, valid = of_volume([(line, line) for line in self._corners])[0], np.ascontiguousarray(self.valid)
         cell, hang, grain = np.array(self.shape) + 2, np.array(self.hang), np.array(self.grain)
-        flat, extent = (places.reshape(boxes, -1), known.reshape(boxes, -1)), np.array(known.shape[1:])
-        count_offsets(*flat, extent, cell, hang, grain, np.array(self.valid.shape), counts.reshape(boxes, -1))
-        return counts
+        sizes, shape = in_volume(self.shape, 1), np.array(self.valid.shape)
+        return Frame(lines, sizes, volume(valid, len(self.shape)), cell, hang, grain, shape)
 
-    def covering(self, needed: Array, known: Array) -> Array:
-        """Of which valid blocks (b, *n) the pixels of boxes (b, *E) that are needed, but not known, lie inside.
-
-        Where blocks may lie on holes, those that leave the least of them empty, and never all.
-        """
-        from kwatra.pieces.choosing.comparing import cover
-
-        if self.holes is not None:
-            return self._emptying_least(needed & ~known)
-        axes, covering = len(self.shape), np.empty((len(needed), *self.valid.shape), bool)
-        lines, sizes = of_volume([(line, line) for line in self._corners])[0], in_volume(self.shape, 1)
-        seen = volume(needed, axes), volume(known, axes)
-        cover(*seen, lines, sizes, volume(np.ascontiguousarray(self.valid), axes), volume(covering, axes))
-        return covering
-
-    def _emptying_least(self, missing: Array) -> Array:
+    def emptying_least(self, missing: Array) -> Array:
         """The valid blocks (b, *n) that leave least of what is missing (b, *E) of boxes empty."""
         empty = np.rint(self.hidden(missing))
         least, enough = empty[:, self.valid], math.ceil(ENOUGH * np.count_nonzero(self.valid))

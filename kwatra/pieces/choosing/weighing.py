@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 
 from kwatra.base.compiled import jitted
+from kwatra.base.spanloops import sum_boxes
+from kwatra.pieces.choosing.comparing import compare, sum_near
 from kwatra.pieces.loops import copy_into, quantile
 
 
@@ -34,31 +36,55 @@ def attain(mismatches: Any, valid: Any, same: Any, good: Any, floor: Any) -> Any
 
 
 @jitted
+def wear(used: Any, spans: Any, pixels: Any, usage: Any, size: Any) -> Any:
+    """What blocks cost (n,) for how often their pixels were used (1, A, B, C): usage times more than all on average.
+
+    spans: of each axis the first pixels under blocks, and those after the last; pixels (n,): how many there are; size:
+    how many there are of all.
+    """
+    worn, mean = sum_boxes(used, spans[0], spans[1]).ravel(), used.sum() / size
+    for i in range(len(worn)):
+        worn[i] = usage * (worn[i] / pixels[i] - mean)
+    return worn
+
+
+@jitted
 def weigh(
-    found: Any, valid: Any, same: Any, some: Any, good: Any, floor: Any, gaps: Any, away: Any, worn: Any, near: Any,
-    pixels: Any, again: Any, beside: Any, steps: Any, in_step: Any, costs: Any,
+    compared: Any, missed: Any, valid: Any, same: Any, some: Any, good: Any, floor: Any, gaps: Any, away: Any,
+    worn: Any, around: Any, pixels: Any, again: Any, beside: Any, steps: Any, in_step: Any, costs: Any,
 ) -> None:  # fmt: skip
     """Set what blocks cost (b, n) in boxes, infinite where they are not `valid` (b, n).
 
-    found (b, k, n): how little they agree in colors, and, if k is 2, in where gaps lie; it is counted in what can be
-    attained (`attain`, with `good` and `floor`). gaps: how much these count beside colors, where `some` (b,) is known.
-    away (b, n) or (b, 0): what places charge. worn, near, same, pixels, again, beside: as of `charge_shown`. steps
-    (b, n) or (b, 0): what they cost out of a lattice's step; in_step: what does at most that is in step.
+    compared: how little they agree in colors, and, in a second image, in where gaps lie (`compare`); missed (b, n):
+    what they miss of a wish, which adds to the first, of no boxes where nothing is wished for. Either is counted in
+    what can be attained (`attain`, with `good` and `floor`). gaps: how much the second counts beside the first, where
+    `some` (b,) is known. away (b, n) or (b, 0): what places charge. around: what is shown there (`sum_near`), around
+    none where that costs nothing. worn, same, pixels, again, beside: as of `charge_shown`. steps (b, n) or (b, 0): what
+    they cost out of a lattice's step; in_step: what does at most that is in step.
     """
-    shown, cost = np.empty(found.shape[2]), np.empty(found.shape[2])
-    for box in range(len(found)):
+    boxes, images, blocks = len(costs), compared.raw.shape[1], costs.shape[1]
+    found, near = np.zeros((boxes, images, blocks)), np.empty((boxes, blocks if len(around.starts) > 0 else 0))
+    if len(compared.raw) > 0:
+        compare(compared, valid, found)
+    for box in range(len(missed)):
+        for i in range(blocks):
+            found[box, 0, i] = np.rint((found[box, 0, i] + missed[box, i]) * compared.steps) / compared.steps
+    if len(around.starts) > 0:
+        sum_near(around, near)
+    shown, cost = np.empty(blocks), np.empty(blocks)
+    for box in range(boxes):
         afforded = attain(found[box, 0], valid[box], same[box], good, floor)
-        for i in range(len(cost)):
+        for i in range(blocks):
             charge = away[box, i] if away.shape[1] > 0 else 0.0
             cost[i] = (found[box, 0, i] + charge) / afforded
-        if found.shape[1] > 1 and some[box]:
+        if images > 1 and some[box]:
             afforded = attain(found[box, 1], valid[box], same[box], good, floor)
-            for i in range(len(cost)):
+            for i in range(blocks):
                 cost[i] = (cost[i] + gaps * (found[box, 1, i] / afforded)) / (1 + gaps)
         charge_shown(worn, near[box], same[box], pixels, again, beside, shown)
         if steps.shape[1] > 0 and some[box]:
             keep_in_step(steps[box], in_step, valid[box], shown)
-        for i in range(len(cost)):
+        for i in range(blocks):
             costs[box, i] = cost[i] + shown[i] if valid[box, i] else np.inf
 
 

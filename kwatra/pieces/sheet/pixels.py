@@ -36,6 +36,28 @@ def look(label: Any, places: Any, starts: Any, shown: Any, known: Any) -> None:
 
 
 @jitted
+def count_most(label: Any, starts: Any, known: Any, patches: Any, most: Any) -> None:
+    """Set of which of so many patches `most` (b,) of the known pixels (b, *E) of boxes are, the first of equals.
+
+    starts (b, 3): of the boxes.
+    """
+    lines = _lines(known.shape[1:])
+    for box, start in enumerate(starts):
+        most[box] = 0
+        if patches == 0:
+            continue
+        counts = np.zeros(patches, np.int64)
+        _follow(start, label.shape, lines)
+        for i in range(known.shape[1]):
+            for j in range(known.shape[2]):
+                one, other = lines[0][i], lines[1][j]
+                for k in range(known.shape[3]):
+                    if known[box, i, j, k]:
+                        counts[label[one, other, lines[2][k]]] += 1
+        most[box] = counts.argmax()
+
+
+@jitted
 def look_around(label: Any, places: Any, fixed: Any, seams: Any, seen: Any) -> None:
     """Set what a sheet shows of boxes; seen: where they lie, and the arrays that it is set in (`Pixels`)."""
     kept, laid, held, shown, remembered = seen.kept, seen.laid, seen.fixed, seen.places, seen.remembered

@@ -94,16 +94,6 @@ class Sheet(Generic[S]):
         """Whether all pixels of a box have a patch."""
         return bool(self.filled_at(self.indices(box)).all())
 
-    def shown(self, boxes: Sequence[Box]) -> tuple[Array, Array]:
-        """The places (b, *E) that are shown in boxes of one extent, and which are known, of a mosaic's sheet."""
-        from kwatra.pieces.sheet.pixels import look
-
-        shape, axes = (len(boxes), *boxes[0].extent), len(self.shape)
-        places, known = self.sources.nowhere(shape), np.empty(shape, bool)
-        sheet = volume(self.label, axes), self._numbers(self.places)
-        look(*sheet, in_volume([box.start for box in boxes], 0), volume(places, axes), volume(known, axes))
-        return places, known
-
     def longest(self, axis: int) -> int:
         """The longest patch an axis admits: around a closed axis it must leave both its neighbors distinct."""
         return max(self.shape[axis] - 2, 1) if self.periodic[axis] else self.shape[axis]

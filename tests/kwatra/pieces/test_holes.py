@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import torch
+from compared import mismatch
 
 from kwatra import Exemplar
 from kwatra.pieces.blocks import BlockStart
@@ -91,7 +92,7 @@ def test_blocks_cover_what_is_missing_as_well_as_a_part_of_them_can(hang):
     known = np.zeros((3, *BLOCK), bool)
     known[0, :, :10] = known[1] = True
     known[1, 4:7, 5] = known[2, rng.random(BLOCK) < 0.4] = False
-    covering = found.covering(np.ones_like(known), known)
+    covering = found.emptying_least(~known)
     for box in range(3):
         empty = hidden_by_hand(found, holes, ~known[box])
         assert (
@@ -101,7 +102,7 @@ def test_blocks_cover_what_is_missing_as_well_as_a_part_of_them_can(hang):
         if (found.valid & ~covering[box]).any():
             assert empty[covering[box]].max() < empty[found.valid & ~covering[box]].min()
         assert empty[covering[box]].max() < (~known[box]).sum()
-    assert found.covering(known, known)[1].sum() == found.valid.sum()  # nothing is missing
+    assert found.emptying_least(known & ~known)[1].sum() == found.valid.sum()  # nothing is missing
 
 
 @pytest.mark.parametrize("hang", [(0, 0), (2, 3)])
@@ -111,7 +112,7 @@ def test_what_a_block_does_not_show_agrees_as_a_fair_one_does(hang):
     image = IMAGE.double().numpy() - 0.5
     agreement = Agreement([(image, 0.1)], found)
     places, known = rng.integers(0, 18, (2, 1, *BLOCK)), rng.random((1, *BLOCK)) < 0.6
-    it = agreement.mismatch(Mosaic([image]).places_of(list(places)), known, found.valid[None])[0, 0]
+    it = mismatch(agreement, Mosaic([image]).places_of(list(places)), known, found.valid[None])[0, 0]
     there = image[:, places[0, 0], places[1, 0]]
     wide = np.pad(image, [(0, 0), *[(h, h) for h in hang]])
     gone = np.pad(holes, [(h, h) for h in hang], constant_values=True)

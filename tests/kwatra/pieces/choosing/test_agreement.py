@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 import torch
 from bench_elements import cut_elements
+from compared import mismatch
 from made import MADE
 
 from kwatra import Exemplar
@@ -48,7 +49,7 @@ def test_mismatch_is_the_mean_square_over_what_is_known(hang):
     it = agreement(hang)
     place, known = some_known(3)
     valid = np.broadcast_to(it.corners.valid, (3, *it.corners.valid.shape))
-    found = it.mismatch(Mosaic([IMAGE]).places_of(list(place)), known, valid)
+    found = mismatch(it, Mosaic([IMAGE]).places_of(list(place)), known, valid)
     corners = it.corners.at(np.arange(valid[0].size))
     for box, (number, (image, variance)) in product(range(2), enumerate([(IMAGE, 4.0), (DEPTH, 0.5)])):
         squares, seen = np.array([by_hand(image, place[:, box], known[box], corner) for corner in corners]).T

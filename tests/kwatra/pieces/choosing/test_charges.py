@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 import torch
+from compared import shown_near
 
 from kwatra import Exemplar
 from kwatra.elements import Lattice, Rows
@@ -14,7 +15,6 @@ from kwatra.pieces.choosing.charges import (
     SceneUse,
     StepCosts,
     charged,
-    shown_near,
 )
 from kwatra.pieces.choosing.corners import Corners
 

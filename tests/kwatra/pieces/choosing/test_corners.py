@@ -5,7 +5,9 @@ import pytest
 import torch
 
 from kwatra import Exemplar, InputError
+from kwatra.base.spans import volume
 from kwatra.pieces import BlockStart
+from kwatra.pieces.choosing.comparing import cover
 from kwatra.pieces.choosing.corners import Corners
 
 BLOCK, HANG, GRAIN, SHAPE = (6, 4), (4, 2), (2, 2), (14, 11)
@@ -46,20 +48,28 @@ def test_what_continues_a_copy_is_counted_where_a_block_would_have_it(seed):
     np.testing.assert_array_equal(found.continuing((place[0] + 1) * (SHAPE[1] + 2) + place[1] + 1, known), expected)
 
 
+def covering(found, needed, known):
+    """Which blocks cover what boxes need (b, *E), (b, *n)."""
+    every = np.empty((len(needed), found.valid.size), bool)
+    for box, row in enumerate(every):
+        cover(volume(needed[box], 2), volume(known[box], 2), found.frame, row)
+    return every.reshape(len(needed), *found.valid.shape)
+
+
 def test_blocks_cover_what_is_needed_where_all_of_it_lies_inside():
     found, needed = corners(), np.zeros((3, *BLOCK), bool)
     known = np.zeros_like(needed)
-    assert found.covering(needed, known).all()
+    assert covering(found, needed, known).all()
     needed[0, 2, 1] = needed[0, 4, 2] = needed[0, 3, 1] = needed[2, 0, 3] = True
     every = found.at(np.arange(found.valid.size))
     known[1, 5, 0] = known[0, 0, 0] = True
     expected = [[bool(inside(at)[box].all()) for at in every] for box in needed]
-    np.testing.assert_array_equal(found.covering(needed | known, known).reshape(3, -1), expected)
+    np.testing.assert_array_equal(covering(found, needed | known, known).reshape(3, -1), expected)
     assert 0 < sum(expected[0]) < len(expected[0])
     assert expected[0] != expected[2]
     assert all(expected[1])
     found.valid[0] = False
-    assert not found.covering(needed, known)[:, 0].any()
+    assert not covering(found, needed, known)[:, 0].any()
 
 
 def test_sums_are_those_of_what_lies_inside():

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from kwatra.base.spans import in_volume, volume
 from kwatra.cut import FREE, KEEP, TAKE, VOID
 from kwatra.pieces.boxes import Box
 from kwatra.pieces.choosing.comparing import take_known
@@ -10,6 +11,7 @@ from kwatra.pieces.loops import quantile
 from kwatra.pieces.seams.cost import SeamCost
 from kwatra.pieces.seams.mosaic import Mosaic
 from kwatra.pieces.sheet import Offer, Patch, Sheet, cheapest_cuts
+from kwatra.pieces.sheet.pixels import count_most, look
 
 
 def test_values_are_taken_where_they_are_known():
@@ -43,10 +45,19 @@ def test_a_box_may_pass_the_border_where_the_sheet_wraps(start):
     rows, columns = (np.arange(s, s + e) % n for s, e, n in zip(start, (3, 4), (6, 7), strict=True))
     np.testing.assert_array_equal(sheet.label[sheet.indices(Box(start, (3, 4)))], sheet.label[np.ix_(rows, columns)])
     sheet.places[:], sheet.label[::2] = np.arange(42).reshape(6, 7), -1
-    places, known = sheet.shown([Box((1, 1), (3, 4)), Box(start, (3, 4))])
-    np.testing.assert_array_equal(places[1], sheet.places[np.ix_(rows, columns)])
-    np.testing.assert_array_equal(places[0], sheet.places[1:4, 1:5])
-    np.testing.assert_array_equal(known[1], np.broadcast_to(rows[:, None] % 2 == 1, (3, 4)))
+    places, known, starts = np.empty((2, 1, 3, 4), int), np.empty((2, 1, 3, 4), bool), in_volume([(1, 1), start], 0)
+    label = volume(sheet.label, 2)
+    look(label, volume(sheet.places[None], 2), starts, places, known)
+    np.testing.assert_array_equal(places[1, 0], sheet.places[np.ix_(rows, columns)])
+    np.testing.assert_array_equal(places[0, 0], sheet.places[1:4, 1:5])
+    np.testing.assert_array_equal(known[1, 0], np.broadcast_to(rows[:, None] % 2 == 1, (3, 4)))
+    sheet.label[1], sheet.label[3:] = [0, 3, 1, 3, 1, 3, 1], -1
+    most, filled = np.empty(2, int), sheet.label[None, None, rows][..., columns] >= 0
+    for patches, wanted in ((4, [np.bincount(sheet.label[1, 1:5]).argmax(), 0]), (0, [0, 0])):
+        labels = sheet.label[np.ix_(rows, columns)]
+        wanted[1] = np.bincount(labels[labels >= 0], minlength=1).argmax() if patches else 0
+        count_most(label, starts, np.stack([sheet.label[None, 1:4, 1:5] >= 0, filled[0]]), patches, most)
+        assert most.tolist() == wanted
 
 
 @pytest.mark.parametrize("start", [(1, 2), (-2, 4), (3, -1)])

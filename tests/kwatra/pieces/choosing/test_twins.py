@@ -3,11 +3,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
+from compared import shown_near
 
 from kwatra import Exemplar
 from kwatra.pieces import BlockStart, Box, Mosaic, Patch, SeamCost, Sheet
 from kwatra.pieces.choosing import candidates
-from kwatra.pieces.choosing.charges import shown_near
 from kwatra.pieces.choosing.corners import Corners
 from kwatra.pieces.choosing.twins import twin_places, twins
 

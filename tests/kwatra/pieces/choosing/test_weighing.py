@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from kwatra.pieces.choosing.comparing import sum_near
+from kwatra.pieces.choosing.seen import Around, Compared
 from kwatra.pieces.choosing.weighing import attain, charge_shown, draw, keep_in_step, pick, pick_each, weigh
 
 
@@ -38,42 +40,53 @@ def test_what_was_shown_before_is_no_reason_to_leave_the_lattice():
     np.testing.assert_allclose(cost, shown + step + 0.3)  # none is in step
 
 
+def compared_as(found):
+    """What is compared so that `compare` finds (b, k, n) of what is known of one pixel."""
+    boxes, images, _ = found.shape
+    against = np.zeros((boxes, images + 1, 1, 1, 1))
+    against[:, -1] = 1
+    return Compared(
+        found, against, np.empty((0, 0, 0)), False, ((np.zeros(1, int),) * 3,) * 2, 0.25, np.ones(images), 1e9
+    )
+
+
+def shown_around(boxes, twins):
+    """A sheet of 7 x 8 pixels with boxes on it that shows 30 places of a mosaic at random, and their sums."""
+    rng, lines = np.random.default_rng(1), (np.zeros(1, int), np.arange(5), np.arange(6))
+    places, label = rng.integers(0, 30, (7, 8), np.int32), rng.integers(-1, 3, (7, 8), np.int32)
+    spans = lines, tuple(line + 1 for line in lines)
+    made = Around(places, label, twins, boxes[:, 0], boxes[:, 1], 3, np.array([5, 6]), spans)
+    near = np.empty((len(boxes), 30))
+    sum_near(made, near)
+    return made, near
+
+
 def test_a_block_costs_what_it_disagrees_and_all_that_is_charged():
-    rng = np.random.default_rng(0)
-    found, valid, same = rng.random((2, 2, 30)), rng.random((2, 30)) < 0.8, rng.integers(0, 2, (2, 30)).astype(float)
-    away, near, steps = rng.random((3, 2, 30))
+    rng, nothing, twins = np.random.default_rng(0), np.empty((2, 0)), np.empty((0, 0), np.int32)
+    found, valid = rng.random((2, 2, 30)).round(6), rng.random((2, 30)) < 0.8
+    same, missed = rng.integers(0, 2, (2, 30)).astype(float), rng.random((2, 30)).round(6)
+    away, steps = rng.random((2, 2, 30))
     worn, pixels, some = rng.random(30), rng.integers(3, 9, 30).astype(float), np.array([True, False])
-    prices, costs = (worn, near, pixels, 0.3, 0.2, steps, 0.25), np.empty((2, 30))
-    weigh(found, valid, same, some, 0.05, 0.1, 0.7, away, *prices, costs)
+    around, near = shown_around(np.array([[[0, 1], [3, 4]], [[2, 2], [6, 5]]]), twins)
+    assert (near > 0).any()
+    costs = np.empty((2, 30))
+    prices = 0.05, 0.1, 0.7, away, worn, around, pixels, 0.3, 0.2, steps, 0.25
+    weigh(compared_as(found), missed, valid, same, some, *prices, costs)
     for box in range(2):
-        afforded = [attain(one, valid[box], same[box], 0.05, 0.1) for one in found[box]]
-        cost, shown = (found[box, 0] + away[box]) / afforded[0], np.empty(30)
+        colors = found[box, 0] + missed[box]
+        afforded = [attain(one, valid[box], same[box], 0.05, 0.1) for one in (colors, found[box, 1])]
+        cost, shown = (colors + away[box]) / afforded[0], np.empty(30)
         charge_shown(worn, near[box], same[box], pixels, 0.3, 0.2, shown)
         if some[box]:
             cost = (cost + 0.7 * found[box, 1] / afforded[1]) / 1.7
             keep_in_step(steps[box], 0.25, valid[box], shown)
         np.testing.assert_allclose(costs[box], np.where(valid[box], cost + shown, np.inf))
-    nothing, colors = np.empty((2, 0)), np.empty((2, 30))
-    weigh(
-        found[:, :1].copy(),
-        valid,
-        same,
-        some,
-        0.05,
-        0.1,
-        0.7,
-        nothing,
-        0 * worn,
-        nothing,
-        pixels,
-        0.0,
-        0.0,
-        nothing,
-        0.25,
-        colors,
-    )
-    afforded = [attain(one, *rest, 0.05, 0.1) for one, *rest in zip(found[:, 0], valid, same, strict=True)]
-    np.testing.assert_allclose(colors, np.where(valid, found[:, 0] / np.array(afforded)[:, None], np.inf))
+    none, _ = shown_around(np.empty((0, 2, 2), int), twins)
+    prices = 0.05, 0.1, 0.7, nothing, 0 * worn, none, pixels, 0.0, 0.0, nothing, 0.25
+    for compared, colors in ((found[:, :1].copy(), found[:, 0]), (found[:0, :1].copy(), 0 * found[:, 0])):
+        weigh(compared_as(compared), missed[:0], valid, same, some, *prices, costs)
+        afforded = [attain(one, *rest, 0.05, 0.1) for one, *rest in zip(colors, valid, same, strict=True)]
+        np.testing.assert_allclose(costs, np.where(valid, colors / np.array(afforded)[:, None], np.inf))
 
 
 def test_each_box_has_its_own_picks_or_draws_one():
