@@ -1,6 +1,7 @@
 """What repeats, and what that is good for: pieces laid in step, and a periodic picture continued exactly."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import torch
 from torch import Tensor
@@ -47,16 +48,29 @@ def out_of_step(
     return rest.square().sum(0).sqrt()  # `norm` takes many times as long
 
 
-def continued(
-    exemplar: Exemplar, lattice: Lattice, shape: Sequence[int], first: Sequence[int] | None = None
-) -> Tensor | None:
-    """The source map (2, *shape) that continues a periodic image exactly, None where no image is exactly periodic.
+class Cell(NamedTuple):
+    """Where on a canvas the cell is copied from by which an image is periodic.
 
-    It is the exemplar's first image that is periodic in whole pixels, each color to within a step of 8 bits, and of
-    which a whole cell may be copied. first: where on the canvas the map begins, though it be outside of the image; None
-    for the image's upper left corner.
+    places (n,): of each of its pixels, counted row by row in the image; width, corner: the image's, and where it lies.
+    basis: the lattice as vectors (down, right) and (0, along).
     """
-    device, exemplar = exemplar.canvas.device, exemplar.to("cpu")
+
+    places: Tensor
+    width: int
+    corner: list[int]
+    basis: tuple[int, int, int]
+
+
+@kept
+def find_cell(exemplar: Exemplar) -> Cell | None:
+    """The cell of an exemplar's first image that is exactly periodic, None where none is.
+
+    It repeats in whole pixels, each color to within a step of 8 bits, and a whole cell of it may be copied. None of one
+    so large that its lattice is not looked for at its own resolution (LOOKED_AT).
+    """
+    lattice = find_lattice(exemplar) if exemplar.owner.numel() <= LOOKED_AT else None
+    if lattice is None:
+        return None
     for box, inside in exemplar.places():
         image = exemplar.canvas[(slice(None), *box)]
         vectors = _exact(image, inside, lattice)
@@ -65,12 +79,23 @@ def continued(
         basis = _triangular(vectors)
         place = _innermost_of_cell(inside, basis)
         if bool((place >= 0).all()) and _alike(image, inside, place[_cell(inside.shape, basis)]):
-            corner = [side.start for side in box]
-            start = [a - b for a, b in zip(corner if first is None else first, corner, strict=True)]
-            there = place[_cell(shape, basis, start)]
-            width = inside.shape[1]
-            return torch.stack([there // width + corner[0], there % width + corner[1]]).to(device)
+            return Cell(place, inside.shape[1], [side.start for side in box], basis)
     return None
+
+
+def continued(exemplar: Exemplar, shape: Sequence[int], first: Sequence[int] | None = None) -> Tensor | None:
+    """The source map (2, *shape) that continues an image that is periodic exactly (`find_cell`), None where none is.
+
+    first: where on the canvas the map begins, though it be outside of the image; None for the image's upper left
+    corner.
+    """
+    cell = find_cell(exemplar)
+    if cell is None:
+        return None
+    start = [a - b for a, b in zip(cell.corner if first is None else first, cell.corner, strict=True)]
+    there = cell.places[_cell(shape, cell.basis, start)]
+    at = torch.stack([there // cell.width + cell.corner[0], there % cell.width + cell.corner[1]])
+    return at.to(exemplar.canvas.device)
 
 
 def _exact(image: Tensor, inside: Tensor, lattice: Lattice) -> Tensor | None:

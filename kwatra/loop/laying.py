@@ -254,15 +254,14 @@ def repeated(task: Task, exemplar: Exemplar) -> Tensor | None:
     fine = any(level.factor == 1 for level in task.levels)
     if not fine or not _unsteered(task, given=True):
         return None
-    lattice = find_lattice(exemplar) if exemplar.owner.numel() <= LOOKED_AT else None
     given = task.controls((1, 1)).copied()
     if given is not None:
         first = _begins(given, exemplar)
-        return None if lattice is None or first is None else continued(exemplar, lattice, task.shape, first)
-    weave = weave_beside(lattice, exemplar)
+        return None if first is None else continued(exemplar, task.shape, first)
+    weave = weave_beside(find_lattice(exemplar) if exemplar.owner.numel() <= LOOKED_AT else None, exemplar)
     if weave is not None:
         return continued_weave(exemplar, weave, task.shape, task.wraps, task.generator)
-    return None if lattice is None or any(task.wraps) else continued(exemplar, lattice, task.shape)
+    return None if any(task.wraps) else continued(exemplar, task.shape)
 
 
 def block_size(

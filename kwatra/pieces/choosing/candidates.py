@@ -201,7 +201,7 @@ class Candidates:
             each = [charged(asked.places, box.start, *lines).ravel() for box in boxes]
             away = np.stack(each) / self.variance
         if self.steps is not None:
-            steps, some = np.zeros(costs.shape), some | bool(self.sheet.patches)
+            steps, some = np.empty(costs.shape), some | bool(self.sheet.patches)
             for at in np.flatnonzero(some).tolist():
                 steps[at] = self.steps.at(self._from(boxes[at], int(seen.most[at]))).ravel()
         near = around(self.sheet, boxes if beside > 0 else (), self.corners, asked.twins)

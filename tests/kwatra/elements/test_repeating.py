@@ -34,7 +34,7 @@ def test_a_texture_repeats_by_its_lattice_or_else_by_its_rows_however_large_it_i
 @pytest.mark.parametrize("shape", [(128, 128), (40, 200), (300, 71)])
 def test_a_periodic_picture_is_continued_exactly(first, second, shape):
     exemplar = Exemplar.of(periodic((96, 90), first, second))
-    where = continued(exemplar, find_lattice(exemplar), shape)
+    where = continued(exemplar, shape)
     assert torch.equal(look_up(exemplar.canvas, where), periodic(shape, first, second))
 
 
@@ -42,23 +42,21 @@ def test_a_checkerboard_of_eighty_five_pixels_is_continued_exactly():
     y, x = torch.meshgrid(torch.arange(320), torch.arange(320), indexing="ij")
     board = (((y + 7) // 32 + (x + 1) // 32) % 2).float()[None]
     exemplar = Exemplar.of(board[:, :85, :85])
-    assert torch.equal(look_up(exemplar.canvas, continued(exemplar, find_lattice(exemplar), (320, 320))), board)
+    assert torch.equal(look_up(exemplar.canvas, continued(exemplar, (320, 320))), board)
 
 
 def test_a_picture_that_repeats_in_half_pixels_is_continued_by_twice_the_vector():
     y, x = torch.meshgrid(torch.arange(128), torch.arange(128), indexing="ij")
     wave = ((torch.sin(2 * torch.pi * y / 12.5) + torch.sin(2 * torch.pi * x / 9)) / 4 + 0.5)[None]
     exemplar = Exemplar.of(wave[:, :64, :64])
-    assert torch.allclose(
-        look_up(exemplar.canvas, continued(exemplar, find_lattice(exemplar), (128, 128))), wave, atol=1e-4
-    )
+    assert torch.allclose(look_up(exemplar.canvas, continued(exemplar, (128, 128))), wave, atol=1e-4)
 
 
 def test_holes_are_gone_around():
     image, mask = periodic((96, 90), (9, 4), (0, 14)), torch.ones(96, 90, dtype=torch.bool)
     mask[:30, :40] = False
     exemplar = Exemplar.of(torch.where(mask, image, 0.0), masks=[mask])
-    where = continued(exemplar, find_lattice(exemplar), (128, 128))
+    where = continued(exemplar, (128, 128))
     assert bool((exemplar.owner[tuple(where)] == 0).all())
     assert torch.equal(look_up(exemplar.canvas, where), periodic((128, 128), (9, 4), (0, 14)))
 
@@ -67,16 +65,16 @@ def test_the_second_picture_serves_where_the_first_is_not_periodic():
     broken = periodic((96, 90), (9, 4), (0, 14))
     broken[:, 50:60, 50:60] = 0.0
     exemplar = Exemplar.of([broken, periodic((96, 90), (9, 4), (0, 14))])
-    where = continued(exemplar, find_lattice(exemplar), (64, 64))
+    where = continued(exemplar, (64, 64))
     assert bool((exemplar.owner[tuple(where)] == 1).all())
-    assert continued(Exemplar.of(broken), find_lattice(Exemplar.of(broken)), (64, 64)) is None
+    assert continued(Exemplar.of(broken), (64, 64)) is None
 
 
 def test_a_picture_that_is_only_nearly_periodic_is_not_continued():
     image = periodic((96, 90), (9, 4), (0, 14))
     noisy = Exemplar.of(image + 0.02 * torch.randn(image.shape, generator=torch.Generator().manual_seed(0)))
     assert find_lattice(noisy) is not None
-    assert continued(noisy, find_lattice(noisy), (64, 64)) is None
+    assert continued(noisy, (64, 64)) is None
 
 
 def test_translations_by_lattice_vectors_are_in_step():
@@ -99,6 +97,6 @@ def test_translations_on_a_grain_are_those_of_the_full_map():
 def test_a_periodic_picture_is_continued_from_any_place_on(first):
     whole = periodic((300, 300), (13, 20), (0, 31))
     exemplar = Exemplar.of(whole[:, 130:226, 120:210])
-    where = continued(exemplar, find_lattice(exemplar), (50, 60), first)
+    where = continued(exemplar, (50, 60), first)
     top, left = 130 + first[0], 120 + first[1]
     assert torch.equal(look_up(exemplar.canvas, where), whole[:, top : top + 50, left : left + 60])
