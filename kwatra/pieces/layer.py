@@ -154,12 +154,12 @@ class Layer:
         what is tried in one; some boxes of one extent are looked at together, as threads wait between short steps.
         """
         often = None if self.scene is None else self.scene.prices(self.used)
-        worn, hang = self.candidates.worn(self.shown), (0,) * len(self.sheet.shape) if rest else self.corners.hang
+        hang = (0,) * len(self.sheet.shape) if rest else self.corners.hang
 
         def choose(numbers: Sequence[int]) -> Offer:
             some = [boxes[number] for number in numbers]
             needed = None if again else self.spread.needed(some, hang)
-            chosen = self.candidates.choose(some, needed, worn, self.seams, [luck[number] for number in numbers])
+            chosen = self.candidates.choose(some, needed, self.shown, self.seams, [luck[number] for number in numbers])
             return self.offers.of(self.sheet.windows(some), some, chosen, often, again)
 
         most = max(LOOKED_AT // prod(self.exemplar.shape), 1)
@@ -171,9 +171,7 @@ class Layer:
             for at, (number, patch) in enumerate(zip(numbers, some.patches, strict=True))
             if patch is not None
         }
-        for some in cuts:
-            some.recount(self.shown)
-        self.sheet.commit_each(cuts, [laid[number] for number in sorted(laid)])
+        self.sheet.commit_each(cuts, [laid[number] for number in sorted(laid)], self.shown)
         return [number in laid for number in range(len(boxes))]
 
     def _costly(self, regions: Regions, most: int) -> list[Box]:

@@ -16,7 +16,7 @@ from kwatra.pieces.boxes import Box
 from kwatra.pieces.choosing.agreement import Agreement
 from kwatra.pieces.choosing.charges import NEAR, StepCosts, around, charged
 from kwatra.pieces.choosing.corners import Corners
-from kwatra.pieces.choosing.seen import Seen
+from kwatra.pieces.choosing.seen import Charges, Seen
 from kwatra.pieces.choosing.wished import Wished
 from kwatra.pieces.seams import Array, Gaps, Mosaic
 from kwatra.pieces.sheet import Sheet
@@ -117,30 +117,47 @@ class Candidates:
         other.sheet = sheet
         return other
 
-    def worn(self, used: Array) -> Array:
-        """What blocks cost (n,) for how often they were used; used (*cell): how often each place of the mosaic was."""
-        from kwatra.pieces.choosing.weighing import wear
-
-        corners, every = self.corners, volume(used[None], used.ndim)
-        spans, pixels = of_volume(corners.under), corners.pixels.ravel()
-        worn: Array = wear(every, spans, pixels, self.asked.usage, math.prod(corners.shape))
-        return worn
-
     def choose(
-        self, boxes: Sequence[Box], needed: Array | None, worn: Array, most: int, luck: Sequence[float]
+        self, boxes: Sequence[Box], needed: Array | None, used: Array, most: int, luck: Sequence[float]
     ) -> Chosen:
         """For each of boxes of one extent at most so many blocks.
 
-        needed (b, *E): the pixels that a block has to fill if they are empty; None for none.
-        worn (n,): what blocks cost for how often they were used. Where there is no seam to compare, or a wish decides,
-        one block of about the least cost is drawn: luck (b,), 0 to 1, says which, and what else blocks cost if luck
-        decides on that (`Asked`). Memory is that of a few arrays of the exemplar's size for each box.
+        needed (b, *E): the pixels that a block has to fill if they are empty; None for none. used (*cell): how often
+        each place of the mosaic was. Where there is no seam to compare, or a wish decides, one block of about the least
+        cost is drawn: luck (b,), 0 to 1, says which, and what else blocks cost if luck decides on that (`Asked`).
+        Memory is that of a few arrays of the exemplar's size for each box.
+
+        Blocks cost less where they agree with what is known of boxes, in what agreement this texture affords: rows that
+        can line up are not torn for the sake of even use. They cost more for where in the exemplar they come from, for
+        what was shown before, and where they are out of step.
         """
+        from kwatra.pieces.choosing.weighing import pick_each
+
         seen = self._seen(boxes, needed)
-        costs = self._costs(boxes, seen, worn)
-        if self._luck:
-            costs += [self._luck * np.random.default_rng(int(one * 2**53)).random(costs.shape[1]) for one in luck]
-        return self._picked(boxes, costs, np.where(seen.some, most, 1), luck)
+        compared = self.agreement.compared(seen, boxes[0].extent, self.asked.aligned)
+        charges, some = self._charges(boxes, seen, used, luck), seen.some
+        if self.steps is not None:
+            some = some | bool(self.sheet.patches)
+        gaps, at_most = 0.0 if self._gaps is None else self._gaps.weight, self._at_most(boxes, seen.some, most)
+        costs, picked = np.empty(seen.same.shape), np.empty((len(boxes), max(at_most)), np.int64)
+        pick_each(
+            compared, charges, seen.valid, seen.same, some, GOOD, MISMATCH_FLOOR, gaps, at_most, ACCEPTABLE, TOLERANCE,
+            np.array(luck), costs, picked,
+        )  # fmt: skip
+        chosen = picked >= 0
+        box, numbers = chosen.nonzero()[0], picked[chosen]
+        firsts = np.zeros(len(boxes) + 1, np.int64)
+        chosen.sum(1).cumsum(out=firsts[1:])
+        return Chosen(firsts, self.corners.at(numbers), costs[box, numbers])
+
+    def _at_most(self, boxes: Sequence[Box], some: Array, most: int) -> Array:
+        """How many blocks are tried in each box, at most so many where `some` (b,) of it is known."""
+        wish = self._deciding
+        if not self.asked.aligned:
+            return np.ones(len(boxes), np.int64)
+        if wish is not None:
+            some = some & ~np.array([wish.anything(self.sheet.indices(box)) for box in boxes])
+        return np.where(some, most, 1)
 
     def _seen(self, boxes: Sequence[Box], needed: Array | None) -> Seen:
         """What is known of boxes of one extent; needed: as in `choose`."""
@@ -167,54 +184,31 @@ class Candidates:
             seen.valid[:] = corners.emptying_least(missing).reshape(count, blocks)
         return seen
 
-    def _picked(self, boxes: Sequence[Box], costs: Array, most: Array, luck: Sequence[float]) -> Chosen:
-        """For each box at most so many (b,) of the blocks, of which one drawn by luck (b,), given costs (b, n)."""
-        from kwatra.pieces.choosing.weighing import pick_each
-
-        wish = self._deciding
-        if not self.asked.aligned:
-            most = np.ones_like(most)
-        elif wish is not None:
-            most = np.where([wish.anything(self.sheet.indices(box)) for box in boxes], 1, most)
-        picked = np.empty((len(boxes), max(most)), np.int64)
-        pick_each(costs, most, ACCEPTABLE, TOLERANCE, np.array(luck), picked)
-        some = picked >= 0
-        box, numbers = some.nonzero()[0], picked[some]
-        firsts = np.zeros(len(boxes) + 1, np.int64)
-        some.sum(1).cumsum(out=firsts[1:])
-        return Chosen(firsts, self.corners.at(numbers), costs[box, numbers])
-
-    def _costs(self, boxes: Sequence[Box], seen: Seen, worn: Array) -> Array:
-        """What blocks cost (b, n) in boxes, infinite where they are not valid.
-
-        Less where they agree with what is known of boxes, in what agreement this texture affords: rows that can line up
-        are not torn for the sake of even use. More for where in the exemplar they come from, for what was shown before,
-        and where they are out of step.
-        """
-        from kwatra.pieces.choosing.weighing import weigh
-
-        asked, (again, beside), extent, some = self.asked, self._prices, boxes[0].extent, seen.some
-        costs, nothing = np.empty((len(boxes), worn.size)), np.empty((len(boxes), 0))
-        away = steps = nothing
+    def _charges(self, boxes: Sequence[Box], seen: Seen, used: Array, luck: Sequence[float]) -> Charges:
+        """What blocks cost beside that they disagree; arguments as in `choose`."""
+        asked, corners, (again, beside), extent = self.asked, self.corners, self._prices, boxes[0].extent
+        shape = seen.same.shape
+        away: Array = np.empty((len(boxes), 0))
+        steps = away
         if asked.places:
-            lines = self.corners.valid.shape, self.corners.grain, asked.device
+            lines = corners.valid.shape, corners.grain, asked.device
             each = [charged(asked.places, box.start, *lines).ravel() for box in boxes]
             away = np.stack(each) / self.variance
         if self.steps is not None:
-            steps, some = np.empty(costs.shape), some | bool(self.sheet.patches)
-            for at in np.flatnonzero(some).tolist():
+            steps = np.empty(shape)
+            for at in np.flatnonzero(seen.some | bool(self.sheet.patches)).tolist():
                 steps[at] = self.steps.at(self._from(boxes[at], int(seen.most[at]))).ravel()
-        near = around(self.sheet, boxes if beside > 0 else (), self.corners, asked.twins)
-        gaps = 0.0 if self._gaps is None else self._gaps.weight
+        more = [FOLD * self._folded(twin, seen, extent).reshape(shape) for twin in asked.twins]
+        if self._luck:
+            drawn = [np.random.default_rng(int(one * 2**53)).random(shape[1]) for one in luck]
+            more.append(self._luck * np.stack(drawn))
         in_step = 0.0 if self.steps is None else self.steps.in_step
-        weigh(
-            self.agreement.compared(seen, extent, asked.aligned), self._missed(boxes), seen.valid, seen.same, some,
-            GOOD, MISMATCH_FLOOR, gaps, away, worn, near, self.corners.pixels.ravel(), again,
-            beside, steps, in_step, costs,
+        near = around(self.sheet, boxes if beside > 0 else (), corners, asked.twins)
+        return Charges(
+            self._missed(boxes), away, volume(used[None], used.ndim), of_volume(corners.under), corners.pixels.ravel(),
+            math.prod(corners.shape), asked.usage, near, again, beside, steps, in_step,
+            np.stack(more) if more else np.empty((0, *shape)),
         )  # fmt: skip
-        for twin in asked.twins:
-            costs += FOLD * self._folded(twin, seen, extent).reshape(costs.shape)
-        return costs
 
     def _folded(self, twin: Array, seen: Seen, extent: Sequence[int]) -> Array:
         """How much of a fold blocks make (b, *n), 0 to 1: along how much of a side they meet a twin of what is known.

@@ -61,3 +61,29 @@ class Around(NamedTuple):
     reach: int
     cell: Array
     spans: tuple[tuple[Array, ...], tuple[Array, ...]]
+
+
+class Charges(NamedTuple):
+    """What blocks (n,) cost in boxes (b,) beside that they disagree with what is known there.
+
+    missed (b, n): what they miss of a wish, which adds to how little they agree; of no boxes where nothing is wished.
+    away (b, n): what places charge; (b, 0) for nothing. used (1, A, B, C): how often each place was; under: of each
+    axis the first places under blocks, and those after the last; pixels (n,): how many each shows, size: all that there
+    are; usage: what a block costs that was used once more than all on average. around: what is shown there; again,
+    beside: what one costs that continues a copy, that is shown right beside. steps (b, n): what they cost out of step;
+    (b, 0) for nothing; in_step: what does at most that is in step. more (m, b, n): what else they cost.
+    """
+
+    missed: Array
+    away: Array
+    used: Array
+    under: tuple[tuple[Array, ...], tuple[Array, ...]]
+    pixels: Array
+    size: int
+    usage: float
+    around: Around
+    again: float
+    beside: float
+    steps: Array
+    in_step: float
+    more: Array

@@ -50,27 +50,25 @@ def wear(used: Any, spans: Any, pixels: Any, usage: Any, size: Any) -> Any:
 
 @jitted
 def weigh(
-    compared: Any, missed: Any, valid: Any, same: Any, some: Any, good: Any, floor: Any, gaps: Any, away: Any,
-    worn: Any, around: Any, pixels: Any, again: Any, beside: Any, steps: Any, in_step: Any, costs: Any,
-) -> None:  # fmt: skip
+    compared: Any, charges: Any, valid: Any, same: Any, some: Any, good: Any, floor: Any, gaps: Any, costs: Any
+) -> None:
     """Set what blocks cost (b, n) in boxes, infinite where they are not `valid` (b, n).
 
-    compared: how little they agree in colors, and, in a second image, in where gaps lie (`compare`); missed (b, n):
-    what they miss of a wish, which adds to the first, of no boxes where nothing is wished for. Either is counted in
-    what can be attained (`attain`, with `good` and `floor`). gaps: how much the second counts beside the first, where
-    `some` (b,) is known. away (b, n) or (b, 0): what places charge. around: what is shown there (`sum_near`), around
-    none where that costs nothing. worn, same, pixels, again, beside: as of `charge_shown`. steps (b, n) or (b, 0): what
-    they cost out of a lattice's step; in_step: what does at most that is in step.
+    compared: how little they agree in colors, and, in a second image, in where gaps lie (`Compared`). Either is counted
+    in what can be attained (`attain`, with `good` and `floor`). gaps: how much the second counts beside the first,
+    where `some` (b,) is known. charges: what else they cost (`Charges`); same (b, n): as of `charge_shown`.
     """
     boxes, images, blocks = len(costs), compared.raw.shape[1], costs.shape[1]
-    found, near = np.zeros((boxes, images, blocks)), np.empty((boxes, blocks if len(around.starts) > 0 else 0))
+    found, near = np.zeros((boxes, images, blocks)), np.empty((boxes, blocks if len(charges.around.starts) > 0 else 0))
     if len(compared.raw) > 0:
         compare(compared, valid, found)
-    for box in range(len(missed)):
+    for box in range(len(charges.missed)):
         for i in range(blocks):
-            found[box, 0, i] = np.rint((found[box, 0, i] + missed[box, i]) * compared.steps) / compared.steps
-    if len(around.starts) > 0:
-        sum_near(around, near)
+            found[box, 0, i] = np.rint((found[box, 0, i] + charges.missed[box, i]) * compared.steps) / compared.steps
+    if len(charges.around.starts) > 0:
+        sum_near(charges.around, near)
+    pixels, away, steps = charges.pixels, charges.away, charges.steps
+    worn = wear(charges.used, charges.under, pixels, charges.usage, charges.size)
     shown, cost = np.empty(blocks), np.empty(blocks)
     for box in range(boxes):
         afforded = attain(found[box, 0], valid[box], same[box], good, floor)
@@ -81,11 +79,15 @@ def weigh(
             afforded = attain(found[box, 1], valid[box], same[box], good, floor)
             for i in range(blocks):
                 cost[i] = (cost[i] + gaps * (found[box, 1, i] / afforded)) / (1 + gaps)
-        charge_shown(worn, near[box], same[box], pixels, again, beside, shown)
+        charge_shown(worn, near[box], same[box], pixels, charges.again, charges.beside, shown)
         if steps.shape[1] > 0 and some[box]:
-            keep_in_step(steps[box], in_step, valid[box], shown)
+            keep_in_step(steps[box], charges.in_step, valid[box], shown)
         for i in range(blocks):
             costs[box, i] = cost[i] + shown[i] if valid[box, i] else np.inf
+    for further in charges.more:
+        for box in range(boxes):
+            for i in range(blocks):
+                costs[box, i] += further[box, i]
 
 
 @jitted
@@ -121,12 +123,16 @@ def keep_in_step(step: Any, most: Any, valid: Any, cost: Any) -> None:
 
 
 @jitted
-def pick_each(costs: Any, most: Any, acceptable: Any, tolerance: Any, luck: Any, picked: Any) -> None:
-    """Set the numbers of the blocks that are picked (b, m) for boxes, given all costs (b, n); -1 where there are fewer.
+def pick_each(
+    compared: Any, charges: Any, valid: Any, same: Any, some: Any, good: Any, floor: Any, gaps: Any, most: Any,
+    acceptable: Any, tolerance: Any, luck: Any, costs: Any, picked: Any,
+) -> None:  # fmt: skip
+    """Set the numbers of the blocks that are picked (b, m) for boxes, -1 where there are fewer, and costs as `weigh`.
 
     They are at most so many (b,), of costs that exceed the least by an acceptable amount (`pick`); where it is one, one
     is drawn within a tolerance, as luck (b,) has it (`draw`).
     """
+    weigh(compared, charges, valid, same, some, good, floor, gaps, costs)
     picked[:] = -1
     for box in range(len(costs)):
         if most[box] == 1:

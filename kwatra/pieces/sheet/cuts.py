@@ -67,6 +67,16 @@ class Cuts:
     changes: Array
     prices: Array
 
+    @classmethod
+    def of(cls, cut: Cut) -> Cuts:
+        """One alone."""
+        change, price, seams = (
+            np.array([cut.change]),
+            np.array([cut.price]),
+            np.concatenate([cost.ravel() for cost in cut.seams]),
+        )
+        return cls(Windows.alone(cut.window), [cut.patch], cut.take.ravel(), cut.places.ravel(), seams, change, price)
+
     def __len__(self) -> int:
         return len(self.patches)
 
@@ -89,10 +99,3 @@ class Cuts:
         self.windows.of_places(self.places, number)[:] = cut.places
         for part, cost in zip(self.windows.of_pairs(self.seams, number), cut.seams, strict=True):
             part[:] = cost
-
-    def recount(self, shown: Array) -> None:
-        """Count how often each place of a mosaic is `shown` (*cell) once the patches are laid."""
-        from kwatra.pieces.sheet.pixels import recount_each
-
-        some = np.array([patch is not None for patch in self.patches])
-        recount_each(self.windows.pixels, some, self.take, self.places, shown.reshape(-1))

@@ -129,21 +129,41 @@ def of_pairs(values: Any, first: Any, extent: Any) -> Any:
 
 @jitted
 def lay_each(
-    label: Any, places: Any, seams: Any, starts: Any, extents: Any, numbers: Any, take: Any, shown: Any, left: Any
+    label: Any, places: Any, seams: Any, seen: Any, numbers: Any, take: Any, shown: Any, left: Any, counts: Any
 ) -> None:
     """Have the pixels of boxes that `take` (N,) a patch show its places, and set all seams that are `left` (M,).
 
-    starts, extents (b, 3): of the boxes; shown: their places, laid out as all are in `Pixels`. numbers (b,): of their
-    patches, below 0 where none is laid.
+    seen: what the boxes showed before (`Pixels`); shown: what they do now, laid out as there. numbers (b,): of their
+    patches, below 0 where none is laid. counts (cells,): how often each place is shown, counted anew; of none where
+    that is not asked for.
     """
-    pixels, pairs = places_before(extents)
+    pixels, pairs = places_before(seen.extents)
     for box in range(len(numbers)):
         if numbers[box] >= 0:
-            a, b, c = extents[box]
+            a, b, c = seen.extents[box]
             first, last = len(places) * pixels[box], len(places) * (pixels[box] + a * b * c)
-            new, taken = shown[first:last].reshape((len(places), a, b, c)), of_pixels(take, pixels[box], extents[box])
-            after = of_pairs(left, pairs[box], extents[box])
-            _lay(label, places, seams, starts[box], numbers[box], taken, new, after)
+            new = shown[first:last].reshape((len(places), a, b, c))
+            taken, after = (
+                of_pixels(take, pixels[box], seen.extents[box]),
+                of_pairs(left, pairs[box], seen.extents[box]),
+            )
+            _lay(label, places, seams, seen.starts[box], numbers[box], taken, new, after)
+            if len(counts) > 0:
+                kept = of_pixels(seen.kept, pixels[box], seen.extents[box]).ravel()
+                _recount(taken.ravel(), new.ravel(), seen.places[first:last], kept, counts)
+
+
+@jitted
+def _recount(take: Any, new: Any, old: Any, kept: Any, counts: Any) -> None:
+    """Count each place (M,) once more for each pixel (N,) that will show it, once less for each that no longer does.
+
+    take: which pixels take a patch; new, old: its places, and those that are shown; kept: KEEP where there are any.
+    """
+    for i in range(len(take)):
+        if take[i]:
+            counts[np.int64(new[i])] += 1
+            if kept[i] == KEEP:
+                counts[np.int64(old[i])] -= 1
 
 
 @jitted
@@ -168,23 +188,6 @@ def _lay(label: Any, places: Any, seams: Any, start: Any, number: Any, take: Any
                 one, other = lines[0][i], lines[1][j]
                 for k in range(cost.shape[2]):
                     seam[one, other, lines[2][k]] = cost[i, j, k]
-
-
-@jitted
-def recount_each(seen: Any, some: Any, take: Any, shown: Any, counts: Any) -> None:
-    """Count each place (cells,) once more for each pixel that will show it, once less for each that no longer does.
-
-    seen: what boxes show (`Pixels`); some (b,): in which of them a patch is laid. take (N,): which pixels take it;
-    shown (N,): its places.
-    """
-    pixels, _ = places_before(seen.extents)
-    for box in range(len(some)):
-        if some[box]:
-            for i in range(pixels[box], pixels[box] + seen.extents[box].prod()):
-                if take[i]:
-                    counts[shown[i]] += 1
-                    if seen.kept[i] == KEEP:
-                        counts[seen.places[i]] -= 1
 
 
 @jitted

@@ -14,7 +14,7 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 
-from kwatra.base.spans import in_volume, volume
+from kwatra.base.spans import volume
 from kwatra.cut import FREE, MOST, TAKE
 from kwatra.pieces.boxes import Box
 from kwatra.pieces.seams import Array, SeamCost, Stock, summed
@@ -22,6 +22,9 @@ from kwatra.pieces.sheet.cuts import Cut, Cuts, Patch
 from kwatra.pieces.sheet.window import Window, Windows
 
 S = TypeVar("S", bound=Stock)
+
+UNCOUNTED = np.empty(0)
+"""How often places are shown where that is not counted."""
 
 
 class Sheet(Generic[S]):
@@ -181,32 +184,25 @@ class Sheet(Generic[S]):
 
     def commit(self, cut: Cut) -> None:
         """Lay a patch as it was cut; nothing may have been laid in between."""
-        box, left = cut.window.box, np.concatenate([cost.ravel() for cost in cut.seams])
-        where, numbers = (in_volume([box.start], 0), in_volume([box.extent], 1)), np.array([len(self.patches)])
-        self._lay(*where, numbers, cut.take.ravel(), cut.places.ravel(), left)
-        self.patches.append(cut.patch)
-        self.total += cut.change
+        self.commit_each([Cuts.of(cut)], [(0, 0)])
 
-    def commit_each(self, cuts: Sequence[Cuts], order: Sequence[tuple[int, int]]) -> None:
-        """Lay patches as they were cut, so that none meets another, in an order: of which cuts, and which of these."""
-        numbers = [np.full(len(some), -1) for some in cuts]
+    def commit_each(self, cuts: Sequence[Cuts], order: Sequence[tuple[int, int]], shown: Array = UNCOUNTED) -> None:
+        """Lay patches as they were cut, so that none meets another, in an order: of which cuts, and which of these.
+
+        shown (*cell): how often each place of a mosaic is, counted anew.
+        """
+        from kwatra.pieces.sheet.pixels import lay_each
+
+        numbers, axes = [np.full(len(some), -1) for some in cuts], len(self.shape)
         for group, at in order:
             patch = cuts[group].patches[at]
             assert patch is not None
             numbers[group][at] = len(self.patches)
             self.patches.append(patch)
             self.total += int(cuts[group].changes[at])
-        for some, each in zip(cuts, numbers, strict=True):
-            seen = some.windows.pixels
-            self._lay(seen.starts, seen.extents, each, some.take, some.places, some.seams)
-
-    def _lay(self, starts: Array, extents: Array, numbers: Array, take: Array, places: Array, left: Array) -> None:
-        """Have patches of some numbers (b,), below 0 for none, shown in boxes; the rest is as in `Cuts`."""
-        from kwatra.pieces.sheet.pixels import lay_each
-
-        axes = len(self.shape)
         sheet = volume(self.label, axes), self._numbers(self.places), volume(self.seams, axes)
-        lay_each(*sheet, starts, extents, numbers, take, places, left)
+        for some, each in zip(cuts, numbers, strict=True):
+            lay_each(*sheet, some.windows.pixels, each, some.take, some.places, some.seams, shown.reshape(-1))
 
     def _numbers(self, places: Array) -> Array:
         """Places (..., *E) as so many numbers for each pixel of a volume (k, *E)."""

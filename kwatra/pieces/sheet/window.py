@@ -75,6 +75,16 @@ class Windows:
         look_around(volume(label, axes), volume(every, axes), volume(fixed, axes), volume(seams, axes), seen)
         return cls(boxes, seen, axes, numbers)
 
+    @classmethod
+    def alone(cls, window: Window) -> "Windows":
+        """That of one box."""
+        box, axes = window.box, len(window.box.start)
+        where = in_volume([box.start], 0), in_volume([box.extent], 1)
+        flat = window.kept.ravel(), window.laid.ravel(), window.fixed.ravel(), window.places.ravel()
+        seams = np.concatenate([cost.ravel() for cost in window.remembered])
+        pixels = Pixels(*where, *flat, seams, np.array([window.total]))
+        return cls([box], pixels, axes, window.places.shape[: window.places.ndim - axes])
+
     def __len__(self) -> int:
         return len(self.boxes)
 

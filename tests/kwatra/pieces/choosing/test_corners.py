@@ -5,10 +5,11 @@ import pytest
 import torch
 
 from kwatra import Exemplar, InputError
-from kwatra.base.spans import volume
+from kwatra.base.spans import of_volume, volume
 from kwatra.pieces import BlockStart
 from kwatra.pieces.choosing.comparing import cover
 from kwatra.pieces.choosing.corners import Corners
+from kwatra.pieces.choosing.weighing import wear
 
 BLOCK, HANG, GRAIN, SHAPE = (6, 4), (4, 2), (2, 2), (14, 11)
 
@@ -149,7 +150,8 @@ def test_blocks_cost_what_their_pixels_were_used_more_than_all_on_average():
         Exemplar.of(image), (40, 40), (8, 8), (1, 1), torch.Generator().manual_seed(0), usage=0.5, seams=1
     )
     start.run()
-    worn, found = start.layer.candidates.worn(start.layer.shown).ravel(), start.layer.corners
+    found, used = start.layer.corners, volume(start.layer.shown[None], 2)
+    worn = wear(used, of_volume(found.under), found.pixels.ravel(), 0.5, 24 * 20)
     for number, at in enumerate(found.at(np.arange(found.valid.size)).tolist()):
         within = tuple(slice(max(c, 0), max(c + b, 0)) for c, b in zip(at, found.block, strict=True))
         assert worn[number] == pytest.approx(0.5 * (start.layer.used[within].mean() - start.layer.used.mean()))

@@ -90,8 +90,7 @@ def test_a_cut_changes_the_pixels_that_take_it_and_how_often_places_are_shown():
         before, patch = sheet.places.copy(), Patch(0, first, Box(first, (4, 5)))
         of_one = np.array([0, 1]), np.array([first]), np.zeros(1), np.ones(1)
         cuts = cheapest_cuts(sheet, Offer(sheet.windows([patch.box]), [patch.box], *of_one, np.inf))
-        cuts.recount(shown)
-        sheet.commit_each([cuts], [(0, 0)])
+        sheet.commit_each([cuts], [(0, 0)], shown)
         (cut,) = cuts
         at = np.ix_(
             *(np.arange(s, e) % n for s, e, n in zip(cut.window.box.start, cut.window.box.stop, shape, strict=True))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from kwatra.pieces.choosing.comparing import sum_near
-from kwatra.pieces.choosing.seen import Around, Compared
+from kwatra.pieces.choosing.seen import Around, Charges, Compared
 from kwatra.pieces.choosing.weighing import attain, charge_shown, draw, keep_in_step, pick, pick_each, weigh
 
 
@@ -61,17 +61,24 @@ def shown_around(boxes, twins):
     return made, near
 
 
+def charges(missed, away, used, pixels, around, steps, more):
+    """What 30 blocks of a pixel each are charged that were used so often (5, 6)."""
+    lines = np.zeros(1, int), np.arange(5), np.arange(6)
+    under = lines, tuple(line + 1 for line in lines)
+    return Charges(missed, away, used[None, None], under, pixels, 30, 0.5, around, 0.3, 0.2, steps, 0.25, more)
+
+
 def test_a_block_costs_what_it_disagrees_and_all_that_is_charged():
     rng, nothing, twins = np.random.default_rng(0), np.empty((2, 0)), np.empty((0, 0), np.int32)
     found, valid = rng.random((2, 2, 30)).round(6), rng.random((2, 30)) < 0.8
     same, missed = rng.integers(0, 2, (2, 30)).astype(float), rng.random((2, 30)).round(6)
-    away, steps = rng.random((2, 2, 30))
-    worn, pixels, some = rng.random(30), rng.integers(3, 9, 30).astype(float), np.array([True, False])
+    (away, steps), more = rng.random((2, 2, 30)), rng.random((2, 2, 30))
+    pixels, some, used = rng.integers(3, 9, 30).astype(float), np.array([True, False]), rng.integers(0, 9, (5, 6)) / 1
     around, near = shown_around(np.array([[[0, 1], [3, 4]], [[2, 2], [6, 5]]]), twins)
     assert (near > 0).any()
-    costs = np.empty((2, 30))
-    prices = 0.05, 0.1, 0.7, away, worn, around, pixels, 0.3, 0.2, steps, 0.25
-    weigh(compared_as(found), missed, valid, same, some, *prices, costs)
+    costs, worn = np.empty((2, 30)), 0.5 * (used.ravel() / pixels - used.mean())
+    made = charges(missed, away, used, pixels, around, steps, more)
+    weigh(compared_as(found), made, valid, same, some, 0.05, 0.1, 0.7, costs)
     for box in range(2):
         colors = found[box, 0] + missed[box]
         afforded = [attain(one, valid[box], same[box], 0.05, 0.1) for one in (colors, found[box, 1])]
@@ -80,22 +87,30 @@ def test_a_block_costs_what_it_disagrees_and_all_that_is_charged():
         if some[box]:
             cost = (cost + 0.7 * found[box, 1] / afforded[1]) / 1.7
             keep_in_step(steps[box], 0.25, valid[box], shown)
-        np.testing.assert_allclose(costs[box], np.where(valid[box], cost + shown, np.inf))
+        np.testing.assert_allclose(costs[box], np.where(valid[box], cost + shown + more[:, box].sum(0), np.inf))
     none, _ = shown_around(np.empty((0, 2, 2), int), twins)
-    prices = 0.05, 0.1, 0.7, nothing, 0 * worn, none, pixels, 0.0, 0.0, nothing, 0.25
+    made = charges(missed[:0], nothing, 0 * used, pixels, none, nothing, more[:0])
     for compared, colors in ((found[:, :1].copy(), found[:, 0]), (found[:0, :1].copy(), 0 * found[:, 0])):
-        weigh(compared_as(compared), missed[:0], valid, same, some, *prices, costs)
+        weigh(compared_as(compared), made, valid, same, some, 0.05, 0.1, 0.7, costs)
         afforded = [attain(one, *rest, 0.05, 0.1) for one, *rest in zip(colors, valid, same, strict=True)]
-        np.testing.assert_allclose(costs, np.where(valid, colors / np.array(afforded)[:, None], np.inf))
+        expected = colors / np.array(afforded)[:, None] + 0.3 * (same > 0)
+        np.testing.assert_allclose(costs, np.where(valid, expected, np.inf))
 
 
 def test_each_box_has_its_own_picks_or_draws_one():
-    costs = np.random.default_rng(0).random((3, 20))
+    rng, twins, nothing = np.random.default_rng(0), np.empty((0, 0), np.int32), np.empty((3, 0))
+    found, valid, same, some = rng.random((3, 1, 30)), rng.random((3, 30)) < 0.9, np.zeros((3, 30)), np.ones(3, bool)
+    none, _ = shown_around(np.empty((0, 2, 2), int), twins)
+    made = charges(same[:0], nothing, np.zeros((5, 6)), np.ones(30), none, nothing, np.empty((0, 3, 30)))
+    weighed = compared_as(found), made, valid, same, some, 0.05, 0.1, 0.0
+    costs, alone = np.empty((3, 30)), np.empty((3, 30))
     picked, most, luck = np.empty((3, 4), int), np.array([4, 1, 3]), np.array([0.1, 0.5, 0.9])
-    pick_each(costs, most, 0.1, 0.3, luck, picked)
+    pick_each(*weighed, most, 0.4, 0.3, luck, costs, picked)
+    weigh(*weighed, alone)
+    np.testing.assert_array_equal(costs, alone)
     assert picked[1].tolist() == [draw(costs[1], 0.3, 0.5), -1, -1, -1]
     for box in (0, 2):
-        chosen = pick(costs[box], most[box], 0.1)
+        chosen = pick(costs[box], most[box], 0.4)
         assert picked[box].tolist() == [*chosen, *[-1] * (4 - len(chosen))]
 
 

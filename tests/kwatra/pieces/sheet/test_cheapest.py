@@ -128,9 +128,7 @@ def test_cuts_laid_together_are_what_they_are_laid_one_by_one() -> None:
     ]
     order = [(1, 0), (0, 1), (0, 0)]
     one_by_one = [together[group][n] for group, n in order]
-    for cuts in together:
-        cuts.recount(shown)
-    sheets[0].commit_each(together, order)
+    sheets[0].commit_each(together, order, shown)
     before = np.bincount(sheets[1].places[sheets[1].filled], minlength=counts.size)
     for cut in one_by_one:
         sheets[1].commit(cut)
