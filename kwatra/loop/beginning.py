@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import torch
 from torch import Tensor
 
 from kwatra.base import InputError, continued, generator_of
@@ -53,13 +54,30 @@ class Beginning:
 
         Raises InputError where no blocks are laid.
         """
-        if self.blocks is None:
-            raise InputError("the optimization begins with no blocks to lay anew; start it as 'aligned' or 'blocks'")
+        blocks = self._laid
         start = tuple(s // f for s, f in zip(part.start, self.factors, strict=True))
         stop = tuple(-(-s // f) for s, f in zip(part.stop, self.factors, strict=True))
         box = Box(start, tuple(b - a for a, b in zip(start, stop, strict=True)))
         generator = generator_of(seed)
-        blocks = self.blocks.anew(box.clipped(self.blocks.shape, self.blocks.wraps), generator)
+        return self._of(blocks.anew(box.clipped(blocks.shape, blocks.wraps), generator), generator)
+
+    def afresh(self, seed: int) -> "Beginning":
+        """What `begin` makes of the same with another seed, for which all is known of its blocks; this one stays.
+
+        Raises InputError where no blocks are laid.
+        """
+        generator = generator_of(seed)
+        return self._of(self._laid.afresh(generator), generator)
+
+    @property
+    def _laid(self) -> BlockStart | SlantedStart:
+        """Its blocks."""
+        if self.blocks is None:
+            raise InputError("the optimization begins with no blocks to lay anew; start it as 'aligned' or 'blocks'")
+        return self.blocks
+
+    def _of(self, blocks: BlockStart | SlantedStart, generator: torch.Generator) -> "Beginning":
+        """The same of other blocks, and going on with another generator."""
         task = replace(self.task, generator=generator)
         return replace(self, task=task, where=blocks.where, fitted=blocks.fitted, blocks=blocks)
 

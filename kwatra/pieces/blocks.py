@@ -187,6 +187,14 @@ class BlockStart:
         roughly = self.lattice is None or self.lattice.regularity < REGULAR
         return cells if cells.loose and roughly else None
 
+    def afresh(self, generator: torch.Generator) -> "BlockStart":
+        """Another start, in which all blocks are laid from the beginning; this one stays as it is."""
+        other, sheet = copy(self), self.sheet.empty()
+        self.given.lay(sheet)
+        other.layer = self.layer.on(sheet, np.zeros_like(self.layer.shown), generator)
+        other._fill()
+        return other
+
     def anew(self, part: Box, generator: torch.Generator) -> "BlockStart":
         """Another start, in which blocks are laid anew where a part of the output is; this one stays as it is.
 

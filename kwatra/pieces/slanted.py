@@ -120,6 +120,12 @@ class SlantedStart:
         """The source map (2, *shape) of what is laid."""
         return self.upright.back(self.blocks.where)
 
+    def afresh(self, generator: torch.Generator) -> "SlantedStart":
+        """Another start, in which all blocks are laid from the beginning; this one stays as it is."""
+        other = copy(self)
+        other.blocks = self.blocks.afresh(generator)
+        return other
+
     def anew(self, part: Box, generator: torch.Generator) -> "SlantedStart":
         """Another start, in which blocks are laid anew where a part of the output is; this one stays as it is."""
         other = copy(self)

@@ -105,10 +105,16 @@ class Search:
     def _found(self, begin: Callable[..., Beginning]) -> Beginning:
         """The best beginning."""
         first, tries = self.effort.first, self.effort.tries
+        known = dict[int, Beginning]()  # one that is made in each way
 
-        def begun(number: int, settings: Settings | None = None) -> Beginning:
-            way = self.ways[number % len(self.ways)] if settings is None else settings
-            return begin(settings=way, seed=seed_of(self.seed, number))
+        def begun(number: int) -> Beginning:
+            way = number % len(self.ways)
+            if way in known:
+                return self._afresh(known[way], number)
+            made = begin(settings=self.ways[way], seed=seed_of(self.seed, number))
+            if made.blocks is not None:
+                known[way] = made
+            return made
 
         if threads_shared() > 1:
             self._look()
@@ -118,8 +124,7 @@ class Search:
         if tries == first or best.beginning.blocks is None:  # of what is exactly periodic all are the same
             return best.beginning
         if self._spread(figures) >= ALIKE:
-            same = partial(begun, settings=best.beginning.task.settings)
-            return self._best_of(same, range(first, tries), best)[0].beginning
+            return self._best_of(partial(self._afresh, best.beginning), range(first, tries), best)[0].beginning
         for number in range(first, first + PARTS * self.effort.more, PARTS):
             best, _ = self._best_of(partial(self._anew, best.beginning), range(number, number + PARTS), best, 1)
         return best.beginning
@@ -157,6 +162,10 @@ class Search:
         figures = beside(keep, numbers, self.size)
         assert best is not None
         return best, figures
+
+    def _afresh(self, beginning: Beginning, number: int) -> Beginning:
+        """A beginning as another one, with a seed of its own."""
+        return beginning.afresh(seed_of(self.seed, number))
 
     def _anew(self, beginning: Beginning, number: int) -> Beginning:
         """A beginning with a part of it laid anew, anywhere."""

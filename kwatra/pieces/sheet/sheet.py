@@ -51,9 +51,13 @@ class Sheet(Generic[S]):
         self.patches: list[Patch] = []
         self.total = 0
 
+    def empty(self) -> Sheet[S]:
+        """Another sheet for the same sources, on which nothing lies."""
+        return Sheet(self.sources, self.shape, self.periodic, self.cost)
+
     def copy(self) -> Sheet[S]:
         """Another sheet that shows the same, of the same sources."""
-        other = Sheet(self.sources, self.shape, self.periodic, self.cost)
+        other = self.empty()
         other.label, other.places, other.seams = self.label.copy(), self.places.copy(), self.seams.copy()
         other.fixed, other.patches, other.total = self.fixed.copy(), [*self.patches], self.total
         return other

@@ -6,7 +6,7 @@ import torch
 from bench_elements import cut_elements
 from made import MADE
 
-from kwatra import Exemplar, InputError, Level, Settings, SoftPixels, begin, improve, optimize
+from kwatra import Exemplar, HardPixels, InputError, Level, Settings, SoftPixels, begin, improve, optimize
 from kwatra.base import generator_of
 from kwatra.elements import find_rows, find_weave
 from kwatra.loop import laying, looks
@@ -59,12 +59,39 @@ def test_a_part_that_is_laid_anew_differs_and_the_rest_mostly_does_not(size, set
     assert torch.equal(improve(other).image, improve(other).image)
 
 
+def steered(kind, exemplar):
+    """What a beginning of 60 x 70 pixels is told beside its texture and shape."""
+    if kind == "kept":  # a part of the exemplar itself, which blocks go on from
+        mask, image = torch.zeros(1, 60, 70, dtype=torch.bool), torch.zeros(1, 60, 70)
+        mask[:, 20:40, 25:50], image[:, 20:40, 25:50] = True, exemplar.canvas[:, 5:25, 8:33]
+        return {"terms": HardPixels(image, mask)}
+    if kind == "wished":
+        target = torch.rand(1, 60, 70, generator=generator_of(2))
+        return {"terms": SoftPixels(target, torch.full((1, 60, 70), 0.3))}
+    settings = {"coarse": SMALL, "wrapping": Settings(wrap=True), "random": None}
+    return {"settings": settings[kind], "start": "blocks" if kind == "random" else "aligned"}
+
+
+@pytest.mark.parametrize("kind", ["coarse", "kept", "wished", "random", "wrapping"])
+def test_a_beginning_made_afresh_is_that_of_another_seed_bit_for_bit(kind):
+    exemplar = Exemplar.of(texture(64))
+    first, wanted = (begin(exemplar, (60, 70), seed=seed, **steered(kind, exemplar)) for seed in (1, 2))
+    before, made = first.where.clone(), first.afresh(2)
+    assert torch.equal(made.where, wanted.where)
+    assert not torch.equal(made.where, before)
+    assert torch.equal(first.where, before)
+    assert torch.equal(made.afresh(1).where, before)
+    assert torch.equal(improve(made).image, improve(wanted).image)
+
+
 def test_where_no_blocks_are_laid_none_is_seen_nor_laid_anew():
     beginning = begin(Exemplar.of(texture()), (40, 40), SMALL, start="windows")
     with pytest.raises(InputError, match="begins with no copies; start it as 'aligned'"):
         beginning.copied()
     with pytest.raises(InputError, match="begins with no blocks to lay anew"):
         beginning.anew(Box((0, 0), (8, 8)), seed=0)
+    with pytest.raises(InputError, match="begins with no blocks to lay anew"):
+        beginning.afresh(0)
 
 
 def test_blocks_are_not_kept_while_the_levels_improve_what_they_are_of(monkeypatch):
