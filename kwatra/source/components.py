@@ -6,14 +6,18 @@ from torch import Tensor
 from kwatra.base import product
 
 
-def randomized_basis(rows: Tensor, dims: int, generator: torch.Generator) -> Tensor:
+def random_probe(shape: tuple[int, int], dims: int, generator: torch.Generator) -> Tensor:
+    """What `randomized_basis` looks along in rows of a shape (N, D): random directions (D, <= dims + 8)."""
+    return torch.randn(shape[1], min(min(dims, *shape) + 8, *shape), dtype=torch.float32, generator=generator)
+
+
+def randomized_basis(rows: Tensor, dims: int, probe: Tensor) -> Tensor:
     """Leading right singular vectors (D, <= dims) of rows (N, D) by randomized subspace iteration (Halko 2011, 4.4).
 
     Orthonormal bases come from eigenvectors of small Gram matrices: unlike a QR of the tall matrix, these are the
     same bits for any number of threads.
     """
-    dims = min(dims, *rows.shape)
-    probe = torch.randn(rows.shape[1], min(dims + 8, *rows.shape), dtype=torch.float32, generator=generator).to(rows)
+    dims, probe = min(dims, *rows.shape), probe.to(rows)
     for _ in range(2):
         probe = _orthonormal(product(rows.T, product(rows, probe)))
     reduced = product(rows, probe).double()

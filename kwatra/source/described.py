@@ -18,7 +18,7 @@ from torch import Tensor
 
 from kwatra.base import product
 from kwatra.source.closest import closest
-from kwatra.source.components import randomized_basis
+from kwatra.source.components import random_probe, randomized_basis
 from kwatra.source.protocol import Description, chunk
 from kwatra.windows import Metric
 
@@ -32,22 +32,44 @@ _SAMPLE = 3000
 class Described(ABC):
     """A `Source` that is searched by descriptors; a kind of source says what its windows are.
 
-    A kind calls this `__init__` last, once its `windows` and `projections` work.
+    A kind calls this `__init__` last. Windows are described when that is first asked for, from what is drawn before.
     """
 
     def __init__(self, metric: Metric, numbers: Tensor, dims: int, generator: torch.Generator) -> None:
         self.metric, self.numbers, self.device = metric, numbers, numbers.device
-        pick = torch.randperm(len(numbers), generator=generator)[:_SAMPLE].to(self.device)
-        sample = metric.embed(self.windows(numbers[pick]))
-        self._mean = sample.mean(0)
-        self._basis = randomized_basis(sample - self._mean, dims, generator)
-        shift, count, first = product(self._mean[None], self._basis), self.count, 0
-        self.descriptors, self.remainder = sample.new_empty(count, self._basis.shape[1]), sample.new_empty(count)
-        for along, length in self.projections(self._basis, self._mean):
+        self._dims = dims
+        self._pick = torch.randperm(len(numbers), generator=generator)[:_SAMPLE]
+        self._probe = random_probe((len(self._pick), metric.size), dims, generator)
+
+    @cached_property
+    def _components(self) -> tuple[Tensor, Tensor]:
+        """The mean (M,) of windows as the metric embeds them, and a basis (M, K) of how they differ from it."""
+        sample = self.metric.embed(self.windows(self.numbers[self._pick.to(self.device)]))
+        mean = sample.mean(0)
+        return mean, randomized_basis(sample - mean, self._dims, self._probe)
+
+    @cached_property
+    def _description(self) -> Description:
+        """All windows below `count` described: where windows are only compared as they are it is not asked for."""
+        mean, basis = self._components
+        shift, count, first = product(mean[None], basis), self.count, 0
+        every, remainder = mean.new_empty(count, basis.shape[1]), mean.new_empty(count)
+        for along, length in self.projections(basis, mean):
             some = slice(first, first := first + len(along))
-            descriptors = torch.sub(along, shift, out=self.descriptors[some])
+            descriptors = torch.sub(along, shift, out=every[some])
             # squared length of each centered window, to know what the descriptor leaves out
-            self.remainder[some] = (length - descriptors.square().sum(1)).clamp(min=0).sqrt()
+            remainder[some] = (length - descriptors.square().sum(1)).clamp(min=0).sqrt()
+        return Description(every, remainder)
+
+    @property
+    def descriptors(self) -> Tensor:
+        """The descriptor (count, K) of every window."""
+        return self._description.descriptor
+
+    @property
+    def remainder(self) -> Tensor:
+        """The length (count,) of what each descriptor leaves out."""
+        return self._description.remainder
 
     @property
     @abstractmethod
@@ -71,16 +93,17 @@ class Described(ABC):
 
     def describe(self, windows: Tensor) -> Description:
         """See `Source.describe`."""
-        centered = self.metric.embed(windows) - self._mean
-        descriptor = product(centered, self._basis)
+        mean, basis = self._components
+        centered = self.metric.embed(windows) - mean
+        descriptor = product(centered, basis)
         return Description(descriptor, ((centered**2).sum(1) - (descriptor**2).sum(1)).clamp(min=0).sqrt())
 
     def projected(self, windows: Tensor) -> Description:
         """Windows (N, *width, C) as `describe` has them, but for rounding, with remainders of 0: all that a search for
         the nearest looks at, at a third of the cost. The metric has no features.
         """
-        root, size = self.metric.root.flatten()[:, None], self.metric.root.numel()
-        descriptor = product(windows.flatten(1), root * self._basis[:size]) - product(self._mean[None], self._basis)
+        (mean, basis), root = self._components, self.metric.root.flatten()[:, None]
+        descriptor = product(windows.flatten(1), root * basis[: len(root)]) - product(mean[None], basis)
         return Description(descriptor, torch.zeros_like(descriptor[:, 0]))
 
     def completed(self, windows: Tensor, present: Tensor) -> Tensor:
@@ -91,7 +114,7 @@ class Described(ABC):
         """
         root = self.metric.root
         size = root.numel()
-        mean, basis = self._mean[:size], self._basis[:size]
+        mean, basis = (part[:size] for part in self._components)
         spread = self.descriptors[self.numbers].square().mean(0)
         noise = self.remainder[self.numbers].square().mean() / max(size - basis.shape[1], 1)
         ridge = torch.diag(noise.clamp(min=1e-9) / spread.clamp(min=1e-12))

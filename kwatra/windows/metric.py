@@ -88,6 +88,11 @@ class Metric:
             parts.append((self.features(unit.view(-1, *self._probe.shape[1:])) ** 2).sum(1))
         return torch.cat(parts).view(self._probe.shape[1:])
 
+    @cached_property
+    def size(self) -> int:
+        """The length M of embedded windows."""
+        return self._probe.numel() + self.features(self._probe).shape[1]
+
     def embed(self, windows: Tensor) -> Tensor:
         """E: windows (N, *width, C) to (N, M)."""
         color = (windows * self.root).flatten(1)
