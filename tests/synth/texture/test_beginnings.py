@@ -34,14 +34,20 @@ def ranked(monkeypatch):
 
 
 def searched(effort, seed=0, callback=None, size=(40, 44), ways=ONE):
-    """What is made of white noise, and the beginnings that were tried."""
-    begun = []
+    """What is made of white noise, and the beginnings that were tried, whether made from nothing or afresh."""
+    begun, afresh = [], search.Beginning.afresh
 
     def make(settings, seed):
         begun.append(begin(NOISE, size, settings, seed=seed))
         return begun[-1]
 
-    return Search(effort, ways, size, seed, callback, NOISE).best(make), begun
+    def spied(beginning, seed):
+        begun.append(afresh(beginning, seed))
+        return begun[-1]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(search.Beginning, "afresh", spied)
+        return Search(effort, ways, size, seed, callback, NOISE).best(make), begun
 
 
 def like(one, other):
@@ -94,6 +100,24 @@ def test_first_tries_are_begun_in_every_way_and_others_in_that_of_the_best(ranke
     assert [beginning.task.settings for beginning in begun] == [one, other, one, other, other, other]
 
 
+@pytest.mark.parametrize("threads", [1, 3])
+def test_tries_made_afresh_are_those_that_would_be_made_from_nothing(monkeypatch, threads):
+    torch.set_num_threads(threads)
+    ways = Settings(), Settings(block=0.7)
+    afresh, _ = searched(Effort(5, 2), ways=ways, seed=3)
+    made = []
+
+    def from_nothing(beginning, seed):
+        made.append(begin(NOISE, (40, 44), beginning.task.settings, seed=seed))
+        return made[-1]
+
+    monkeypatch.setattr(search.Beginning, "afresh", from_nothing)
+    anyhow, _ = searched(Effort(5, 2), ways=ways, seed=3)
+    assert made
+    assert torch.equal(afresh.image, anyhow.image)
+    assert torch.equal(afresh.where, anyhow.where)
+
+
 @pytest.mark.usefixtures("in_turn")
 def test_how_much_first_tries_differ_does_not_count_from_way_to_way(ranked, monkeypatch):
     parts = []
@@ -118,13 +142,22 @@ def test_a_figure_counts_what_is_pasted_and_what_is_torn(monkeypatch):
 
 @pytest.mark.usefixtures("in_turn")
 def test_blocks_are_larger_in_every_other_first_try_where_more_follows(monkeypatch):
-    noise, begun = torch.rand(1, 32, 32, generator=torch.Generator().manual_seed(0)), []
+    noise, begun, afresh = (
+        torch.rand(1, 32, 32, generator=torch.Generator().manual_seed(0)),
+        [],
+        search.Beginning.afresh,
+    )
 
     def spied(*args, settings, **more):
         begun.append(settings.block)
         return begin(*args, settings, **more)
 
+    def made_afresh(beginning, seed):
+        begun.append(beginning.task.settings.block)
+        return afresh(beginning, seed)
+
     monkeypatch.setattr("kwatra.begin", spied)
+    monkeypatch.setattr(search.Beginning, "afresh", made_afresh)
     synthesize(noise, (32, 32), levels=((1, 8),))
     assert begun == [0.5] * STILLS["default"].first
     begun.clear()
