@@ -135,9 +135,8 @@ class Candidates:
 
         seen = self._seen(boxes, needed)
         compared = self.agreement.compared(seen, boxes[0].extent, self.asked.aligned)
-        charges, some = self._charges(boxes, seen, used, luck), seen.some
-        if self.steps is not None:
-            some = some | bool(self.sheet.patches)
+        some = seen.some if self.steps is None else seen.some | bool(self.sheet.patches)
+        charges = self._charges(boxes, seen, some, used, luck)
         gaps, at_most = 0.0 if self._gaps is None else self._gaps.weight, self._at_most(boxes, seen.some, most)
         costs, picked = np.empty(seen.same.shape), np.empty((len(boxes), max(at_most)), np.int64)
         pick_each(
@@ -184,8 +183,8 @@ class Candidates:
             seen.valid[:] = corners.emptying_least(missing).reshape(count, blocks)
         return seen
 
-    def _charges(self, boxes: Sequence[Box], seen: Seen, used: Array, luck: Sequence[float]) -> Charges:
-        """What blocks cost beside that they disagree; arguments as in `choose`."""
+    def _charges(self, boxes: Sequence[Box], seen: Seen, some: Array, used: Array, luck: Sequence[float]) -> Charges:
+        """What blocks cost beside that they disagree, out of step where some (b,) says; the rest is as in `choose`."""
         asked, corners, (again, beside), extent = self.asked, self.corners, self._prices, boxes[0].extent
         shape = seen.same.shape
         away: Array = np.empty((len(boxes), 0))
@@ -196,7 +195,7 @@ class Candidates:
             away = np.stack(each) / self.variance
         if self.steps is not None:
             steps = np.empty(shape)
-            for at in np.flatnonzero(seen.some | bool(self.sheet.patches)).tolist():
+            for at in np.flatnonzero(some).tolist():
                 steps[at] = self.steps.at(self._from(boxes[at], int(seen.most[at]))).ravel()
         more = [FOLD * self._folded(twin, seen, extent).reshape(shape) for twin in asked.twins]
         if self._luck:

@@ -51,11 +51,10 @@ class Pixels(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Windows:
-    """The windows of boxes, of any extents; axes: how many these have; numbers: how many a place is."""
+    """The windows of boxes, of any extents; numbers: the shape of the numbers that a place is, () where it is one."""
 
     boxes: Sequence[Box]
     pixels: Pixels
-    axes: int
     numbers: tuple[int, ...]
 
     @classmethod
@@ -73,7 +72,7 @@ class Windows:
         seen = Pixels(begun, large, kept, laid, held, shown, remembered, totals)
         every = places.reshape(-1, *label.shape)
         look_around(volume(label, axes), volume(every, axes), volume(fixed, axes), volume(seams, axes), seen)
-        return cls(boxes, seen, axes, numbers)
+        return cls(boxes, seen, numbers)
 
     @classmethod
     def alone(cls, window: Window) -> "Windows":
@@ -83,7 +82,7 @@ class Windows:
         flat = window.kept.ravel(), window.laid.ravel(), window.fixed.ravel(), window.places.ravel()
         seams = np.concatenate([cost.ravel() for cost in window.remembered])
         pixels = Pixels(*where, *flat, seams, np.array([window.total]))
-        return cls([box], pixels, axes, window.places.shape[: window.places.ndim - axes])
+        return cls([box], pixels, window.places.shape[: window.places.ndim - axes])
 
     def __len__(self) -> int:
         return len(self.boxes)
