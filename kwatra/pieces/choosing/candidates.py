@@ -131,7 +131,7 @@ class Candidates:
         can line up are not torn for the sake of even use. They cost more for where in the exemplar they come from, for
         what was shown before, and where they are out of step.
         """
-        from kwatra.pieces.choosing.weighing import pick_each
+        from kwatra.pieces.choosing.weighing import weigh
 
         seen = self._seen(boxes, needed)
         compared = self.agreement.compared(seen, boxes[0].extent, self.asked.aligned)
@@ -139,7 +139,7 @@ class Candidates:
         charges = self._charges(boxes, seen, some, used, luck)
         gaps, at_most = 0.0 if self._gaps is None else self._gaps.weight, self._at_most(boxes, seen.some, most)
         costs, picked = np.empty(seen.same.shape), np.empty((len(boxes), max(at_most)), np.int64)
-        pick_each(
+        weigh(
             compared, charges, seen.valid, seen.same, some, GOOD, MISMATCH_FLOOR, gaps, at_most, ACCEPTABLE, TOLERANCE,
             np.array(luck), costs, picked,
         )  # fmt: skip

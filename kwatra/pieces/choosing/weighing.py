@@ -50,9 +50,10 @@ def wear(used: Any, spans: Any, pixels: Any, usage: Any, size: Any) -> Any:
 
 @jitted
 def weigh(
-    compared: Any, charges: Any, valid: Any, same: Any, some: Any, good: Any, floor: Any, gaps: Any, costs: Any
-) -> None:
-    """Set what blocks cost (b, n) in boxes, infinite where they are not `valid` (b, n).
+    compared: Any, charges: Any, valid: Any, same: Any, some: Any, good: Any, floor: Any, gaps: Any, most: Any,
+    acceptable: Any, tolerance: Any, luck: Any, costs: Any, picked: Any,
+) -> None:  # fmt: skip
+    """Set what blocks cost (b, n) in boxes, infinite where they are not `valid` (b, n), and pick some (`pick_each`).
 
     compared: how little they agree in colors, and, in a second image, in where gaps lie (`Compared`). Either is counted
     in what can be attained (`attain`, with `good` and `floor`). gaps: how much the second counts beside the first,
@@ -88,6 +89,7 @@ def weigh(
         for box in range(boxes):
             for i in range(blocks):
                 costs[box, i] += further[box, i]
+    pick_each(costs, most, acceptable, tolerance, luck, picked)
 
 
 @jitted
@@ -123,16 +125,12 @@ def keep_in_step(step: Any, most: Any, valid: Any, cost: Any) -> None:
 
 
 @jitted
-def pick_each(
-    compared: Any, charges: Any, valid: Any, same: Any, some: Any, good: Any, floor: Any, gaps: Any, most: Any,
-    acceptable: Any, tolerance: Any, luck: Any, costs: Any, picked: Any,
-) -> None:  # fmt: skip
-    """Set the numbers of the blocks that are picked (b, m) for boxes, -1 where there are fewer, and costs as `weigh`.
+def pick_each(costs: Any, most: Any, acceptable: Any, tolerance: Any, luck: Any, picked: Any) -> None:
+    """Set the numbers of the blocks that are picked (b, m) for boxes, given all costs (b, n); -1 where there are fewer.
 
     They are at most so many (b,), of costs that exceed the least by an acceptable amount (`pick`); where it is one, one
     is drawn within a tolerance, as luck (b,) has it (`draw`).
     """
-    weigh(compared, charges, valid, same, some, good, floor, gaps, costs)
     picked[:] = -1
     for box in range(len(costs)):
         if most[box] == 1:

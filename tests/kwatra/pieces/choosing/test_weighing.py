@@ -78,7 +78,12 @@ def test_a_block_costs_what_it_disagrees_and_all_that_is_charged():
     assert (near > 0).any()
     costs, worn = np.empty((2, 30)), 0.5 * (used.ravel() / pixels - used.mean())
     made = charges(missed, away, used, pixels, around, steps, more)
-    weigh(compared_as(found), made, valid, same, some, 0.05, 0.1, 0.7, costs)
+    most, luck, picked = np.array([3, 1]), np.array([0.1, 0.5]), np.empty((2, 3), int)
+    picks = most, 0.4, 0.3, luck, costs, picked
+    weigh(compared_as(found), made, valid, same, some, 0.05, 0.1, 0.7, *picks)
+    alone = np.empty_like(picked)
+    pick_each(costs, most, 0.4, 0.3, luck, alone)
+    np.testing.assert_array_equal(picked, alone)
     for box in range(2):
         colors = found[box, 0] + missed[box]
         afforded = [attain(one, valid[box], same[box], 0.05, 0.1) for one in (colors, found[box, 1])]
@@ -91,26 +96,19 @@ def test_a_block_costs_what_it_disagrees_and_all_that_is_charged():
     none, _ = shown_around(np.empty((0, 2, 2), int), twins)
     made = charges(missed[:0], nothing, 0 * used, pixels, none, nothing, more[:0])
     for compared, colors in ((found[:, :1].copy(), found[:, 0]), (found[:0, :1].copy(), 0 * found[:, 0])):
-        weigh(compared_as(compared), made, valid, same, some, 0.05, 0.1, 0.7, costs)
+        weigh(compared_as(compared), made, valid, same, some, 0.05, 0.1, 0.7, *picks)
         afforded = [attain(one, *rest, 0.05, 0.1) for one, *rest in zip(colors, valid, same, strict=True)]
         expected = colors / np.array(afforded)[:, None] + 0.3 * (same > 0)
         np.testing.assert_allclose(costs, np.where(valid, expected, np.inf))
 
 
 def test_each_box_has_its_own_picks_or_draws_one():
-    rng, twins, nothing = np.random.default_rng(0), np.empty((0, 0), np.int32), np.empty((3, 0))
-    found, valid, same, some = rng.random((3, 1, 30)), rng.random((3, 30)) < 0.9, np.zeros((3, 30)), np.ones(3, bool)
-    none, _ = shown_around(np.empty((0, 2, 2), int), twins)
-    made = charges(same[:0], nothing, np.zeros((5, 6)), np.ones(30), none, nothing, np.empty((0, 3, 30)))
-    weighed = compared_as(found), made, valid, same, some, 0.05, 0.1, 0.0
-    costs, alone = np.empty((3, 30)), np.empty((3, 30))
+    costs = np.random.default_rng(0).random((3, 20))
     picked, most, luck = np.empty((3, 4), int), np.array([4, 1, 3]), np.array([0.1, 0.5, 0.9])
-    pick_each(*weighed, most, 0.4, 0.3, luck, costs, picked)
-    weigh(*weighed, alone)
-    np.testing.assert_array_equal(costs, alone)
+    pick_each(costs, most, 0.1, 0.3, luck, picked)
     assert picked[1].tolist() == [draw(costs[1], 0.3, 0.5), -1, -1, -1]
     for box in (0, 2):
-        chosen = pick(costs[box], most[box], 0.4)
+        chosen = pick(costs[box], most[box], 0.1)
         assert picked[box].tolist() == [*chosen, *[-1] * (4 - len(chosen))]
 
 
