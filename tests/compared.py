@@ -16,7 +16,7 @@ def mismatch(agreement, places, known, valid):
     few, flat = np.zeros(boxes, int), against.reshape(boxes, -1, 1, *extent)
     seen = Seen(places, known, few > 0, few, ones, flat, valid, 0.0 * valid)
     found = np.empty((boxes, images.max() + 1, valid.shape[1]))
-    compare(agreement.compared(seen, extent), valid, found)
+    compare(agreement.compared(seen), valid, found)
     return found.reshape(*found.shape[:2], *agreement.corners.valid.shape)
 
 

@@ -98,7 +98,7 @@ class Search:
     def best(self, begin: Callable[..., Beginning]) -> Result:
         """What is made of the best beginning; each is told its settings and seed.
 
-        Memory is that of as many beginnings as are tried together.
+        Memory is that of as many beginnings as are tried together, and one for each way.
         """
         return improve(self._found(begin).without_blocks(), callback=self._rest())
 

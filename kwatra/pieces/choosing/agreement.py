@@ -37,13 +37,14 @@ class Agreement:
         """What is compared, by place (planes, M), and of which image each plane is (planes,)."""
         return self._planes, self._image
 
-    def compared(self, seen: Seen, extent: Sequence[int], aligned: bool = True) -> Compared:
-        """How blocks compare with what is known of boxes of some extent; aligned: False compares nothing.
+    def compared(self, seen: Seen, aligned: bool = True) -> Compared:
+        """How blocks compare with what is known of boxes; aligned: False compares nothing.
 
         What hangs over the exemplar is taken to agree as a fair one of the valid blocks does.
         """
         boxes, images, corners = len(seen.some), len(self._variances), self.corners
-        how = any(corners.hang), of_volume(corners.seen(tuple(extent))), FAIR, self._variances, 10.0**DIGITS
+        extent = seen.known.shape[-len(corners.block) :]
+        how = any(corners.hang), of_volume(corners.seen(extent)), FAIR, self._variances, 10.0**DIGITS
         if not aligned:
             nothing: Array = np.empty((0, images, corners.valid.size))
             return Compared(nothing, seen.against, nothing, *how)

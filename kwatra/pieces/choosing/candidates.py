@@ -134,7 +134,7 @@ class Candidates:
         from kwatra.pieces.choosing.weighing import weigh
 
         seen = self._seen(boxes, needed)
-        compared = self.agreement.compared(seen, boxes[0].extent, self.asked.aligned)
+        compared = self.agreement.compared(seen, self.asked.aligned)
         some = seen.some if self.steps is None else seen.some | bool(self.sheet.patches)
         charges = self._charges(boxes, seen, some, used, luck)
         gaps, at_most = 0.0 if self._gaps is None else self._gaps.weight, self._at_most(boxes, seen.some, most)
@@ -185,7 +185,7 @@ class Candidates:
 
     def _charges(self, boxes: Sequence[Box], seen: Seen, some: Array, used: Array, luck: Sequence[float]) -> Charges:
         """What blocks cost beside that they disagree, out of step where some (b,) says; the rest is as in `choose`."""
-        asked, corners, (again, beside), extent = self.asked, self.corners, self._prices, boxes[0].extent
+        asked, corners, (again, beside) = self.asked, self.corners, self._prices
         shape = seen.same.shape
         away: Array = np.empty((len(boxes), 0))
         steps = away
@@ -197,7 +197,7 @@ class Candidates:
             steps = np.empty(shape)
             for at in np.flatnonzero(some).tolist():
                 steps[at] = self.steps.at(self._from(boxes[at], int(seen.most[at]))).ravel()
-        more = [FOLD * self._folded(twin, seen, extent).reshape(shape) for twin in asked.twins]
+        more = [FOLD * self._folded(twin, seen).reshape(shape) for twin in asked.twins]
         if self._luck:
             drawn = [np.random.default_rng(int(one * 2**53)).random(shape[1]) for one in luck]
             more.append(self._luck * np.stack(drawn))
@@ -209,11 +209,12 @@ class Candidates:
             np.stack(more) if more else np.empty((0, *shape)),
         )  # fmt: skip
 
-    def _folded(self, twin: Array, seen: Seen, extent: Sequence[int]) -> Array:
+    def _folded(self, twin: Array, seen: Seen) -> Array:
         """How much of a fold blocks make (b, *n), 0 to 1: along how much of a side they meet a twin of what is known.
 
         A fold is a line along which places are those of twins; they may be a pixel off.
         """
+        extent = seen.known.shape[-len(self.corners.block) :]
         places, known = (part.reshape(-1, *extent) for part in (seen.places, seen.known))
         there = twin[places]
         counts = self.corners.continuing(there, known & (there >= 0))

@@ -70,11 +70,8 @@ class Cuts:
     @classmethod
     def of(cls, cut: Cut) -> Cuts:
         """One alone."""
-        change, price, seams = (
-            np.array([cut.change]),
-            np.array([cut.price]),
-            np.concatenate([cost.ravel() for cost in cut.seams]),
-        )
+        change, price = np.array([cut.change]), np.array([cut.price])
+        seams = np.concatenate([cost.ravel() for cost in cut.seams])
         return cls(Windows.alone(cut.window), [cut.patch], cut.take.ravel(), cut.places.ravel(), seams, change, price)
 
     def __len__(self) -> int:
