@@ -1,5 +1,5 @@
-"""Textures made in code, of which is known which element each pixel belongs to: stones, rubble, mosaics, coins,
-buttons, tiles, bricks, courses, letters, beaches, patches, confetti.
+"""Textures made in code, of which is known which element each pixel belongs to: stones, rubble, granite, mosaics,
+coins, buttons, tiles, bricks, courses, letters, beaches, patches, confetti.
 
 Elements are all of about one size, but for buttons, and apart by a ground at least two pixels wide; those of the last
 two touch.
@@ -53,6 +53,18 @@ def rubble(side: int, size: float, seed: int = 0) -> Made:
     speckle = 1 + gaussian_filter(rng.normal(0, 1, (side, side)), 1.0) * 0.12
     image = tone[cells[0]] * (speckle * shade)[..., None]
     return _made(image, np.where(depth > max(0.04 * size, 1.0), cells[0] + 1, GROUND))
+
+
+def granite(side: int, size: float, seed: int = 0) -> Made:
+    """Stones `size` pixels across that fill the picture, of one color and much grain, parted by thin dark lines."""
+    rng = np.random.default_rng(seed)
+    count, cells, apart = _cells(side, size, rng)
+    wide = gaussian_filter(rng.normal(0, 1, (side, side)), 6)
+    on = _step(apart / 2 - 1.3 - 0.45 * wide / wide.std())
+    tone = np.array([0.5, 0.45, 0.4]) + rng.normal(0, 0.04, (count, 1))
+    grain = gaussian_filter(rng.normal(0, 1, (side, side)), 0.5)
+    image = (on * tone[cells[0]] + (1 - on) * 0.18) * (1 + 0.22 * grain / grain.std())[..., None]
+    return _made(image, np.where(apart > 2, cells[0] + 1, GROUND))
 
 
 def mosaic(side: int, size: float, seed: int = 0) -> Made:
@@ -225,6 +237,7 @@ MADE: dict[str, Callable[..., Made]] = {
     "tiles": tiles,
     "bricks": bricks,
     "courses": courses,
+    "granite": granite,
     "letters": letters,
     "beach": beach,
     "patches": patches,

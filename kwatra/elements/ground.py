@@ -22,6 +22,7 @@ from scipy import ndimage
 
 from kwatra.elements.contrast import BRIGHTNESS, ROUNDING, against_around, contrasts, two_classes
 from kwatra.elements.kept import kept
+from kwatra.elements.lines import nets_of_lines
 from kwatra.elements.parting import Array, between_parts, meeting
 from kwatra.elements.scattered import unlike_most
 from kwatra.elements.size import element_size
@@ -102,6 +103,8 @@ def find_ground(exemplar: Exemplar) -> Ground:
         told += _joints(picture, size)
     if max(one.hides for one in told) < LITTLE:
         told += [one for way in ways for one in _of_own_size(way, picture)]
+    if max(one.hides for one in told) < HALF:
+        told += nets_of_lines(picture)
     if max(one.hides for one in told) < HALF:
         told += _scattered(picture)
     return max(told, key=lambda one: one.hides)

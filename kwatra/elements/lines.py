@@ -1,0 +1,186 @@
+"""Elements that thin lines part: stones without mortar, cracked mud, veined glass.
+
+Such lines are too thin to be ground of one color, and too faint to be told pixel by pixel from grain. But along them
+everything is darker than on both sides, or lighter. So how strong a line leads through each pixel is measured by strips
+of many directions, the picture is parted along what is strongest (a watershed; Meyer 1994, "Topographic distance and
+watershed lines"), and parts grow together until all that is between them is strong. It is a net of lines where these
+borders are lines all along, where no strong line ends within a part, and where within parts nothing is as strong.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+from scipy import fft, ndimage
+
+from kwatra.elements.contrast import smoothed
+from kwatra.elements.merging import merged
+from kwatra.elements.parting import Array
+from kwatra.elements.splits import SPECK, Ground, Picture, depth_beside
+
+ACROSS, ALONG, DIRECTIONS = 1.6, 4.5, 8
+"""Strips are Gaussian, with these standard deviations in pixels, of so many directions. Of stones made in code, 26 and
+40 px, parted by lines of 3 px, with grain of up to the lines' own contrast, the lines that are found and the true ones
+share .955 of their pixels (F1); .905 with 1 and 4, .951 with 2 and 5, .954 with 12 directions."""
+
+BESIDE = 3
+"""How far the strips beside a line are from its own, in standard deviations across. Not tuned."""
+
+STRONG = 0.97
+"""Lines are measured by this quantile of strengths."""
+
+GATE, MOST, SURE = (0.25, 0.3, 0.35, 0.4, 0.5), 0.35, 0.8
+"""Shares of that strength from which on pixels are taken for a net, to begin with; it is looked at more closely where
+it is at most so much of the picture, and leaves parts that are elements so surely. Bounds on time."""
+
+BORDERS = (0.3, 0.4, 0.5, 0.6)
+"""Shares of that strength that borders between parts have at least; the clearest are taken."""
+
+NEAR, THIN = 3, 0.6
+"""A net is thin where at most so much of the picture lies within so many pixels of it. Not tuned."""
+
+UNCLEAR = 0.6
+"""A net is no less clear than this. That of the stones above is .13 to .57 if their grain is not as strong as lines, of
+mud, cracked, .14; of 52 photographs walls, tiles, tomatoes and radishes have .03 to .53 and look better by it, all
+others .62 and more."""
+
+APART, UNEVEN, SMOOTH = 1.8, 0.44, 1.0
+"""Colors of a net, smoothed by SMOOTH pixels, are APART times their own deviation from those of parts; its strength
+deviates by UNEVEN of its mean at most. Stones made in code, mud, a wall, bricks and gravel have 1.84 and more, but for
+one of 24, and .43 and less; between tomatoes and radishes, of many colors, it is 1.3 and 1.7, and seams along that are
+seen; tiles of a roof have .45, and are shown twice side by side."""
+
+LONG = 1.8
+"""Parts are long that are so many times as long as wide. Of bricks made in code, twice as long, .04 would be cut in
+stills, not .56, but they lose their straight sides where a flow moves them to meet: off by .5 px for .2, and flickering
+twice as much as by what `flow.animation.film.joints` does for them. Gravel has 1.7, stones and mud 1.4 and less."""
+
+AS_CLEAR = 1.1
+"""Of nets that are so much less clear than the clearest at most the one with the fewest lines is taken. Not tuned."""
+
+INNER = 0.95
+"""What is strong within parts is this quantile there."""
+
+
+def nets_of_lines(picture: Picture) -> Iterator[Ground]:
+    """Ground that is a net of thin lines, darker than elements or lighter."""
+    bright = _filled(picture.colors.mean(0), picture.inside)
+    for values, strength in zip((bright, -bright), line_strength(bright), strict=True):
+        high = float(np.quantile(strength[picture.inside], STRONG))
+        if high > 0 and any(_part_elements(picture, strength > share * high) for share in GATE):
+            parts = _parts(strength, picture.inside, high)
+            if parts is not None and _alike(parts, strength, picture) and _round(parts):
+                yield _ground(parts, values, picture.inside)
+
+
+def line_strength(bright: Array) -> tuple[Array, Array]:
+    """How much darker than what is on both sides the darkest strip through each pixel is, and how much lighter.
+
+    bright (H, W); both are (H, W), 0 where no strip is darker, or lighter, than both sides.
+    """
+    away = BESIDE * ACROSS
+    rim = int(np.ceil(4 * ALONG + away))
+    height, width = (fft.next_fast_len(size + 2 * rim, real=True) for size in bright.shape)
+    beyond = [(rim, whole - size - rim) for whole, size in zip((height, width), bright.shape, strict=True)]
+    transformed = fft.rfft2(np.pad(bright, beyond, mode="reflect"))
+    down, right = 2 * np.pi * fft.fftfreq(height)[:, None], 2 * np.pi * fft.rfftfreq(width)
+    dark, light = np.zeros((2, *bright.shape))
+    for angle in np.pi * np.arange(DIRECTIONS) / DIRECTIONS:
+        cos, sin = np.cos(angle), np.sin(angle)
+        blur = np.square(ALONG * (sin * down + cos * right)) + np.square(ACROSS * (cos * down - sin * right))
+        strips = fft.irfft2(np.exp(-0.5 * blur) * transformed, (height, width))
+        steps = ((round(step * cos), round(-step * sin)) for step in (0.0, -away, away))
+        here, before, behind = (
+            strips[rim + y : rim + y + bright.shape[0], rim + x : rim + x + bright.shape[1]] for y, x in steps
+        )
+        np.maximum(dark, np.minimum(before, behind) - here, out=dark)
+        np.maximum(light, here - np.maximum(before, behind), out=light)
+    return dark, light
+
+
+def _filled(values: Array, inside: Array) -> Array:
+    """Values (*S) whose nearest one inside is taken outside."""
+    if inside.all():
+        return values
+    nearest = ndimage.distance_transform_edt(~inside, return_distances=False, return_indices=True)
+    filled: Array = values[tuple(nearest)]
+    return filled
+
+
+def _part_elements(picture: Picture, lines: Array) -> bool:
+    """Whether lines (*S) are little of a picture and leave parts of it that are surely elements."""
+    little = 0 < np.count_nonzero(lines & picture.inside) <= MOST * np.count_nonzero(picture.inside)
+    return bool(little) and picture.by_itself("lines", lines)[0].sure >= SURE
+
+
+def _parts(strength: Array, inside: Array, high: float) -> Array | None:
+    """The parts (*S), by number, of the clearest net of lines; None if there is no clear one."""
+    from skimage.segmentation import watershed  # takes a tenth of a second; few pictures need it
+
+    parts, tried = watershed(strength, mask=inside), []
+    for share in BORDERS:
+        parts = merged(parts, strength, share * high)
+        net = merged(parts, strength, share * high, SPECK * _usual(parts, inside))
+        tried.append((_unclear(net, strength, inside, share * high), net))
+    least = min(unclear for unclear, _ in tried)
+    return [net for unclear, net in tried if unclear <= AS_CLEAR * least][-1] if least <= UNCLEAR else None
+
+
+def _unclear(parts: Array, strength: Array, inside: Array, strong: float) -> float:
+    """How unclear a net is: what of it is not strong, what is strong and not of it, and how strong its parts are."""
+    net = _outline(parts)
+    near = ndimage.binary_dilation(net, iterations=NEAR) & inside
+    rest = inside & ~near
+    if not net.any() or np.count_nonzero(near) > THIN * np.count_nonzero(inside):
+        return np.inf
+    lost = strength[rest & (strength > strong)].sum() / max(strength[inside & (strength > strong)].sum(), 1e-12)
+    weak = 1 - (ndimage.maximum_filter(strength, 3)[net] > strong).mean()
+    within = np.quantile(strength[rest], INNER) / strength[net].mean()
+    return float(lost + weak + within)
+
+
+def _outline(parts: Array) -> Array:
+    """The pixels (H, W) on both sides of where parts meet; 0 is no part."""
+    met = np.zeros(parts.shape, bool)
+    for number, found in ((parts, met), (parts.T, met.T)):
+        meet = (number[1:] != number[:-1]) & (number[1:] > 0) & (number[:-1] > 0)
+        found[1:] |= meet
+        found[:-1] |= meet
+    return met
+
+
+def _alike(parts: Array, strength: Array, picture: Picture) -> bool:
+    """Whether the net between parts is of one color, other than theirs, and as strong all along."""
+    net = _outline(parts)
+    rest = picture.inside & ~ndimage.binary_dilation(net, iterations=NEAR)
+    smooth = np.stack([smoothed(channel, picture.inside, SMOOTH) for channel in picture.colors])
+    apart = np.square(smooth[:, rest].mean(1) - smooth[:, net].mean(1)).sum()
+    strong = ndimage.maximum_filter(strength, 3)[net]
+    return bool(apart >= APART**2 * smooth[:, net].var(1).sum() and strong.std() <= UNEVEN * strong.mean())
+
+
+def _round(parts: Array) -> bool:
+    """Whether most parts are not long."""
+    from skimage.measure import regionprops_table
+
+    told = ("area", "axis_major_length", "axis_minor_length")
+    area, longest, widest = (np.asarray(each) for each in regionprops_table(parts, properties=told).values())
+    long = longest > LONG * widest
+    return bool(area[long].sum() <= area.sum() / 2)
+
+
+def _ground(parts: Array, values: Array, inside: Array) -> Ground:
+    """The net between parts, moved to where values (*S) are least."""
+    from skimage.segmentation import watershed
+
+    away = ndimage.distance_transform_edt(~_outline(parts))
+    deepest = ndimage.maximum(away, parts, np.arange(parts.max() + 1))
+    kernels = np.where(away > np.minimum(deepest / 2, NEAR)[parts], parts, 0)
+    found = watershed(-smoothed(values, inside, SMOOTH), kernels, mask=inside)
+    size = float(np.sqrt(_usual(found, inside)))
+    return Ground(depth_beside(_outline(found), size), 1.0, 1.0, size)
+
+
+def _usual(parts: Array, inside: Array) -> float:
+    """The area of the part that the middle pixel is of, were they sorted by it."""
+    area = np.sort(np.bincount(parts[inside]))
+    return float(area[np.searchsorted(area.cumsum(), area.sum() / 2)])
