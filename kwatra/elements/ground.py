@@ -9,8 +9,9 @@ shaded rim of an element is not its gap. Where elements are cut out, what is tra
 ground are ground, but for what a hole leaves of an element.
 
 Where colors of such ground are mixed, and those of elements, too, it is sought against what is right around it: joints
-between stones, shaded, and between dark stones darker than the joints of light ones. Where that finds none, ground is
-sought that is a texture of its own, which elements are scattered on (`kwatra.elements.scattered`).
+between stones, shaded, and between dark stones darker than the joints of light ones. Where that finds none, a net of
+thin lines is sought (`kwatra.elements.lines`), and then ground that is a texture of its own, which elements are
+scattered on (`kwatra.elements.scattered`).
 """
 
 from collections.abc import Callable, Iterator, Sequence
