@@ -10,9 +10,10 @@ from kwatra.elements.parting import Array
 def merged(parts: Array, strength: Array, least: float, speck: float = 0) -> Array:
     """Parts (H, W), numbered from 1, merged until each border between two is at least so strong; 0 is no part.
 
-    The two with the weakest border become one, again and again (region adjacency; Haris et al. 1998, "Hybrid image
-    segmentation using watersheds and fast region merging", section III). A border is as strong as the mean of strength
-    (H, W) along it, of two pixels that meet that of the stronger. One that has gaps is whole on the whole.
+    The two with the weakest border become one, again and again (Haris et al. 1998, "Hybrid image segmentation using
+    watersheds and fast region merging"). A border is as strong as the mean of strength (H, W) along it, of two pixels
+    that meet that of the stronger: one with gaps may be strong on the whole. What is smaller than a speck, in pixels,
+    is merged across its weakest border, however strong.
     """
     count = int(parts.max()) + 1
     beside = _borders(parts, strength, count)
