@@ -43,17 +43,18 @@ UNCLEAR = 0.6
 """A net is no less clear than this. That of the stones above is .13 to .56 if their grain is not as strong as lines, of
 mud, cracked, .13; of 52 photographs eight have .03 to .55, all others .63 and more."""
 
-APART, UNEVEN, SMOOTH = 1.8, 0.44, 1.0
+APART, UNEVEN, SMOOTH = 1.95, 0.44, 1.0
 """Colors of a net, smoothed by SMOOTH pixels, are APART times their own deviation from those of parts; its strength
-deviates by UNEVEN of its mean at most. Stones made in code, mud, a wall, bricks and gravel have 1.84 and more, but for
-one of 24, and .43 and less; between radishes and tomatoes, of many colors, it is 1.3 and 1.7, and seams along that are
-seen; tiles of a roof have .45, and are shown twice side by side. Of the eight photographs above a wall, rocks and
-gravel are left: joints of the wall end in a stone no more, and rocks are whole."""
+deviates by UNEVEN of its mean at most. Stones made in code, mud, a wall and rocks have 1.99 and more, but for two of
+24 of the stones, and .43 and less. Between radishes, tomatoes and gravel, which lie on each other, it is 1.3, 1.7 and
+1.8 to 2.0, and seams along that are seen (gravel scores .067 for .056); tiles of a roof have .45, and are shown twice
+side by side. Of the eight photographs above the wall and rocks are left: joints end in a stone no more, and rocks are
+whole."""
 
 LONG = 1.8
 """Parts are long that are so many times as long as wide. Of bricks made in code, twice as long, .04 would be cut in
 stills, not .56, but they lose their straight sides where a flow moves them to meet: off by .5 px for .2, and flickering
-twice as much as by what `flow.animation.film.joints` does for them. Gravel has 1.7, stones and mud 1.4 and less."""
+twice as much as by what `flow.animation.film.joints` does for them. Stones and mud have 1.4 and less."""
 
 AS_CLEAR = 1.1
 """Of nets that are so much less clear than the clearest at most the one with the fewest lines is taken. Not tuned."""
