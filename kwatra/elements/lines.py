@@ -10,11 +10,13 @@ borders are lines all along, where no strong line ends within a part, and where 
 from collections.abc import Iterator
 
 import numpy as np
+import torch
 from scipy import fft, ndimage
 
+from kwatra.base import continued
 from kwatra.elements.contrast import smoothed
 from kwatra.elements.merging import merged
-from kwatra.elements.parting import Array
+from kwatra.elements.parting import Array, touching, usual_area
 from kwatra.elements.splits import SPECK, Ground, Picture, depth_beside
 
 ACROSS, ALONG, DIRECTIONS = 1.6, 4.5, 8
@@ -68,7 +70,8 @@ def nets_of_lines(picture: Picture) -> Iterator[Ground]:
 
     Memory is that of some arrays of a picture's size.
     """
-    bright = _filled(picture.colors.mean(0), picture.inside)
+    colors, owner = (torch.from_numpy(of) for of in (picture.colors.mean(0, keepdims=True), picture.owner))
+    bright = continued(colors, owner)[0].numpy()
     for values, strength in zip((bright, -bright), line_strength(bright), strict=True):
         high = float(np.quantile(strength[picture.inside], STRONG))
         if high > 0 and any(_part_elements(picture, strength > share * high) for share in GATE):
@@ -102,15 +105,6 @@ def line_strength(bright: Array) -> tuple[Array, Array]:
     return dark, light
 
 
-def _filled(values: Array, inside: Array) -> Array:
-    """Values (*S) whose nearest one inside is taken outside."""
-    if inside.all():
-        return values
-    nearest = ndimage.distance_transform_edt(~inside, return_distances=False, return_indices=True)
-    filled: Array = values[tuple(nearest)]
-    return filled
-
-
 def _part_elements(picture: Picture, lines: Array) -> bool:
     """Whether lines (*S) are little of a picture and leave parts of it that are surely elements."""
     little = 0 < np.count_nonzero(lines & picture.inside) <= MOST * np.count_nonzero(picture.inside)
@@ -124,7 +118,7 @@ def _parts(strength: Array, inside: Array, high: float) -> Array | None:
     parts, tried = watershed(strength, mask=inside), []
     for share in BORDERS:
         parts = merged(parts, strength, share * high)
-        net = merged(parts, strength, share * high, SPECK * _usual(parts, inside))
+        net = merged(parts, strength, share * high, SPECK * usual_area(np.bincount(parts[inside])))
         tried.append((_unclear(net, strength, inside, share * high), net))
     least = min(unclear for unclear, _ in tried)
     return [net for unclear, net in tried if unclear <= AS_CLEAR * least][-1] if least <= UNCLEAR else None
@@ -137,7 +131,7 @@ def _unclear(parts: Array, strength: Array, inside: Array, strong: float) -> flo
     rest = inside & ~near
     if not net.any() or np.count_nonzero(near) > THIN * np.count_nonzero(inside):
         return np.inf
-    lost = strength[rest & (strength > strong)].sum() / max(strength[inside & (strength > strong)].sum(), 1e-12)
+    lost = strength[rest & (strength > strong)].sum() / strength[inside & (strength > strong)].sum()
     weak = 1 - (ndimage.maximum_filter(strength, 3)[net] > strong).mean()
     within = np.quantile(strength[rest], INNER) / strength[net].mean()
     return float(lost + weak + within)
@@ -146,10 +140,9 @@ def _unclear(parts: Array, strength: Array, inside: Array, strong: float) -> flo
 def _outline(parts: Array) -> Array:
     """The pixels (H, W) on both sides of where parts meet; 0 is no part."""
     met = np.zeros(parts.shape, bool)
-    for number, found in ((parts, met), (parts.T, met.T)):
-        meet = (number[1:] != number[:-1]) & (number[1:] > 0) & (number[:-1] > 0)
-        found[1:] |= meet
-        found[:-1] |= meet
+    for index, before, meet in touching(parts):
+        met[index] |= meet
+        met[before] |= meet
     return met
 
 
@@ -181,11 +174,5 @@ def _ground(parts: Array, values: Array, inside: Array) -> Ground:
     deepest = ndimage.maximum(away, parts, np.arange(parts.max() + 1))
     kernels = np.where(away > np.minimum(deepest / 2, NEAR)[parts], parts, 0)
     found = watershed(-smoothed(values, inside, SMOOTH), kernels, mask=inside)
-    size = float(np.sqrt(_usual(found, inside)))
+    size = float(np.sqrt(usual_area(np.bincount(found[inside]))))
     return Ground(depth_beside(_outline(found), size), 1.0, 1.0, size)
-
-
-def _usual(parts: Array, inside: Array) -> float:
-    """The area of the part that the middle pixel is of, were they sorted by it."""
-    area = np.sort(np.bincount(parts[inside]))
-    return float(area[np.searchsorted(area.cumsum(), area.sum() / 2)])

@@ -4,7 +4,7 @@ from heapq import heapify, heappop, heappush
 
 import numpy as np
 
-from kwatra.elements.parting import Array
+from kwatra.elements.parting import Array, touching
 
 
 def merged(parts: Array, strength: Array, least: float, speck: float = 0) -> Array:
@@ -17,9 +17,9 @@ def merged(parts: Array, strength: Array, least: float, speck: float = 0) -> Arr
     """
     count = int(parts.max()) + 1
     beside = _borders(parts, strength, count)
-    into, weakest = np.arange(count), [(_mean(b), i, j, b) for i, near in enumerate(beside) for j, b in near.items()]
-    area = np.bincount(parts.ravel()).tolist()
+    weakest = [(_mean(b), i, j, b) for i, near in enumerate(beside) for j, b in near.items() if i < j]
     heapify(weakest)
+    into, area = np.arange(count), np.bincount(parts.ravel()).tolist()
     while weakest:
         strong, kept, gone, border = heappop(weakest)
         parted = strong >= least and min(area[kept], area[gone]) >= speck
@@ -52,14 +52,10 @@ def _mean(border: _Border) -> float:
 def _borders(parts: Array, strength: Array, count: int) -> list[dict[int, _Border]]:
     """For each part the border with each that it meets."""
     pairs, strong = [], []
-    for one, other, here, there in (
-        (parts[1:], parts[:-1], strength[1:], strength[:-1]),
-        (parts[:, 1:], parts[:, :-1], strength[:, 1:], strength[:, :-1]),
-    ):
-        meet = (one != other) & (one > 0) & (other > 0)
-        low, high = np.minimum(one, other)[meet], np.maximum(one, other)[meet]
-        pairs.append(low.astype(np.int64) * count + high)
-        strong.append(np.maximum(here, there)[meet])
+    for index, before, meet in touching(parts):
+        one, other = parts[index][meet].astype(np.int64), parts[before][meet]
+        pairs.append(np.minimum(one, other) * count + np.maximum(one, other))
+        strong.append(np.maximum(strength[index], strength[before])[meet])
     found, number = np.unique(np.concatenate(pairs), return_inverse=True)
     total, pixels = np.bincount(number, np.concatenate(strong)), np.bincount(number)
     beside: list[dict[int, _Border]] = [{} for _ in range(count)]

@@ -1,5 +1,6 @@
 """How a picture falls into parts that a ground lies between: where they meet, and how much they differ in color."""
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -74,3 +75,19 @@ def meeting(ground: Array, values: Array, inside: Array, least: float) -> Array:
 
     met: Array = watershed(-values, parted(ground, inside, least), mask=inside, watershed_line=True)
     return met
+
+
+def touching(parts: Array) -> Iterator[tuple[Any, Any, Array]]:
+    """Per axis the index of pixels, of those before them, and where these are of two parts (H, W); 0 is no part."""
+    for index, before in ((np.s_[1:], np.s_[:-1]), (np.s_[:, 1:], np.s_[:, :-1])):
+        one, other = parts[index], parts[before]
+        yield index, before, (one != other) & (one > 0) & (other > 0)
+
+
+def usual_area(area: Array) -> float:
+    """The area of the part that the middle pixel is of, were pixels sorted by that; 1 without any parts.
+
+    area (n,): of each part.
+    """
+    sizes = np.sort(area)
+    return float(sizes[np.searchsorted(sizes.cumsum(), sizes.sum() / 2)]) if sizes.size else 1.0

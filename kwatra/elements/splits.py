@@ -7,7 +7,7 @@ import numpy as np
 from scipy import ndimage
 
 from kwatra.elements.contrast import RARE, ROUNDING, smoothed
-from kwatra.elements.parting import Array, Variance
+from kwatra.elements.parting import Array, Variance, usual_area
 from kwatra.exemplar import Exemplar
 
 HOLE, SPECK = 0.5, 0.04
@@ -99,9 +99,8 @@ class Picture:
 
     def by_itself(self, kind: str, split: Array) -> tuple[Split, float]:
         """A split (*S) of some kind, where elements have the size that most of what it leaves has, and that size."""
-        area = np.sort(_areas(self.inside & ~split))
-        usual = area[np.searchsorted(area.cumsum(), area.sum() / 2)] if area.size else 1
-        size = float(np.sqrt(usual * np.count_nonzero(self.inside) / max(area.sum(), 1)))
+        area = _areas(self.inside & ~split)
+        size = float(np.sqrt(usual_area(area) * np.count_nonzero(self.inside) / max(area.sum(), 1)))
         return self.judged(kind, split, size), size
 
     def uneven(self, ground: Array, over: float) -> float:

@@ -5,7 +5,7 @@ import pytest
 from scipy import ndimage
 
 from kwatra.elements.contrast import NARROW, against_around
-from kwatra.elements.parting import between_parts, deviations, meeting
+from kwatra.elements.parting import between_parts, deviations, meeting, touching, usual_area
 
 
 def test_what_lies_between_parts_of_one_color_each_is_all_and_of_equal_ones_nothing() -> None:
@@ -63,3 +63,23 @@ def test_deviations_count_each_direction_in_how_much_varies_along_it() -> None:
     found = deviations(values, middle, mixing @ mixing.T)
     np.testing.assert_allclose(found, np.linalg.norm(even, axis=0))
     np.testing.assert_allclose(found.ravel(), deviations(values.reshape(3, -1), middle, mixing @ mixing.T))
+
+
+def test_parts_touch_where_two_that_are_parts_differ_along_an_axis() -> None:
+    parts = np.array([[1, 1, 2], [0, 1, 2], [3, 0, 2]])
+    found = {
+        (tuple(np.argwhere(meet)[k].tolist()), axis)
+        for axis, (_, _, meet) in enumerate(touching(parts))
+        for k in range(np.count_nonzero(meet))
+    }
+    assert found == {((0, 1), 1), ((1, 1), 1)}  # 1 beside 2, in two rows; 3 meets none
+    numbers = np.arange(9).reshape(3, 3)
+    steps = [numbers[index] - numbers[before] for index, before, _ in touching(parts)]
+    assert [np.unique(step).tolist() for step in steps] == [[3], [1]]
+
+
+def test_the_usual_area_is_that_of_the_part_of_the_middle_pixel() -> None:
+    assert usual_area(np.array([1, 1, 1, 1, 10, 30])) == 30
+    assert usual_area(np.array([10, 1, 1, 12])) == 10
+    assert usual_area(np.array([0, 5, 0])) == 5
+    assert usual_area(np.empty(0)) == 1
