@@ -82,7 +82,9 @@ def test_a_hole_is_filled_and_a_guide_followed():
     hole, gravel, filled = names["hole"], names["gravel"], names["filled"]
     assert np.array_equal(filled.image[~hole], gravel[~hole])
     assert names["made"].image.shape == (160, 200)
-    assert np.mean(names["made"].source[0] != names["wanted"] // 255) < 0.05
+    wrong = names["made"].source[0] != names["wanted"] // 255
+    assert not wrong[:, np.r_[:45, 80:120, 155:200]].any()
+    assert wrong.mean() < 0.06  # bricks at the border are whole
 
 
 def test_the_gravel_flows_goes_on_and_loops():

@@ -37,26 +37,26 @@ it is at most so much of the picture, and leaves parts that are elements so sure
 BORDERS = (0.3, 0.4, 0.5, 0.6)
 """Shares of that strength that borders between parts have at least; the clearest are taken."""
 
-NEAR, THIN = 3, 0.6
-"""A net is thin where at most so much of the picture lies within so many pixels of it. With .5 some lines between the
-stones of 26 px above are left out."""
+NEAR, THIN = 3, 0.65
+"""A net is thin where at most so much of the picture lies within so many pixels of it; so close to the picture's border
+lines are not looked at. With .5 some lines between the stones of 26 px above are left out, with .6 between pavers of 17
+px in a photograph and bricks of 20 px made in code, with .7 bark has a net."""
 
-UNCLEAR = 0.6
-"""A net is no less clear than this. That of the stones above is .13 to .56 if their grain is not as strong as lines, of
-mud, cracked, .13; of 52 photographs eight have .03 to .55, all others .63 and more."""
+UNCLEAR = 0.5
+"""A net is no less clear than this. That of the stones above is .05 to .47 if their grain is not as strong as lines, of
+mud, cracked, .09, of bricks of 18 to 48 px made in code .08 to .4; of 52 photographs fourteen have .02 to .45, all
+others .59 and more."""
 
 APART, UNEVEN, SMOOTH = 1.95, 0.44, 1.0
 """Colors of a net, smoothed by SMOOTH pixels, are APART times their own deviation from those of parts; its strength
 deviates by UNEVEN of its mean at most. Stones made in code, mud, a wall and rocks have 1.99 and more, but for two of
 24 of the stones, and .43 and less. Between radishes, tomatoes and gravel, which lie on each other, it is 1.3, 1.7 and
 1.8 to 2.0, and seams along that are seen (gravel scores .067 for .056); tiles of a roof have .45, and are shown twice
-side by side. Of the eight photographs above the wall and rocks are left: joints end in a stone no more, and rocks are
-whole."""
+side by side. Of the fourteen photographs above walls, pavers, rocks and pebbles are left, and print."""
 
 LONG = 1.8
-"""Parts are long that are so many times as long as wide. Of bricks made in code, twice as long, .04 would be cut in
-stills, not .56, but they lose their straight sides where a flow moves them to meet: off by .5 px for .2, and flickering
-twice as much as by what `flow.animation.film.joints` does for them. Stones and mud have 1.4 and less."""
+"""Parts are long that are so many times as long as wide. Bricks made in code are 2 times, stones and mud 1.4 times at
+most."""
 
 AS_CLEAR = 1.1
 """Of nets that are so much less clear than the clearest at most the one with the fewest lines is taken. Not tuned."""
@@ -76,7 +76,7 @@ def nets_of_lines(picture: Picture) -> Iterator[Ground]:
         high = float(np.quantile(strength[picture.inside], STRONG))
         if high > 0 and any(_part_elements(picture, strength > share * high) for share in GATE):
             parts = _parts(strength, picture.inside, high)
-            if parts is not None and _alike(parts, strength, picture) and _round(parts):
+            if parts is not None and _alike(parts, strength, picture):
                 yield _ground(parts, values, picture.inside)
 
 
@@ -128,10 +128,12 @@ def _unclear(parts: Array, strength: Array, inside: Array, strong: float) -> flo
     """How unclear a net is: what of it is not strong, what is strong and not of it, and how strong its parts are."""
     net = _outline(parts)
     near = ndimage.binary_dilation(net, iterations=NEAR) & inside
-    rest = inside & ~near
-    if not net.any() or np.count_nonzero(near) > THIN * np.count_nonzero(inside):
+    seen = ndimage.binary_erosion(inside, iterations=NEAR)  # a line along the border parts nothing
+    rest, lines = seen & ~near, np.where(seen & (strength > strong), strength, 0)
+    thin = np.count_nonzero(near) <= THIN * np.count_nonzero(inside)
+    if not (thin and net.any() and rest.any() and lines.any()):
         return np.inf
-    lost = strength[rest & (strength > strong)].sum() / strength[inside & (strength > strong)].sum()
+    lost = lines[rest].sum() / lines.sum()
     weak = 1 - (ndimage.maximum_filter(strength, 3)[net] > strong).mean()
     within = np.quantile(strength[rest], INNER) / strength[net].mean()
     return float(lost + weak + within)
@@ -156,14 +158,14 @@ def _alike(parts: Array, strength: Array, picture: Picture) -> bool:
     return bool(apart >= APART**2 * smooth[:, net].var(1).sum() and strong.std() <= UNEVEN * strong.mean())
 
 
-def _round(parts: Array) -> bool:
-    """Whether most parts are not long."""
+def _long(parts: Array) -> bool:
+    """Whether most parts are long."""
     from skimage.measure import regionprops_table
 
     told = ("area", "axis_major_length", "axis_minor_length")
     area, longest, widest = (np.asarray(each) for each in regionprops_table(parts, properties=told).values())
     long = longest > LONG * widest
-    return bool(area[long].sum() <= area.sum() / 2)
+    return bool(area[long].sum() > area.sum() / 2)
 
 
 def _ground(parts: Array, values: Array, inside: Array) -> Ground:
@@ -175,4 +177,4 @@ def _ground(parts: Array, values: Array, inside: Array) -> Ground:
     kernels = np.where(away > np.minimum(deepest / 2, NEAR)[parts], parts, 0)
     found = watershed(-smoothed(values, inside, SMOOTH), kernels, mask=inside)
     size = float(np.sqrt(usual_area(np.bincount(found[inside]))))
-    return Ground(depth_beside(_outline(found), size), 1.0, 1.0, size)
+    return Ground(depth_beside(_outline(found), size), 1.0, 1.0, size, _long(parts))

@@ -46,13 +46,14 @@ class Ground:
     depth (*S): 0 on the ground, and more within elements, to 1 a quarter of their size from it. sure: 0 to 1, how
     surely there is ground, and elements on it. plain: 0 to 1, how well a seam upon it is hidden, as its colors are
     alike, or beside those of elements that each have their own, or as it is a texture, and even. size: that of an
-    element, in pixels.
+    element, in pixels. long: whether it is a net of thin lines that parts long elements, as bricks.
     """
 
     depth: Array
     sure: float
     plain: float
     size: float
+    long: bool = False
 
     @property
     def hides(self) -> float:

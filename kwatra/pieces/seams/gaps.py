@@ -86,7 +86,7 @@ class Hidden(NamedTuple):
     hides: 0 to 1, how well the gaps hide them. size: that of an element, in pixels. aligned: what it counts beside the
     colors that gaps lie on gaps, where they hide seams fully. dearer: how many times as much as usual a seam costs more
     through an element. parts (*S): those that meet at outlines, beside which alone seams are hidden; None of elements
-    that are apart.
+    that are apart. long: whether they are parted by thin lines, and long.
     """
 
     depth: Array
@@ -95,6 +95,7 @@ class Hidden(NamedTuple):
     aligned: float
     dearer: float
     parts: Array | None = None
+    long: bool = False
 
     @property
     def unlike(self) -> Array:
@@ -156,7 +157,7 @@ def _hidden_seams(exemplar: Exemplar) -> Hidden | None:
 
 def hidden_along(ground: Ground, hides: float, aligned: float = ALIGNED, dearer: float = 1.0) -> Hidden:
     """Where seams are hidden by some ground that hides them so well, 0 to 1; the rest is as in `Hidden`."""
-    return Hidden(_seen(ground.depth, hides), hides, ground.size, aligned, dearer)
+    return Hidden(_seen(ground.depth, hides), hides, ground.size, aligned, dearer, long=ground.long)
 
 
 def _seen(depth: Array, hides: float) -> Array:

