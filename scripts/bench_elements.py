@@ -22,7 +22,7 @@ exemplar, by more than two pixels. Its element is that of most of its pixels. It
     swollen      more than a fifth of the element's area is shown more than once: grown onto itself
 
 Bricks are of one shape and nearly of one color: halves of two that make up a whole count as mixed (.40 of stills by
-default, as many by quilting), though little is seen of that. What tears a wall apart, as flows do, adds to it.
+quilting), though little is seen of that. What tears a wall apart, as flows do, adds to it.
 
 An element that the exemplar's own border cuts is taken to have at least the median area of those that are whole: what
 there is of a large part is shown as a whole, a small one never. A region counts as one element, or as many as go by

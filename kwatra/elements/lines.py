@@ -1,4 +1,4 @@
-"""Elements that thin lines part: stones without mortar, cracked mud, veined glass.
+"""Elements that thin lines part: stones without mortar, bricks, cracked mud, veined glass.
 
 Such lines are too thin to be ground of one color, and too faint to be told pixel by pixel from grain. But along them
 everything is darker than on both sides, or lighter. So how strong a line leads through each pixel is measured by strips
