@@ -27,8 +27,8 @@ def test_without_motion_every_frame_is_the_first() -> None:
         assert torch.equal(frame.state.source, frames[0].state.source)
 
 
-def test_whole_pixel_shifts_are_exact_away_from_the_inflow(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("flow.animation.film.film.joints", lambda exemplar: None)  # along which seams would move
+@pytest.mark.usefixtures("nothing_hides_seams")  # which would move
+def test_whole_pixel_shifts_are_exact_away_from_the_inflow() -> None:
     frames = animated(flow.uniform(2.0), renewing=Renewing(stiffness=0, blocks=0, block=24, window=12))
     for before, after in pairwise(frames):
         assert torch.equal(after.image[..., 32:-2], before.image[..., 30:-4])
@@ -124,8 +124,8 @@ def test_color_flows_as_gray_does() -> None:
         assert torch.allclose(frame.image[0], 2 * frame.image[1], atol=0.02)
 
 
-def test_a_field_that_changes_in_time_is_followed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("flow.animation.film.film.joints", lambda exemplar: None)  # along which seams would move
+@pytest.mark.usefixtures("nothing_hides_seams")  # which would move
+def test_a_field_that_changes_in_time_is_followed() -> None:
     right, down = flow.uniform(2.0)(0, SHAPE), flow.uniform(2.0, angle=90)(0, SHAPE)
     a, b, c = animated(
         flow.sampled(torch.stack([right, down])), 3, renewing=Renewing(stiffness=0, blocks=0, block=24, window=12)

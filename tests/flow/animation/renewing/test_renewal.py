@@ -21,15 +21,10 @@ from flow.animation.term import gradient_weight
 from flow.warps.warp import pixel_coordinates
 from kwatra import Exemplar, InputError
 
+pytestmark = pytest.mark.usefixtures("nothing_hides_seams")
 SHAPE = (60, 64)
 WHOLE = torch.ones(SHAPE, dtype=torch.bool)
 QUICK = Renewing(blocks=6, block=24, window=12, step=6, tones=0, flow_weight=0.025)
-
-
-@pytest.fixture(autouse=True)
-def nothing_hides_seams(monkeypatch: pytest.MonkeyPatch) -> None:
-    """As for most textures: blocks are then as small as is asked for, and seams lie where colors agree."""
-    monkeypatch.setattr("flow.animation.film.film.joints", lambda exemplar: None)
 
 
 def brick(side: int = 96) -> Tensor:
