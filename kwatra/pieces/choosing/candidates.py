@@ -42,7 +42,7 @@ of six seeds .04 to .36 is then the same. At the clip's own size seeds differ wi
 the frames lose .004 in score with it; with .05 one waterfall of four replays .56 in place of .39."""
 
 TRIED = 0.5
-"""Where gaps hide seams so many of the blocks are tried that are else, as cuts cost more time there, and differ less. Of
+"""Where gaps hide seams so many of the blocks are tried that are else: cuts cost more time there, and differ less. Of
 36 stills of six kinds of elements, 20 and 30 px, .078 are cut, .074 with 1; of 48 others .074 with .34, .070 with 1,
 which is within what seeds differ by. Ten photographs score .0552, .0554 with 1; a wall takes 1.6 s, not 2.0."""
 
