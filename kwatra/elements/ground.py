@@ -95,8 +95,8 @@ def find_ground(exemplar: Exemplar) -> Ground:
     if exemplar.alpha is not None:  # as it is: what is dark when smoothed holds opaque rims of elements
         tried.insert(0, picture.judged("dark", (exemplar.alpha < OPAQUE).numpy(), size))
     tried = [split for split in tried if split.plain > 0 or split.kind in BRIGHTNESS]
-    surest = max(split.sure for split in tried)
-    plain = [split for split in tried if split.plain > 0 and split.sure >= AS_SURE * surest]
+    surest = max(split.whole for split in tried)
+    plain = [split for split in tried if split.plain > 0 and split.whole >= AS_SURE * surest]
     plain = plain or [split for way in ways for split in _between(way, surest, picture, size)]
     found = _best(plain, lambda split: split.likely) if plain else _best(tried, lambda split: split.sure)
     told = [picture.told(found, surest, size)]
@@ -147,7 +147,7 @@ def _joints(picture: Picture, size: float) -> Iterator[Ground]:
     colors, inside = picture.colors, picture.inside
     for values in against_around(colors, inside, size):
         for most in np.quantile(values[inside], JOINTS):
-            ground, sure = cleaned((values <= most) & inside, picture.owner, size)
+            ground, sure, _ = cleaned((values <= most) & inside, picture.owner, size)
             if sure < SURE:
                 continue
             parts = meeting(ground, values, inside, SMALL * size**2)
@@ -169,11 +169,11 @@ def _way(kind: str, values: Array, picture: Picture, size: float) -> _Way:
 def _between(way: _Way, surest: float, picture: Picture, size: float) -> Iterator[Split]:
     """Splits of one color, as sure as the surest, between one of too little ground for that and one of too much."""
     for (less, few), (more, many) in pairwise(zip(way.at, way.splits, strict=True)):
-        if few.plain > 0 and few.sure < AS_SURE * surest <= many.sure and many.plain == 0:
+        if few.plain > 0 and few.whole < AS_SURE * surest <= many.whole and many.plain == 0:
             for _ in range(HALVED):
                 most = (less + more) / 2
                 split = picture.judged(way.kind, way.values <= most, size)
-                sure = split.sure >= AS_SURE * surest
+                sure = split.whole >= AS_SURE * surest
                 less, more = (less, most) if sure else (most, more)
                 if sure and split.varied <= ONE:
                     yield split

@@ -93,7 +93,7 @@ def _steepness(colors: Array) -> Array:
 def _parted(colors: Array, edges: Array, owner: Array, size: float) -> _Parted:
     """The parts into which edges (*S) part colors (C, *S)."""
     inside = owner >= 0
-    edges, sure = cleaned(edges & inside, owner, size)
+    edges, sure, _ = cleaned(edges & inside, owner, size)
     markers = parted(edges, inside, SPECK * size**2)
     flat = (between_parts(colors, markers, inside) - SHADED) / (FLAT - SHADED)
     return _Parted(markers, sure * min(max(flat, 0.0), 1.0))

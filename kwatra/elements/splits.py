@@ -64,14 +64,15 @@ class Ground:
 class Split(NamedTuple):
     """A way to tell ground (*S) from elements; splits of a kind are alike but for how much is ground.
 
-    taken (*S): what of it are specks that are taken for ground. sure: as in `Ground`. varied: the variance of its
-    colors, as a share of the picture's.
+    taken (*S): what of it are specks that are taken for ground. sure: as in `Ground`. merged: the share of the picture
+    in parts too large to be elements. varied: the variance of its colors, as a share of the picture's.
     """
 
     kind: str
     ground: Array
     taken: Array
     sure: float
+    merged: float
     varied: float
 
     @property
@@ -80,9 +81,17 @@ class Split(NamedTuple):
         return min(max((MIXED - self.varied) / (MIXED - PLAIN), 0.0), 1.0)
 
     @property
+    def whole(self) -> float:
+        """How surely it is all of the ground: what it leaves of that makes parts too large.
+
+        By how sure it is alone .39 of five pages of letters in twelve were ground, right around rows, not .55 to .77.
+        """
+        return self.sure * (1 - self.merged)
+
+    @property
     def likely(self) -> float:
-        """How likely it is the ground: surely ground, and alike."""
-        return self.sure * (1 - self.varied) * (LESS if self.kind.startswith(RARE) else 1)
+        """How likely it is the ground: surely ground, all of it, and alike."""
+        return self.whole * (1 - self.varied) * (LESS if self.kind.startswith(RARE) else 1)
 
 
 class Picture:
@@ -95,8 +104,8 @@ class Picture:
 
     def judged(self, kind: str, split: Array, size: float) -> Split:
         """A split (*S) of some kind, where elements have a size."""
-        ground, sure = cleaned(split & self.inside, self.owner, size)
-        return Split(kind, ground, ground & ~split & self.inside, sure, self.variance.share(ground))
+        ground, sure, merged = cleaned(split & self.inside, self.owner, size)
+        return Split(kind, ground, ground & ~split & self.inside, sure, merged, self.variance.share(ground))
 
     def by_itself(self, kind: str, split: Array) -> tuple[Split, float]:
         """A split (*S) of some kind, where elements have the size that most of what it leaves has, and that size."""
@@ -115,10 +124,11 @@ class Picture:
         return Ground(depth_beside(ground, size), sure, split.plain, size)
 
 
-def cleaned(ground: Array, owner: Array, size: float) -> tuple[Array, float]:
+def cleaned(ground: Array, owner: Array, size: float) -> tuple[Array, float, float]:
     """Ground without holes in elements, and without specks upon it; and how surely it is one, 0 to 1.
 
-    owner (*S): the image to which each pixel belongs, -1 for nobody. In each of them the ground hangs together.
+    The third is the share of the picture in parts that are too large to be elements. owner (*S): the image to which
+    each pixel belongs, -1 for nobody. In each of them the ground hangs together.
     """
     from kwatra.elements.partloops import clean
 
@@ -127,7 +137,7 @@ def cleaned(ground: Array, owner: Array, size: float) -> tuple[Array, float]:
     connected, like, covered, merged = clean(np.ascontiguousarray(ground), owner, *least, cleaner)
     inside = np.count_nonzero(owner >= 0)
     few = min(1.0, like / MANY) * min(1.0, covered / inside / COVER)
-    return cleaner, connected * few * covered / max(covered + merged, 1)
+    return cleaner, connected * few * covered / max(covered + merged, 1), merged / max(inside, 1)
 
 
 def _areas(pixels: Array) -> Array:

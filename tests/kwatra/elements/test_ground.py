@@ -146,6 +146,18 @@ def test_ground_as_bright_as_elements_is_told_by_its_color(gray, thin):
     assert (truth & here).sum() > 0.9 * max(truth.sum(), here.sum())
 
 
+@pytest.mark.parametrize(("size", "seed"), [(16, 1), (20, 0), (24, 0)])
+@pytest.mark.parametrize("grain", [0.0, 0.005])
+def test_ground_is_all_of_it_that_is_wide(size: int, seed: int, grain: float) -> None:
+    """What is right around rows of letters is surely ground, too; but much of the page is left to large parts."""
+    made = MADE["letters"](128, size, seed)
+    noise = grain * torch.randn(made.image.shape, generator=torch.Generator().manual_seed(0))
+    found = find_ground(Exemplar.of((made.image + noise).clamp(0, 1)))
+    away = ndimage.distance_transform_edt(made.numbers.numpy() == 0)
+    assert found.hides > 0.5
+    assert (found.depth[away > 0.2 * size] == 0).mean() > 0.95
+
+
 def test_ground_in_parts_is_less_sure():
     """Of discs in two halves, a wide wall between them, the ground hangs together but for half of it."""
     image = MADE["coins"](128, 24, 2).image.clone()

@@ -32,7 +32,7 @@ def test_pixels_that_hang_together_are_of_one_part(corners: bool, grain: float, 
     assert area.sum() == pixels.sum()
 
 
-def cleaned_slowly(split: np.ndarray, owner: np.ndarray, size: float) -> tuple[np.ndarray, float]:
+def cleaned_slowly(split: np.ndarray, owner: np.ndarray, size: float) -> tuple[np.ndarray, float, float]:
     """Part by part, as it is described."""
     number, count = ndimage.label(split, np.ones((3, 3)))
     ground, inside, largest = np.zeros_like(split), owner >= 0, dict.fromkeys(np.unique(owner[owner >= 0]), 0)
@@ -49,7 +49,7 @@ def cleaned_slowly(split: np.ndarray, owner: np.ndarray, size: float) -> tuple[n
     merged = sum(area for area in areas if area >= LARGE * size**2)
     few = min(1.0, len(like) / MANY) * min(1.0, sum(like) / inside.sum() / COVER)
     connected = sum(largest.values()) / max(split.sum(), 1)
-    return ground, connected * few * sum(like) / max(sum(like) + merged, 1)
+    return ground, connected * few * sum(like) / max(sum(like) + merged, 1), merged / inside.sum()
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -60,17 +60,17 @@ def test_ground_is_cleaned_as_if_part_by_part(seed: int, size: float) -> None:
         owner[:, 30:], owner[:, 26:30], owner[20:24] = 1, -1, -1
         owner[24:, :26] = 2
     split = blotches(seed, 0.2 + 0.1 * (seed % 3), 0.5 * (1 + seed // 2)) & (owner >= 0)
-    ground, sure = cleaned(split, owner, size)
-    expected, how = cleaned_slowly(split, owner, size)
+    ground, *figures = cleaned(split, owner, size)
+    expected, *told = cleaned_slowly(split, owner, size)
     np.testing.assert_array_equal(ground, expected)
-    assert sure == pytest.approx(how, abs=1e-12)
+    assert figures == pytest.approx(told, abs=1e-12)
 
 
 def test_where_nothing_is_ground_that_is_not_sure_at_all() -> None:
     nothing = np.zeros((20, 20), bool)
-    ground, sure = cleaned(nothing, np.zeros((20, 20), np.int64), 5.0)
+    ground, sure, merged = cleaned(nothing, np.zeros((20, 20), np.int64), 5.0)
     assert not ground.any()
-    assert sure == 0.0
+    assert (sure, merged) == (0.0, 1.0)
 
 
 def test_the_half_that_is_most_alike_is_where_steps_lead() -> None:
