@@ -36,7 +36,7 @@ from flow.fields import Field
 from flow.warps import Lookup, lookup, warp
 from kwatra import Exemplar, InputError, Level, Result, Settings, Stay, optimize
 from kwatra.base import floats_of, generator_of, is_whole
-from kwatra.pieces import find_cells, redrawn
+from kwatra.pieces import cells_that_flow, redrawn
 from kwatra.result import Row
 from kwatra.source import look_up
 from kwatra.terms.stay import STAYING
@@ -141,7 +141,7 @@ class Motion:
         renewing = renewing or (PRESETS if film.motion is None else VIDEO_PRESETS)["default"]
         self.device, film = film.strip.canvas.device, film.to("cpu")
         self.film, self.field, self.shape, self.mask, self.enter, self.seed = film, field, shape, mask, enter, seed
-        self.cells = None if film.hidden is None or film.turning else find_cells(film.strip)
+        self.cells = None if film.hidden is None or film.turning else cells_that_flow(film.strip)
         if self.cells is not None:
             renewing = seldom(renewing)
         self.upright = None if self.cells is not None else Upright(film.strip, renewing.stiffness, film.turning)

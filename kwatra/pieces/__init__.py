@@ -2,7 +2,7 @@
 
 from kwatra.pieces.blocks import BlockStart
 from kwatra.pieces.boxes import Box
-from kwatra.pieces.cells import Cells, Fitted, find_cells, redrawn
+from kwatra.pieces.cells import Cells, Fitted, cells_that_flow, find_cells, redrawn
 from kwatra.pieces.choosing import Fit, totals
 from kwatra.pieces.given import GivenCopies
 from kwatra.pieces.seams import (
@@ -46,6 +46,7 @@ __all__ = [
     "Sheet",
     "SlantedStart",
     "Stock",
+    "cells_that_flow",
     "cheaper",
     "find_cells",
     "find_gaps",

@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 import torch
+from bench_elements import cut_elements, places_of
 from discs import discs
+from made import MADE
 from scipy import ndimage
 from textures import noise
 
@@ -40,10 +42,28 @@ def test_elements_are_whole_that_copies_cut(monkeypatch: pytest.MonkeyPatch) -> 
     for frame in made:  # what is seen is what the frame tells of
         shown = discs(6, 6)[0][(slice(None), *frame.where)]
         assert float((frame.image - shown).abs().mean()) < 0.12
-    monkeypatch.setattr(sequence, "find_cells", lambda _: None)
+    monkeypatch.setattr(sequence, "cells_that_flow", lambda _: None)
     drawn, cut = (np.mean([whole(frame.where) for frame in some]) for some in (made, frames(24)))
     assert drawn > 0.85
     assert drawn > cut + 0.1
+
+
+def test_letters_are_whole_as_their_hulls_are_moved(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = MADE["letters"](128, 24, 2)
+
+    def cut() -> float:
+        """The share of letters that are, over a few frames."""
+        frames = list(flow.animate(made.image, flow.rotation(2.0), (128, 128), frames=31, turn=False, seed=0))
+        shares = [
+            cut_elements(made.numbers.numpy(), places_of(made.image)[*f.source.numpy()[1:]]) for f in frames[20::5]
+        ]
+        return float(np.mean([each["cut"] for each in shares]))
+
+    drawn = cut()
+    monkeypatch.setattr(sequence, "cells_that_flow", lambda _: None)
+    torn = cut()
+    assert drawn < 0.04
+    assert torn > drawn + 0.05
 
 
 def test_what_does_not_flow_stays_bit_for_bit() -> None:

@@ -111,7 +111,7 @@ def test_a_loop_of_one_frame_is_refused() -> None:
 
 def test_seams_between_the_ways_ahead_and_back_lead_through_few_elements(monkeypatch: pytest.MonkeyPatch) -> None:
     stones = MADE["stones"](96, 24, 0)
-    monkeypatch.setattr(sequence, "find_cells", lambda _: None)  # which would draw them whole
+    monkeypatch.setattr(sequence, "cells_that_flow", lambda _: None)  # which would draw them whole
 
     def through() -> int:
         """How many pairs of neighbors are parted within stones, in all frames of the turn."""

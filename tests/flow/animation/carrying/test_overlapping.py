@@ -121,7 +121,7 @@ def test_fewer_seams_lead_through_elements_that_flow(monkeypatch: pytest.MonkeyP
         return count
 
     monkeypatch.setattr(blocks, "find_cells", lambda _: None)  # the first frame has seams through elements, too
-    monkeypatch.setattr(sequence, "find_cells", lambda _: None)
+    monkeypatch.setattr(sequence, "cells_that_flow", lambda _: None)
     stones = [MADE["stones"](96, 20, number).image for number in range(2)]
     now = sum(map(through, stones))
     monkeypatch.setattr(sequence, "overlapped", lambda source, *_: source)
