@@ -39,17 +39,18 @@ PRESETS = {
 
 Six iterations in place of four make 12 stills of each of 32 textures no better, nor three that follow a guide."""
 
-STILLS, SMALL = {"fast": Effort(1, 0), "default": Effort(6, 0), "best": Effort(12, 8)}, 256
+STILLS, SMALL = {"fast": Effort(1, 0), "default": Effort(6, 0), "best": Effort(12, 20)}, 256
 """How stills are begun that nothing steers, where they have SMALL pixels a side; of larger ones, whose parts even out,
 fewer beginnings are tried, in proportion.
 
 Which seed it is matters as much as how well seams are cut: of 32 textures, half of which served for tuning what went
 before, one scored .0595, the best of 3 .0550, and that of 24, ranked thoroughly (`kwatra.scoring.Ranking`), .0481.
-Later, with parts laid anew, 12 and 10 scored .0462 and 11 and 9 .0466; 12 and 8, which two threads share evenly and so
-make 1.8 times as fast, not 1.7, score as 11 and 9 do. Of two panels of 16 the best of 3 scores .0558 and .0512, of 4
-.0549 and .0508, of 6 .0535 and .0491 (four seeds); the best of 4, with parts laid anew for as long as two more tries
-take, .0540, and copies more. Of half a panel 512 pixels a side three score .0581, two .0583 and one .0586; 1024 a side
-two are no better than one."""
+Later, with parts laid anew, 12 and 10 scored .0462 and 11 and 9 .0466; since bricks are laid whole a panel of 16 scores
+.0486 with 12 and 8, .0487 with 24 and 12, .0482 with 20 and 16, .0478 with 12 and 20 and .0474 with 24 and 20, which
+takes up to nine times as long as six. Two threads share even numbers evenly. Of two panels of 16 the best of 3 scores
+.0558 and .0512, of 4 .0549 and .0508, of 6 .0535 and .0491 (four seeds); the best of 4, with parts laid anew for as
+long as two more tries take, .0540, and copies more. Of half a panel 512 pixels a side three score .0581, two .0583 and
+one .0586; 1024 a side two are no better than one."""
 
 LARGER = 0.65
 """Where parts or further tries follow, every other first try has blocks of so much of the exemplar, and what follows
@@ -223,7 +224,7 @@ def _settings(preset: str, wrap: tuple[bool, ...], levels: str | Sequence[tuple[
 def _effort(preset: str, shape: Sequence[int]) -> Effort:
     """With what effort a still of some shape is begun.
 
-    Both presets that try several are rounded down: at any size `best` takes three to six times as long as `default`.
+    Both presets that try several are rounded down: at any size `best` takes four to seven times as long as `default`.
     """
     share = min(SMALL / math.sqrt(math.prod(shape)), 1.0)
     first, more = (count * share for count in astuple(STILLS[preset]))
