@@ -153,7 +153,7 @@ def cells_that_flow(exemplar: Exemplar) -> Cells | None:
     """The same, and where there are none those around the hulls of loose elements with bays (`hulls`), as letters are.
 
     Ground further from them than AROUND is no cell's. Of letters of 20 and 32 px .05 are cut at frame 150 of a rotation
-    and of a pair of vortices, .17 and .15 without. In stills hulls serve nobody: .004 are cut, and print that is laid
+    and of a pair of vortices, .18 without. In stills hulls serve nobody: .004 are cut, and print that is laid
     with them, so that its letters leave their rows, scores .069 in place of .042.
     """
     cells = find_cells(exemplar)
