@@ -35,7 +35,7 @@ def test_blocks_hold_whole_elements_where_there_are_gaps_between_them() -> None:
     assert Renewal(Film.of(Exemplar.of(noise)), SHAPE, Renewing(block=24)).blocks.sides == (24, 24)
 
 
-@pytest.mark.parametrize(("texture", "drawn"), [("stones", True), ("letters", False)])
+@pytest.mark.parametrize(("texture", "drawn"), [("stones", True), ("letters", True), ("bricks", False)])
 def test_blocks_need_hold_no_elements_that_are_drawn_whole(texture: str, drawn: bool) -> None:
     film, shape = Film.of(Exemplar.of(MADE[texture](128, 24, 0).image), turn=False), (96, 96)
     motion = Motion(film, flow.vortices(), shape, None, None, Renewing(block=20), 0)
