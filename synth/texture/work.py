@@ -224,8 +224,8 @@ def _settings(preset: str, wrap: tuple[bool, ...], levels: str | Sequence[tuple[
 def _effort(preset: str, shape: Sequence[int]) -> Effort:
     """With what effort a still of some shape is begun.
 
-    It is as much less than that of a small one as `default` makes fewer tries, so that `best` takes four to seven times
-    as long at any size.
+    It is as much less than that of a small one as `default` makes fewer tries, so that `best` takes five to eight times
+    as long; but seven to eleven where `default` makes one, and need not rank it.
     """
     effort, usual = STILLS[preset], STILLS["default"].first
     tries = max(math.floor(usual * min(SMALL / math.sqrt(math.prod(shape)), 1.0)), 1)
