@@ -150,7 +150,7 @@ def find_cells(exemplar: Exemplar) -> Cells | None:
 
 @kept
 def cells_that_flow(exemplar: Exemplar) -> Cells | None:
-    """As `find_cells`; where there are none those around the hulls of loose elements with bays (`hulls`), as of letters.
+    """As `find_cells`; where there are none those around the hulls of loose elements with bays (`hulls`), as letters.
 
     Ground further from them than AROUND is no cell's. Of letters of 20 and 32 px .05 are cut at frame 150 of a rotation
     and of a pair of vortices, .18 without. In stills hulls serve nobody: .004 are cut, and print that is laid
