@@ -22,9 +22,7 @@ def hulls(parts: Parts, inside: Array) -> Parts | None:
     """
     from skimage.morphology import convex_hull_image  # takes a fifth of a second; few pictures have such elements
 
-    whole, made, filled = parts.whole(inside), parts.number.copy(), list[float]()
-    near = ndimage.distance_transform_edt(parts.number <= 0, return_distances=False, return_indices=True)
-    nearest = parts.number[tuple(near)]
+    whole, nearest, made, filled = parts.whole(inside), parts.nearest, parts.number.copy(), list[float]()
     for part, box in enumerate(ndimage.find_objects(parts.number.clip(min=0)), 1):
         if whole[part]:
             own = parts.number[box] == part

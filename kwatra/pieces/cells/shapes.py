@@ -193,8 +193,7 @@ def cells_of(parts: Parts, inside: Array, loose: bool = False) -> Cells | None:
     element, whole = parts.number > 0, parts.whole(inside)
     if np.count_nonzero(whole) < FEW or parts.size < SMALL:
         return None
-    near = ndimage.distance_transform_edt(~element, return_distances=False, return_indices=True)
-    number = np.where(inside, parts.number[tuple(near)], 0)
+    number = np.where(inside, parts.nearest, 0)
     area = np.bincount(number.ravel(), minlength=len(whole))
     reach = max(round(AROUND * parts.size), 2)
     shapes, rays = _shapes(number, element, reach), round(RAYS * reach / AROUND)

@@ -29,6 +29,13 @@ class Parts(NamedTuple):
     deep: Array
     size: float
 
+    @property
+    def nearest(self) -> Array:
+        """The number (*S) of the element that is nearest to each place; if there is none it means nothing."""
+        near = ndimage.distance_transform_edt(self.number <= 0, return_distances=False, return_indices=True)
+        number: Array = self.number[tuple(near)]
+        return number
+
     def whole(self, inside: Array) -> Array:
         """Which numbers, from 0, are of elements that neither the border nor what is not `inside` (*S) cuts."""
         edge = ndimage.binary_dilation(~np.pad(inside, 1), iterations=2)[(slice(1, -1),) * inside.ndim]

@@ -205,10 +205,10 @@ def test_what_is_woven_but_has_a_lattice_is_laid_in_step_with_it():
     assert begin(Exemplar.of(tiles), (90, 90), SMALL).blocks.lattice is not None
 
 
-@pytest.mark.parametrize("wrap", [False, True])
-def test_rows_go_on(wrap):
-    """Lines of letters of many widths, each 29 px below the last; what wraps is 17 of them, each a little further."""
-    letters, shape = Exemplar.of(MADE["letters"](128, 24, 0).image), (500 if wrap else 256, 256)
+@pytest.mark.parametrize(("size", "wrap"), [(20, False), (24, False), (24, True)])
+def test_rows_go_on(size, wrap):
+    """Lines of letters of many widths, each 24 or 29 px below the last; what wraps is 17 of 29, a little further."""
+    letters, shape = Exemplar.of(MADE["letters"](128, size, 0).image), (500 if wrap else 256, 256)
     where = begin(letters, shape, Settings(wrap=wrap), seed=1).where.double()
     rows = find_rows(letters).closed(shape, (wrap, wrap))
     for axis in (1, 2):

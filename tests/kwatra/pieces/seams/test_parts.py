@@ -5,7 +5,7 @@ from discs import RADIUS, discs
 from scipy import ndimage
 
 from kwatra import Exemplar
-from kwatra.pieces import Hidden, hidden_seams, parts_of
+from kwatra.pieces import Hidden, Parts, hidden_seams, parts_of
 
 
 def test_discs_are_parts_one_by_one_though_they_touch() -> None:
@@ -50,3 +50,16 @@ def test_those_are_whole_that_no_border_and_no_hole_cuts() -> None:
     beside = {*number[-8:].flat, *number[:, :8].flat, *number[:, -8:].flat}  # their rims may reach the border
     assert not kept & cut
     assert {*range(1, 31)} - cut - beside <= kept
+
+
+def test_the_nearest_part_is_found_from_everywhere() -> None:
+    number = np.where(np.random.default_rng(0).random((14, 17)) < 0.05, np.arange(14 * 17).reshape(14, 17), 0)
+    number[3, 4] = -1  # nobody's
+    parts = Parts(number, number > 0, np.zeros(number.shape), 3.0)
+    places, here = np.argwhere(number > 0), np.indices(number.shape)[:, None]
+    away = np.hypot(*(here - places.T[:, :, None, None]))
+    nearest = parts.nearest
+    for row, column in np.argwhere(number <= 0):
+        best = away[:, row, column].min()
+        assert nearest[row, column] in number[tuple(places[away[:, row, column] == best].T)]
+    assert np.array_equal(nearest[number > 0], number[number > 0])
