@@ -63,7 +63,8 @@ class Film:
     backward. also: maps of the exemplar on a strip of their own, which decide nothing; None where there are none.
     scene: whether what is seen depends on the place in its frame. turning: over how many px copies turn as one with
     the flow; 0 where they keep the exemplar's directions. placed (2, rows, W): of a picture that was grown
-    (`flow.animation.film.growing`) which pixels of the exemplar's own canvas it shows, row first; None of others.
+    (`flow.animation.film.growing`) which pixels of the exemplar's own canvas it shows, or is near to where it shows
+    what is between them, row first; None of others.
     """
 
     strip: Exemplar

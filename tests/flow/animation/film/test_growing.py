@@ -1,8 +1,11 @@
 """Texture that may turn: grown beyond the frame, it goes round and round and nothing of it is renewed."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
+from made import MADE
 from skimage import data
 from torch import Tensor
 
@@ -11,7 +14,7 @@ from flow.animation.asked import film_of
 from flow.animation.carrying import angles
 from flow.animation.film import Film
 from flow.animation.film.growing import grown
-from kwatra import Exemplar, Settings
+from kwatra import Exemplar, Settings, optimize
 
 SHAPE = (40, 56)
 QUICK = Settings(seams=2, iterations=1)
@@ -25,7 +28,7 @@ def bricks() -> Tensor:
     return torch.from_numpy(data.brick()[:96, :96].astype(np.float32) / 255)[None]
 
 
-def test_it_is_the_exemplars_pixels_and_holds_the_turned_frame() -> None:
+def test_it_shows_what_the_still_shows_and_holds_the_turned_frame() -> None:
     exemplar = Exemplar.of(gravel())
     film = grown(Film.of(exemplar, Exemplar.of(1 - gravel())), SHAPE, QUICK, 0)
     rows, columns = film.strip.shape
@@ -33,12 +36,24 @@ def test_it_is_the_exemplars_pixels_and_holds_the_turned_frame() -> None:
     assert columns**2 >= 40**2 + 56**2
     assert film.placed is not None
     assert film.also is not None
-    assert torch.equal(film.strip.canvas, gravel()[:, film.placed[0], film.placed[1]])
-    assert torch.equal(film.also.canvas, 1 - film.strip.canvas)
+    still, copied = optimize(exemplar, (rows, columns), settings=replace(QUICK, even=0.0)), gravel()[:, *film.placed]
+    assert torch.equal(film.strip.canvas, still.image)
+    assert float((film.strip.canvas - copied).abs().mean()) < 0.01
+    assert torch.equal(film.also.canvas, 1 - copied)
     assert film.pitch == rows
     x, y = film.middle(SHAPE)[:, [0, -1], [0, -1]]
     assert (x.sum() - (columns - 1)).abs() <= 1
     assert (y.sum() - (rows - 1)).abs() <= 1
+
+
+def test_elements_that_were_made_whole_are_shown_as_the_still_shows_them() -> None:
+    exemplar, shape = Exemplar.of(MADE["stones"](96, 24, 0).image), (64, 64)
+    film = grown(Film.of(exemplar, turn=True), shape, QUICK, 0)
+    still = optimize(exemplar, film.strip.shape, settings=replace(QUICK, even=0.0))
+    assert torch.equal(film.strip.canvas, still.image)
+    assert film.placed is not None
+    between = (film.strip.canvas - exemplar.canvas[:, *film.placed]).abs().amax(0) > 1e-6
+    assert 0.01 < float(between.float().mean()) < 0.5
 
 
 def test_only_what_prefers_no_direction_turns_unless_asked() -> None:
