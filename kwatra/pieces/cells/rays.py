@@ -13,6 +13,14 @@ from kwatra.pieces.cells.loops import BEYOND, between, seen, window
 STEP = 0.5
 """px between points of a ray that are looked at."""
 
+NEAR = 0.1
+"""px between places that are looked at for the last one in a cell. Where it was .75 joints came out dotted."""
+
+RIM = 0.7
+"""px beyond an element, where its colors are mixed with the ground's, that are neither stretched nor squeezed. Two
+stills each of ten textures score .083 with it, .087 if ground begins at once where the element ends, as does the
+exemplar's where its colors are no longer mixed."""
+
 LOOSELY = 16
 """Outlines of loose elements are as smooth as the mean over a turn by this on both sides. Of coins of 20 and 32 px in a
 pair of vortices motion is off by .21 and .30 px with 16, .22 and .33 with 8; by eye, dents are as round."""
@@ -223,8 +231,10 @@ def _there(
             cell, element = cell_at[beside[k]], element_at[beside[k]]
             angle = 2 * np.pi * beside[k] / len(share_at)
             down, right = np.sin(angle), np.cos(angle)
-        ground = min(element + 0.7, cell)  # whose pixels are no longer the element's
-        to = ground + (min(far, share) - shown) * (cell - ground) / max(share - shown, 1e-3)
+        beyond, rim = min(far, share) - shown, max(min(RIM, cell - element, share - shown), 0.0)
+        to = element + beyond
+        if beyond > rim:
+            to = element + rim + (beyond - rim) * (cell - element - rim) / max(share - shown - rim, 1e-3)
         return down * to, right * to
     rigid = min((most * shown - element) / (most - 1), (most * element - shown) / (most - 1))
     rigid = min(max(rigid, 0.1 * min(shown, element)), min(shown, element))
@@ -237,11 +247,11 @@ def _there(
 @jitted
 def _inside(away: Any, middle: Any, down: Any, right: Any) -> Any:
     """The place of a window so far from its middle, or the last before it that is in the cell."""
-    while True:
-        row, column = middle[0] + down, middle[1] + right
+    far = np.sqrt(down * down + right * right)
+    less = NEAR / max(far, NEAR)
+    for k in range(int(far / NEAR) + 1):
+        row, column = middle[0] + (1 - k * less) * down, middle[1] + (1 - k * less) * right
         i, j = int(np.rint(row)), int(np.rint(column))
         if 0 <= i < away.shape[0] and 0 <= j < away.shape[1] and away[i, j] < 0:
             return row, column
-        down, right = 0.97 * down, 0.97 * right
-        if abs(down) + abs(right) < 0.5:
-            return middle
+    return middle
