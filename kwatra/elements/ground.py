@@ -6,7 +6,7 @@ most surely (compare Matas et al. 2002, "Robust wide baseline stereo from maxima
 picture of many colors, of which some are as bright as the ground, likeness to some of its colors is split as well. Of
 splits that say it as surely those come first that are of one color, and of these the one with least ground, since the
 shaded rim of an element is not its gap. Where elements are cut out, what is transparent is tried as well. Specks on the
-ground are ground, but for what a hole leaves of an element.
+ground are ground, but for what a hole, or the border, leaves of an element.
 
 Where colors of such ground are mixed, and those of elements, too, it is sought against what is right around it: joints
 between stones, shaded, and between dark stones darker than the joints of light ones. Where that finds none, a net of
@@ -24,7 +24,7 @@ from scipy import ndimage
 from kwatra.elements.contrast import BRIGHTNESS, ROUNDING, against_around, contrasts, two_classes
 from kwatra.elements.kept import kept
 from kwatra.elements.lines import nets_of_lines
-from kwatra.elements.parting import Array, between_parts, meeting
+from kwatra.elements.parting import Array, at_edge, between_parts, meeting
 from kwatra.elements.scattered import unlike_most
 from kwatra.elements.size import element_size
 from kwatra.elements.splits import SMALL, Ground, Picture, Split, cleaned, depth_beside
@@ -147,9 +147,12 @@ def _joints(picture: Picture, size: float) -> Iterator[Ground]:
     colors, inside = picture.colors, picture.inside
     for values in against_around(colors, inside, size):
         for most in np.quantile(values[inside], JOINTS):
-            ground, sure, _ = cleaned((values <= most) & inside, picture.owner, size)
+            split = (values <= most) & inside
+            ground, sure, _ = cleaned(split, picture.owner, size)
             if sure < SURE:
                 continue
+            specks, _ = ndimage.label(ground & ~split)
+            ground &= ~np.isin(specks, at_edge(specks, inside))
             parts = meeting(ground, values, inside, SMALL * size**2)
             differ = (between_parts(colors, parts, inside) - ALIKE) / (APART - ALIKE)
             lines = (parts == 0) & inside

@@ -5,9 +5,11 @@ everything is darker than on both sides, or lighter. So how strong a line leads 
 of many directions, the picture is parted along what is strongest (a watershed; Meyer 1994, "Topographic distance and
 watershed lines"), and parts grow together until all that is between them is strong. It is a net of lines where these
 borders are lines all along, where no strong line ends within a part, and where within parts nothing is as strong.
+What the picture's border leaves of a part is one, too, however small, but tells nothing of the net.
 """
 
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 import torch
@@ -16,7 +18,7 @@ from scipy import fft, ndimage
 from kwatra.base import continued
 from kwatra.elements.contrast import smoothed
 from kwatra.elements.merging import merged
-from kwatra.elements.parting import Array, touching, usual_area
+from kwatra.elements.parting import Array, at_edge, touching, usual_area
 from kwatra.elements.splits import SPECK, Ground, Picture, depth_beside
 
 ACROSS, ALONG, DIRECTIONS = 1.6, 4.5, 8
@@ -75,9 +77,9 @@ def nets_of_lines(picture: Picture) -> Iterator[Ground]:
     for values, strength in zip((bright, -bright), line_strength(bright), strict=True):
         high = float(np.quantile(strength[picture.inside], STRONG))
         if high > 0 and any(_part_elements(picture, strength > share * high) for share in GATE):
-            parts = _parts(strength, picture.inside, high)
-            if parts is not None and _alike(parts, strength, picture):
-                yield _ground(parts, values, picture.inside)
+            net = _net(strength, picture.inside, high)
+            if net is not None and _alike(net.parts, strength, picture):
+                yield _ground(net.with_tips(strength, picture.inside), values, picture.inside)
 
 
 def line_strength(bright: Array) -> tuple[Array, Array]:
@@ -111,15 +113,36 @@ def _part_elements(picture: Picture, lines: Array) -> bool:
     return bool(little) and picture.by_itself("lines", lines)[0].sure >= SURE
 
 
-def _parts(strength: Array, inside: Array, high: float) -> Array | None:
-    """The parts (*S), by number, of the clearest net of lines; None if there is no clear one."""
+class _Net(NamedTuple):
+    """A net of lines: the parts (*S), by number, that it leaves, and the pieces that these grew together from.
+
+    least: the strength of borders between them; speck: what smaller pieces were no parts, px^2.
+    """
+
+    parts: Array
+    pieces: Array
+    least: float
+    speck: float
+
+    @classmethod
+    def of(cls, pieces: Array, strength: Array, inside: Array, least: float) -> "_Net":
+        speck = SPECK * usual_area(np.bincount(pieces[inside]))
+        return cls(merged(pieces, strength, least, speck), pieces, least, speck)
+
+    def with_tips(self, strength: Array, inside: Array) -> Array:
+        """The parts, and what the picture's border leaves of others, however little."""
+        return merged(self.pieces, strength, self.least, self.speck, at_edge(self.pieces, inside).tolist())
+
+
+def _net(strength: Array, inside: Array, high: float) -> _Net | None:
+    """The clearest net of lines; None if there is no clear one."""
     from skimage.segmentation import watershed  # takes a tenth of a second; few pictures need it
 
-    parts, tried = watershed(strength, mask=inside), []
+    pieces, tried = watershed(strength, mask=inside), []
     for share in BORDERS:
-        parts = merged(parts, strength, share * high)
-        net = merged(parts, strength, share * high, SPECK * usual_area(np.bincount(parts[inside])))
-        tried.append((_unclear(net, strength, inside, share * high), net))
+        pieces = merged(pieces, strength, share * high)
+        net = _Net.of(pieces, strength, inside, share * high)
+        tried.append((_unclear(net.parts, strength, inside, share * high), net))
     least = min(unclear for unclear, _ in tried)
     return [net for unclear, net in tried if unclear <= AS_CLEAR * least][-1] if least <= UNCLEAR else None
 

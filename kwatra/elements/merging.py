@@ -1,5 +1,6 @@
 """Parts of a picture grow together where what lies between them is weak."""
 
+from collections.abc import Sequence
 from heapq import heapify, heappop, heappush
 
 import numpy as np
@@ -7,19 +8,20 @@ import numpy as np
 from kwatra.elements.parting import Array, touching
 
 
-def merged(parts: Array, strength: Array, least: float, speck: float = 0) -> Array:
+def merged(parts: Array, strength: Array, least: float, speck: float = 0, spared: Sequence[int] = ()) -> Array:
     """Parts (H, W), numbered from 1, merged until each border between two is at least so strong; 0 is no part.
 
     The two with the weakest border become one, again and again (Haris et al. 1998, "Hybrid image segmentation using
     watersheds and fast region merging"). A border is as strong as the mean of strength (H, W) along it, of two pixels
     that meet that of the stronger: one with gaps may be strong on the whole. What is smaller than a speck, in pixels,
-    is merged across its weakest border, however strong.
+    is merged across its weakest border, however strong; but not the parts, by number, that are spared.
     """
     count = int(parts.max()) + 1
     beside = _borders(parts, strength, count)
     weakest = [(_mean(b), i, j, b) for i, near in enumerate(beside) for j, b in near.items() if i < j]
     heapify(weakest)
-    into, area = np.arange(count), np.bincount(parts.ravel()).tolist()
+    into, area = np.arange(count), np.bincount(parts.ravel()).astype(float)
+    area[list(spared)] = np.inf
     while weakest:
         strong, kept, gone, border = heappop(weakest)
         parted = strong >= least and min(area[kept], area[gone]) >= speck

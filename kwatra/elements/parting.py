@@ -57,12 +57,28 @@ def between_parts(colors: Array, number: Array, inside: Array) -> float:
     return between / total
 
 
+TIP = 4
+"""px^2 that the border leaves of a part at least. Not tuned."""
+
+
 def parted(ground: Array, inside: Array, least: float) -> Array:
-    """The parts (*S), by number, that ground (*S) leaves of what is inside (*S); 0 of smaller ones than least, px^2."""
+    """The parts (*S), by number, that ground (*S) leaves of what is inside (*S); 0 of smaller ones than least, px^2.
+
+    What the border cuts may be smaller: it is the tip of a part.
+    """
     number, count = ndimage.label(inside & ~ground)
     area = np.bincount(number.ravel(), minlength=count + 1)
-    number[area[number] < least] = 0
+    small, cut = area < least, at_edge(number, inside)
+    small[cut] = area[cut] < min(TIP, least)
+    number[small[number]] = 0
     return number
+
+
+def at_edge(number: Array, inside: Array) -> Array:
+    """The numbers (n,), but for 0, of parts (*S) that the border cuts, or what is not inside (*S)."""
+    cut = np.unique(number[inside & ndimage.binary_dilation(~inside, border_value=1)])
+    some: Array = cut[cut > 0]
+    return some
 
 
 def meeting(ground: Array, values: Array, inside: Array, least: float) -> Array:

@@ -7,7 +7,7 @@ import numpy as np
 from scipy import ndimage
 
 from kwatra.elements.contrast import RARE, ROUNDING, smoothed
-from kwatra.elements.parting import Array, Variance, usual_area
+from kwatra.elements.parting import Array, Variance, at_edge, usual_area
 from kwatra.exemplar import Exemplar
 
 HOLE, SPECK = 0.5, 0.04
@@ -32,8 +32,8 @@ LESS = 0.95
 the stones that are taken for ground else; of the others, and of stones, all are as likely within .01."""
 
 FAR = 6.0
-"""A speck beside a hole is cut off an element if its color is so many times as far from the ground's as half of that
-is. Not tuned."""
+"""A speck beside a hole, or the border, is of an element if its color is so many times as far from the ground's as half
+of that is. Not tuned."""
 
 RIM = 0.25
 """An element is as deep as can be so far from the ground, in sizes of an element; half and twice as much is as good."""
@@ -165,9 +165,9 @@ def middle_of(colors: Array) -> tuple[Array, Array]:
 
 
 def _cut_off(found: Split, colors: Array, inside: Array) -> Array:
-    """What was taken for specks (*S), but holes cut it off elements: it is of another color than the ground."""
+    """What was taken for specks (*S), but a hole, or the border, cut it off an element: it is of another color."""
     parts, _ = ndimage.label(found.taken)
-    beside, rest = np.unique(parts[ndimage.binary_dilation(~inside) & found.taken]), found.ground & ~found.taken
+    beside, rest = at_edge(parts, inside), found.ground & ~found.taken
     if beside.size == 0 or not rest.any():
         return np.zeros(parts.shape, bool)
     middle, spread = middle_of(colors[:, rest])
