@@ -13,7 +13,7 @@ from kwatra.loop.recognition import recognized
 from kwatra.loop.task import Task, task_of
 from kwatra.pieces import BlockStart, Box, Fitted, Gaps, SlantedStart
 from kwatra.settings import Settings
-from kwatra.source import Prepared, Texture, sourcemap
+from kwatra.source import Prepared, Texture, read_warped, sourcemap
 from kwatra.terms import Sum, TermLike
 
 
@@ -46,7 +46,8 @@ class Beginning:
             raise InputError("the optimization begins with no copies; start it as 'aligned' or 'blocks' to see some")
         where = sourcemap.carried(self.where, self.factors, (1,) * len(self.factors), self.task.shape)
         if self.fitted is not None and max(self.factors) == 1:
-            return sourcemap.read_between(continued(exemplar.canvas, exemplar.owner), self.fitted.places), where
+            fitted, pixels = self.fitted, continued(exemplar.canvas, exemplar.owner)
+            return read_warped(pixels, fitted.places, fitted.detail, fitted.share), where
         return sourcemap.look_up(exemplar.canvas, where), where
 
     def anew(self, part: Box, seed: int) -> "Beginning":

@@ -6,6 +6,7 @@ from kwatra.source.heaviest import heaviest_covering
 from kwatra.source.prepared import Prepared, Texture
 from kwatra.source.protocol import CHUNK, ROUTES, Description, Placed, Source, chunk
 from kwatra.source.sourcemap import at_windows, look_up
+from kwatra.source.warped import read_warped
 
 __all__ = [
     "CHUNK",
@@ -22,4 +23,5 @@ __all__ = [
     "chunk",
     "heaviest_covering",
     "look_up",
+    "read_warped",
 ]

@@ -6,9 +6,7 @@ pixels, as sharp as the exemplar, instead of an interpolated image.
 
 from collections.abc import Sequence
 
-import numpy as np
 import torch
-from scipy import ndimage
 from torch import Tensor
 
 from kwatra.source.heaviest import heaviest_covering
@@ -86,23 +84,3 @@ def look_up(pixels: Tensor, where: Tensor) -> Tensor:
     for axis, side in enumerate(pixels.shape[2:], 1):
         place.mul_(side).add_(where[axis])
     return pixels.flatten(1).gather(1, place.flatten().expand(len(pixels), -1)).view(len(pixels), *place.shape)
-
-
-def read_between(pixels: Tensor, places: Tensor) -> Tensor:
-    """The same (C, H, W) of an image at places (2, H, W) between pixels, float64, and exact where on one.
-
-    By cubic splines, kept within the four pixels around. It is done on the CPU.
-    """
-    last = torch.tensor(pixels.shape[1:], device=places.device).view(2, 1, 1) - 1
-    places = torch.minimum(places.clamp(min=0), last)
-    read, between = look_up(pixels, places.round().long()), (places != places.round()).any(0)
-    if not bool(between.any()):
-        return read
-    some = places[:, between].cpu().numpy()
-    first = some.astype(np.int64)
-    following = np.minimum(first + 1, np.array(pixels.shape[1:])[:, None] - 1)
-    for channel, values in zip(pixels.cpu().numpy(), read, strict=True):
-        around = [channel[row, column] for row in (first[0], following[0]) for column in (first[1], following[1])]
-        cubic = ndimage.map_coordinates(channel, some, order=3, mode="nearest")
-        values[between] = torch.from_numpy(cubic.clip(np.min(around, 0), np.max(around, 0))).to(values)
-    return read

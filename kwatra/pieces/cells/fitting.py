@@ -20,6 +20,7 @@ from torch import Tensor
 
 from kwatra.pieces.cells.clearing import cleared, seen_of
 from kwatra.pieces.cells.copies import Copies, copies_of, copies_that_flow
+from kwatra.pieces.cells.grain import Grain, grain_of
 from kwatra.pieces.cells.shapes import Cells
 from kwatra.pieces.seams import Array
 
@@ -44,11 +45,14 @@ AROUND = 8
 class Fitted(NamedTuple):
     """A source map with elements made whole: places (2, H, W), float64, between pixels where elements are warped.
 
-    changed (H, W): where they are others than were laid.
+    changed (H, W): where they are others than were laid. detail (2, H, W) int64, share (H, W): at which pixels detail
+    is read, and how much of it (`grain`).
     """
 
     places: Tensor
     changed: Tensor
+    detail: Tensor
+    share: Tensor
 
 
 def fitted(where: Tensor, cells: Cells, image: Array, wraps: Sequence[bool] = (False, False)) -> Fitted:
@@ -58,10 +62,12 @@ def fitted(where: Tensor, cells: Cells, image: Array, wraps: Sequence[bool] = (F
     some ten arrays of the output's size.
     """
     around = [(AROUND * cells.reach * wrap,) * 2 for wrap in wraps]
-    made = _fitted(np.pad(where.cpu().numpy(), [(0, 0), *around], mode="wrap"), cells, image)
-    inner = tuple(slice(before, size - after) for (before, after), size in zip(around, made.shape[1:], strict=True))
-    places = torch.from_numpy(np.ascontiguousarray(made[(slice(None), *inner)])).to(where.device)
-    return Fitted(places, (places != where).any(0))
+    made, grain = _fitted(np.pad(where.cpu().numpy(), [(0, 0), *around], mode="wrap"), cells, image)
+    rows, columns = (slice(before, before + size) for (before, _), size in zip(around, where.shape[1:], strict=True))
+    places, detail, share = (
+        torch.from_numpy(np.ascontiguousarray(part[..., rows, columns])).to(where.device) for part in (made, *grain)
+    )
+    return Fitted(places, (places != where).any(0), detail, share)
 
 
 class _Divided(NamedTuple):
@@ -72,13 +78,14 @@ class _Divided(NamedTuple):
     second: Array
 
 
-def _fitted(where: Array, cells: Cells, image: Array) -> Array:
+def _fitted(where: Array, cells: Cells, image: Array) -> tuple[Array, Grain]:
+    """Places (2, H, W) with elements made whole, and where their detail is read."""
     copies, made = copies_of(where, cells), where.astype(np.float64)
     astray, others = np.zeros(len(copies.shown), bool), np.zeros(where.shape[1:], bool)
     while True:
         divided, astray, others = _moved(where, cells, copies, astray, others)
         if not (astray.any() or others.any()):
-            return made
+            return made, Grain.warped(made)
         if not (cells.loose and (crowded := _crowded(cells, copies, divided.share)).any()):
             break
         copies, astray = copies.without(crowded), astray[~crowded]
@@ -87,7 +94,10 @@ def _fitted(where: Array, cells: Cells, image: Array) -> Array:
     share[kept] = copies.number[kept]
     written = (share >= 0) & (astray[share] | (others & (copies.number != share)))
     _warp(copies, cells, divided, written, made)
-    return cleared(where, made, written, kept | copies.stays, cells, image) if cells.loose else made
+    if cells.loose:
+        cleaner = cleared(where, made, written, kept | copies.stays, cells, image)
+        return cleaner, Grain.warped(cleaner)
+    return made, grain_of(made, share, written, cells)
 
 
 def _moved(where: Array, cells: Cells, copies: Copies, astray: Array, others: Array) -> tuple[_Divided, Array, Array]:

@@ -94,33 +94,3 @@ def test_a_coarser_map_is_that_of_the_middles_of_blocks():
     coarse = sourcemap.coarser(where, (4, 4), (4, 3))
     rows, columns = torch.meshgrid(torch.arange(4), torch.arange(3), indexing="ij")
     assert torch.equal(coarse, torch.stack([rows + 10, columns]))
-
-
-def test_between_pixels_colors_are_cubic_splines_within_those_around_and_on_them_exact():
-    image = torch.rand(2, 6, 9, generator=generator(3))
-    places = torch.tensor([[[2.0, 2.25, 5.4, -0.3]], [[7.0, 3.5, 8.3, 4.0]]], dtype=torch.float64)
-    read = sourcemap.read_between(image, places)[:, 0]
-    assert torch.equal(read[:, 0], image[:, 2, 7])
-    around = image[:, 2:4, 3:5].flatten(1)
-    assert ((read[:, 1] >= around.amin(1)) & (read[:, 1] <= around.amax(1))).all()
-    assert torch.equal(read[:, 2], image[:, 5, 8])  # beyond the border what is on it
-    assert torch.equal(read[:, 3], image[:, 0, 4])
-
-
-def test_a_smooth_wave_is_read_between_pixels_as_it_is():
-    row, column = torch.meshgrid(torch.arange(40.0), torch.arange(48.0), indexing="ij")
-    wave = 0.5 + 0.3 * torch.sin(row / 2 + column / 3)
-    places = torch.stack([row, column])[:, 8:-8, 8:-8].double() + torch.tensor([0.3, 0.6]).view(2, 1, 1)
-    read = sourcemap.read_between(wave[None], places)[0]
-    expected = 0.5 + 0.3 * torch.sin(places[0] / 2 + places[1] / 3).float()
-    off = (read - expected).abs()
-    assert float(off.mean()) < 1e-3  # bilinear .007; at crests four pixels around hold it back
-    assert float(off.max()) < 0.02
-
-
-def test_places_are_read_each_by_itself():
-    image = torch.rand(3, 12, 14, generator=generator(4))
-    places = 11 * torch.rand(2, 5, 7, generator=generator(5), dtype=torch.float64)
-    read = sourcemap.read_between(image, places)
-    assert torch.equal(read.mT, sourcemap.read_between(image, places.mT))
-    assert torch.allclose(read.mT.flip(0), sourcemap.read_between(image.flip(0), places.mT))

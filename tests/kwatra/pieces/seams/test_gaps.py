@@ -174,7 +174,10 @@ def test_em_undoes_no_seam_that_goes_around_elements(wrap, monkeypatch):
 
 
 def test_where_em_is_not_taken_pixels_are_the_exemplars_own(monkeypatch):
-    monkeypatch.setattr(blocks, "fitted", lambda where, *_: Fitted(where.double(), where[0] < 0))  # none is warped
+    def as_laid(where, *_):
+        return Fitted(where.double(), where[0] < 0, where, torch.zeros(where.shape[1:]))
+
+    monkeypatch.setattr(blocks, "fitted", as_laid)
     made = MADE["stones"](128, 20, 0)
     result = optimize(Exemplar.of(made.image), (96, 96))
     copied = made.image[(slice(None), *result.where)]
