@@ -40,9 +40,9 @@ def grain_of(places: Array, copy: Array, warped: Array, cells: Cells) -> Grain:
     """
     grain = Grain.warped(places)
     pixels, shape = np.argwhere(warped).T, np.array(cells.number.shape)[:, None]
-    blocks = np.stack([copy[warped], *(pixels // BLOCK)])
-    number = np.unique(blocks, axis=1, return_inverse=True)[1].ravel()
-    count = np.maximum(np.bincount(number), 1)
+    blocks = np.ravel_multi_index((copy[warped], *(pixels // BLOCK)), (copy.max() + 1, *copy.shape))
+    number = np.unique(blocks, return_inverse=True)[1]
+    count = np.bincount(number)
     moved = np.stack([np.rint(np.bincount(number, off) / count) for off in places[:, warped] - pixels])
     own, there = grain.places[:, warped], (pixels + moved[:, number].astype(np.int64)).clip(0, shape - 1)
     within = ndimage.distance_transform_edt(np.pad(cells.element, 1))[1:-1, 1:-1]

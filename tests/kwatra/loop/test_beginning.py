@@ -232,7 +232,7 @@ def test_elements_of_one_exemplar_are_made_whole_where_nothing_steers() -> None:
     beginning = begin(one, (64, 64))
     assert beginning.fitted is not None
     assert beginning.where is not None
-    warped, changed = beginning.fitted
+    warped, changed, *_ = beginning.fitted
     assert torch.equal(warped.round().long(), beginning.where)
     assert not torch.equal(warped, beginning.where.double())
     image, where = beginning.copied()
