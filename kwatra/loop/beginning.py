@@ -45,10 +45,18 @@ class Beginning:
         if self.where is None or exemplar is None:
             raise InputError("the optimization begins with no copies; start it as 'aligned' or 'blocks' to see some")
         where = sourcemap.carried(self.where, self.factors, (1,) * len(self.factors), self.task.shape)
-        if self.fitted is not None and max(self.factors) == 1:
-            fitted, pixels = self.fitted, continued(exemplar.canvas, exemplar.owner)
-            return read_warped(pixels, fitted.places, fitted.detail, fitted.share), where
-        return sourcemap.look_up(exemplar.canvas, where), where
+        return self.shown(exemplar.canvas, where), where
+
+    def shown(self, values: Tensor, where: Tensor) -> Tensor:
+        """What a source map (n, *shape) at full resolution shows of values (C, *canvas) of the exemplar: (C, *shape).
+
+        Elements that were made whole here are read between pixels where the map tells of them as this beginning does.
+        """
+        read, exemplar, fitted = sourcemap.look_up(values, where), self.task.texture.exemplar, self.fitted
+        if fitted is None or exemplar is None or max(self.factors) > 1:
+            return read
+        warped = read_warped(continued(values, exemplar.owner), fitted.places, fitted.detail, fitted.share)
+        return torch.where(fitted.changed & (where == fitted.places.round()).all(0), warped, read)
 
     def anew(self, part: Box, seed: int) -> "Beginning":
         """Another beginning, with blocks laid anew in a part of the output, given in its pixels; this one stays.

@@ -11,7 +11,7 @@ from dataclasses import replace
 import torch
 
 from flow.animation.film.film import Film
-from kwatra import Settings, optimize
+from kwatra import Settings, begin, improve
 from kwatra.source import look_up
 
 _EVEN = 0.0
@@ -22,17 +22,19 @@ coins of 12 to 32 px that rotate .089 are cut after 60 frames of 2 px, .148 with
 def grown(film: Film, shape: tuple[int, int], synthesis: Settings, seed: int) -> Film:
     """The film of a still that is synthesized from a picture's, and that a frame (H, W) does not leave while it turns.
 
-    It is at most twice as long as the frame along an axis. `Film.placed` tells which pixel of the exemplar each shows,
-    or is the nearest to what it shows where elements were made whole and are read between pixels. A film whose copies
-    keep their directions is returned as it is.
+    It is at most twice as long as the frame along an axis. Every pixel is one of the exemplar's (`Film.placed`), but where
+    elements were made whole, which are read between pixels. A film whose copies keep their directions is returned as it
+    is.
     """
     if not film.turning:
         return film
     across = math.hypot(*shape)
     margins = [min(math.ceil((across - side) / 2), side // 2) for side in shape]
     larger = [side + 2 * margin for side, margin in zip(shape, margins, strict=True)]
-    still = optimize(film.strip, larger, settings=replace(synthesis, even=_EVEN), seed=seed)
+    beginning = begin(film.strip, larger, replace(synthesis, even=_EVEN), seed=seed).without_blocks()
+    still = improve(beginning)
     owner, origin = torch.zeros_like(still.image[0]), look_up(film.strip.origin, still.where)
-    strip = replace(film.strip, canvas=still.image, owner=owner, origin=origin)
-    maps = film.also and replace(strip, canvas=look_up(film.also.canvas, still.where), weights=film.also.weights)
+    strip = replace(film.strip, canvas=beginning.shown(film.strip.canvas, still.where), owner=owner, origin=origin)
+    also = film.also
+    maps = also and replace(strip, canvas=beginning.shown(also.canvas, still.where), weights=also.weights)
     return replace(film, strip=strip, pitch=larger[0], also=maps, placed=still.where)

@@ -244,6 +244,19 @@ def test_elements_of_one_exemplar_are_made_whole_where_nothing_steers() -> None:
     assert begin(Exemplar.of(noise), (64, 64)).fitted is None
 
 
+def test_maps_are_shown_as_colors_are_where_the_beginning_is_still_seen() -> None:
+    one = Exemplar.of(MADE["stones"](96, 20, 0).image)
+    beginning = begin(one, (64, 64))
+    image, where = beginning.copied()
+    assert torch.equal(beginning.shown(one.canvas, where), image)
+    gray = beginning.shown(one.canvas[1:2], where)
+    assert gray.shape == (1, 64, 64)
+    assert float((gray - image[1:2]).abs().max()) < 1e-5
+    other = where.roll(1, 1)
+    shown, changed = beginning.shown(one.canvas, other), (other != where).any(0)
+    assert torch.equal(shown[:, changed], one.canvas[:, *other][:, changed])
+
+
 def test_loose_elements_are_made_whole_but_on_a_regular_lattice() -> None:
     row, column = torch.meshgrid(torch.arange(100), torch.arange(110), indexing="ij")
     far = ((row % 20 - 10) ** 2 + (column % 20 - 10) ** 2).sqrt()
