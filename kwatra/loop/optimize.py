@@ -107,13 +107,12 @@ def _uncut(beginning: Beginning, image: Tensor, where: Tensor, factors: tuple[in
         return image, where
     if not max(beginning.factors) == max(factors) == 1:
         return image, where
-    take = beginning.gaps.cheaper(before, where, task.wraps)
-    (copied, _), seen = beginning.copied(), take
+    take, (copied, _) = beginning.gaps.cheaper(before, where, task.wraps), beginning.copied()
     if beginning.fitted is not None:  # beside what was changed all is a seam, EM dots joints with other elements
-        seen = take & ~_near(beginning.fitted.changed)
+        take &= ~_near(beginning.fitted.changed)
     if task.mask is not None:
-        take, seen = take | ~task.mask, seen | ~task.mask
-    return torch.where(seen, image, copied), torch.where(take, where, before)
+        take |= ~task.mask
+    return torch.where(take, image, copied), torch.where(take, where, before)
 
 
 def _near(changed: Tensor) -> Tensor:

@@ -22,9 +22,8 @@ coins of 12 to 32 px that rotate .089 are cut after 60 frames of 2 px, .148 with
 def grown(film: Film, shape: tuple[int, int], synthesis: Settings, seed: int) -> Film:
     """The film of a still that is synthesized from a picture's, and that a frame (H, W) does not leave while it turns.
 
-    It is at most twice as long as the frame along an axis. Every pixel is one of the exemplar's (`Film.placed`), but where
-    elements were made whole, which are read between pixels. A film whose copies keep their directions is returned as it
-    is.
+    It is at most twice as long as the frame along an axis. Every pixel is one of the exemplar's (`Film.placed`), or
+    between some, of elements that were made whole. A film whose copies keep their directions is returned as it is.
     """
     if not film.turning:
         return film

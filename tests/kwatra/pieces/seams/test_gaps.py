@@ -4,7 +4,7 @@ import torch
 from bench_elements import cut_elements
 from made import MADE
 
-from kwatra import Exemplar, Settings, optimize
+from kwatra import Exemplar, Settings, begin, improve, optimize
 from kwatra.elements import Ground, Lattice, find_ground, find_outlines
 from kwatra.pieces import BlockStart, Fitted, Gaps, Hidden, Mosaic, blocks, find_gaps, hidden_along, hidden_seams
 from kwatra.pieces.seams.gaps import ALIGNED, CUTTING, SURE
@@ -162,6 +162,7 @@ def test_blocks_that_fit_between_holes_are_kept_where_larger_ones_do_not():
 
 @pytest.mark.parametrize("wrap", [False, True])
 def test_em_undoes_no_seam_that_goes_around_elements(wrap, monkeypatch):
+    monkeypatch.setattr(blocks, "find_cells", lambda _: None)  # beside elements that were made whole none is EM's
     made = MADE["stones"](128, 20, 0)
 
     def mixed():
@@ -171,6 +172,19 @@ def test_em_undoes_no_seam_that_goes_around_elements(wrap, monkeypatch):
     kept = mixed()
     monkeypatch.setattr(Gaps, "cheaper", lambda self, before, *_: torch.ones_like(before[0], dtype=torch.bool))
     assert kept < mixed()
+
+
+def test_the_map_tells_what_is_shown_beside_elements_that_were_made_whole(monkeypatch):
+    monkeypatch.setattr(Gaps, "cheaper", lambda self, before, *_: torch.ones_like(before[0], dtype=torch.bool))
+    exemplar = Exemplar.of(MADE["stones"](128, 20, 0).image)
+    beginning = begin(exemplar, (96, 96))
+    result = improve(beginning)
+    changed = beginning.fitted.changed
+    assert 0.02 < float(changed.float().mean()) < 0.9
+    image, where = beginning.copied()
+    assert torch.equal(result.where[:, changed], where[:, changed])
+    assert torch.equal(result.image[:, changed], image[:, changed])
+    assert not torch.equal(result.where, where)
 
 
 def test_where_em_is_not_taken_pixels_are_the_exemplars_own(monkeypatch):
