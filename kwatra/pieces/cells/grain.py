@@ -22,8 +22,7 @@ textures and stones score the same with 2 and 2."""
 
 
 class Grain(NamedTuple):
-    """Where detail is read: places (2, H, W) int64, on pixels; share (H, W), 0 to 1: how much of it, the rest is warped.
-    """
+    """Where detail is read: places (2, H, W) int64; share (H, W), 0 to 1: how much of it, the rest is warped."""
 
     places: Array
     share: Array
