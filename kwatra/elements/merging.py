@@ -20,8 +20,9 @@ def merged(parts: Array, strength: Array, least: float, speck: float = 0, spared
     beside = _borders(parts, strength, count)
     weakest = [(_mean(b), i, j, b) for i, near in enumerate(beside) for j, b in near.items() if i < j]
     heapify(weakest)
-    into, area = np.arange(count), np.bincount(parts.ravel()).astype(float)
-    area[list(spared)] = np.inf
+    into, area = np.arange(count), np.bincount(parts.ravel()).tolist()
+    for part in spared:
+        area[part] = np.inf
     while weakest:
         strong, kept, gone, border = heappop(weakest)
         parted = strong >= least and min(area[kept], area[gone]) >= speck

@@ -38,9 +38,7 @@ def read_warped(pixels: Tensor, places: Tensor, detail: Tensor, share: Tensor) -
     """
     if not bool((share > 0).any()):
         return read_between(pixels, places)
-    smooth = torch.stack(
-        [torch.from_numpy(ndimage.gaussian_filter(channel, SMOOTH)) for channel in pixels.cpu().numpy()]
-    ).to(pixels)
+    smooth = torch.from_numpy(ndimage.gaussian_filter(pixels.cpu().numpy(), SMOOTH, axes=(1, 2))).to(pixels)
     read, apart = read_between(pixels, places), read_between(smooth, places) + look_up(pixels - smooth, detail)
     low, high = (end(pixels, (1, 2), keepdim=True) for end in (torch.amin, torch.amax))
     return torch.where(share > 0, torch.minimum(torch.maximum(read.lerp(apart, share), low), high), read)

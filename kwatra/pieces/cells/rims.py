@@ -8,7 +8,7 @@ ground tells by itself what it looks like.
 import numpy as np
 from scipy import ndimage
 
-from kwatra.elements.parting import deviations
+from kwatra.elements.parting import at_edge, deviations
 from kwatra.elements.splits import SPECK, depth_beside
 from kwatra.pieces.seams import Array, Parts
 from kwatra.pieces.seams.parts import told_apart
@@ -65,9 +65,8 @@ def tips(number: Array, colors: Array, inside: Array, plain: Array) -> Array:
     """
     free = inside & (number <= 0) & _unlike(colors, plain)
     parts, _ = ndimage.label(free, np.ones((3, 3)))
-    edge = ndimage.binary_dilation(~np.pad(inside, 1))[1:-1, 1:-1]
     rims = parts[ndimage.binary_dilation(number > 0, iterations=EDGE)]
-    cut, area = np.setdiff1d(parts[edge & free], rims), np.bincount(parts.ravel())
+    cut, area = np.setdiff1d(at_edge(parts, inside), rims), np.bincount(parts.ravel())
     found: Array = np.isin(parts, cut[area[cut] >= TIP])
     return found
 
