@@ -48,6 +48,10 @@ REGULAR_EDGES = 0.55
 BETWEEN = 0.05
 """Half-way to a lattice's points the correlation is lower by this at least: stripes have no lattice."""
 
+PERIODIC = 0.93
+"""So regular is what repeats but for noise: no block of it need be out of step. Set on made pictures of 1.2 to 3
+periods, which have .94 and more; a twill of .93 scores .063 by gaps, .067 in step alone. Bark has .86, rocks .81."""
+
 CHANCE = 3.0
 """A mean correlation is trusted less so many standard deviations of what chance makes."""
 
@@ -67,6 +71,11 @@ class Lattice:
     def shortest(self) -> float:
         """The length of the shorter vector, in pixels."""
         return float(self.vectors.norm(dim=1).min())
+
+    @property
+    def periodic(self) -> bool:
+        """Whether the texture repeats but for noise."""
+        return self.regularity >= PERIODIC
 
     def coarser(self, factor: float) -> "Lattice":
         """The same where pixels are a factor coarser."""

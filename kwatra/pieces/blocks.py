@@ -53,6 +53,10 @@ FOLLOWING = 0.5, 0.25, 0.125
 """Sizes of the blocks that are laid where others miss a guide, as parts of theirs. Set on what `synth.texture.guidance`
 tells of: without the last .972 of five pairs of photographs have their labels where .985 have with it."""
 
+IN_STEP = 0.5, 0.25, 0.125
+"""Sizes of the blocks that are laid where no others are in step, as parts of theirs: the smaller, the more places they
+fit in. Of 64 made pictures of 1.2 to 3 periods of which the lattice is found .0002 is out of step, .09 without them."""
+
 REGULAR = 0.55
 """Of lattices as regular as that blocks make elements whole by themselves. A twill has .93, dots that are moved by 0, 1
 and 2 px .72, .66 and .49, three coins in a row by chance .40 and .48."""
@@ -64,10 +68,11 @@ class BlockStart:
     block: its size; grain: what offsets are multiples of. wraps: along which axes the output is periodic; None for
     none. usage: what a block costs whose pixels were used once more than all on average. seams: of how many blocks the
     seams are compared. aligned: False takes whole blocks at random. repeats: with which blocks are laid in step, if
-    any. along: the axis along which blocks beside each other are out of step, if any; easier: by how many times less
-    seams cost along each axis. places: what is charged for where in the exemplar a block comes from. wish: values
-    that pixels should have, with weights; a weight of 1 counts fully, as what is laid already. given (n, *shape): where
-    in the exemplar's canvas pixels come from that are given and stay, below 0 where none is.
+    any; with a lattice that is periodic no others are, where neither the output nor the grain hinders it, and no gaps
+    are needed to hide seams. along: the axis along which blocks beside each other are out of step, if any; easier: by
+    how many times less seams cost along each axis. places: what is charged for where in the exemplar a block comes
+    from. wish: values that pixels should have, with weights; a weight of 1 counts fully, as what is laid already. given
+    (n, *shape): where in the exemplar's canvas pixels come from that are given and stay, below 0 where none is.
 
     fitted: once blocks are laid, what is shown where elements were made whole; None where none are.
     """
@@ -106,12 +111,12 @@ class BlockStart:
         image, var = ((colors - middle) * weights).numpy(), variance(exemplar, self.wish)
         scene = SceneUse.of(image, self.shape) if len(self.shape) > 2 and places else None
         unasked, deviation = unguided(owned, self.wish), var**0.5 / mosaic.step
-        self.gaps = find_gaps(unasked, mosaic, deviation) if still and along is None else None
+        self.gaps = find_gaps(unasked, mosaic, deviation) if still and along is None and not self._strict else None
         self.free = still and self.wish is None and not places and bool((exemplar.owner <= 0).all())
         corners, spread, overlap = self._spread_out(sheet, block, along)
         twins, device = twin_places(exemplar, mosaic) if still else NO_TWINS, exemplar.canvas.device
         are = aligned, scene is not None, self.given.any
-        asked = Asked(usage, repeats, places, device, self.wish, self.gaps, *are, twins)
+        asked = Asked(usage, repeats, places, device, self.wish, self.gaps, *are, twins, self._strict)
         candidates = Candidates(sheet, corners, image, var, asked)
         offers, shown = Offers(sheet, image, self.wish, var, min(overlap), not aligned), np.zeros(mosaic.cell)
         how = scene, seams, shown, generator
@@ -122,6 +127,11 @@ class BlockStart:
     def sheet(self) -> Sheet[Mosaic]:
         """What blocks are laid on."""
         return self.layer.sheet
+
+    @property
+    def _strict(self) -> bool:
+        """Whether no block is laid that is out of step: what is periodic goes on so, unless it has to close."""
+        return self.lattice is not None and self.lattice.periodic and max(self.grain) == 1 and not any(self.wraps)
 
     def _spread_out(
         self, sheet: Sheet[Mosaic], block: Sequence[int], along: int | None
@@ -213,6 +223,7 @@ class BlockStart:
         boxes = [box for box in self.given.nearest_first(self.layer.boxes) if not self.sheet.full(box)]
         lay = self.layer.lay_all if self.sheet.patches else self.layer.lay_outwards
         lay(boxes)
+        self._lay_in_step()
         while rest := [box for box in boxes if not self.sheet.full(box)]:
             self.layer.lay_all(rest, rest=True)
         self.layer.lay_again(len(boxes))
@@ -220,6 +231,13 @@ class BlockStart:
             self._follow(self.gaps.hidden.size)
         cells = self.cells
         self.fitted = None if cells is None else fitted(self._laid, cells, self.layer.offers.image, self.wraps)
+
+    def _lay_in_step(self) -> None:
+        """Lay smaller and smaller blocks where no larger one is in step with a picture that repeats but for noise."""
+        for share in IN_STEP if self._strict else ():
+            if not self.sheet.filled.all():
+                small = self.layer.smaller(share)
+                small.lay_all([box for box in small.boxes if not self.sheet.full(box)])
 
     def _go_on(self) -> None:
         """Complete elements that the border of what is given cuts, and lay small blocks along it."""

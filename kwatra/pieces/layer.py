@@ -159,7 +159,8 @@ class Layer:
         def choose(numbers: Sequence[int]) -> Offer:
             some = [boxes[number] for number in numbers]
             needed = None if again else self.spread.needed(some, hang)
-            chosen = self.candidates.choose(some, needed, self.shown, self.seams, [luck[number] for number in numbers])
+            lucks = [luck[number] for number in numbers]
+            chosen = self.candidates.choose(some, needed, self.shown, self.seams, lucks, rest)
             return self.offers.of(self.sheet.windows(some), some, chosen, often, again)
 
         most = max(LOOKED_AT // prod(self.exemplar.shape), 1)

@@ -72,7 +72,8 @@ class Asked(NamedTuple):
     in step. places: what is charged for where in the exemplar a block comes from, on a device. wish: what pixels should
     show. gaps: those that are to go on, unless a wish for what is seen itself says everywhere. aligned: False takes
     blocks at random. larger: whether it is a scene made larger. given: whether some of the output is given. twins: for
-    each place others that show the same (`kwatra.pieces.choosing.twins`).
+    each place others that show the same (`kwatra.pieces.choosing.twins`). strict: whether none are laid that are out of
+    step.
     """
 
     usage: float
@@ -85,6 +86,7 @@ class Asked(NamedTuple):
     larger: bool
     given: bool
     twins: Array
+    strict: bool
 
 
 class Chosen(NamedTuple):
@@ -114,7 +116,7 @@ class Candidates:
         self._prices = again, NEAR if still and asked.aligned else 0.0
         self._luck = LUCK if asked.larger or asked.given else 0.0
         lines = corners.valid.shape, corners.grain
-        self.steps = None if asked.repeats is None else StepCosts(asked.repeats, *lines)
+        self.steps = None if asked.repeats is None else StepCosts(asked.repeats, *lines, exactly=asked.strict)
 
     def on(self, sheet: Sheet[Mosaic]) -> "Candidates":
         """The same for boxes of another sheet of the same mosaic."""
@@ -123,14 +125,21 @@ class Candidates:
         return other
 
     def choose(
-        self, boxes: Sequence[Box], needed: Array | None, used: Array, most: int, luck: Sequence[float]
+        self,
+        boxes: Sequence[Box],
+        needed: Array | None,
+        used: Array,
+        most: int,
+        luck: Sequence[float],
+        rest: bool = False,
     ) -> Chosen:
         """For each of boxes of one extent at most so many blocks.
 
         needed (b, *E): the pixels that a block has to fill if they are empty; None for none. used (*cell): how often
         each place of the mosaic was. Where there is no seam to compare, or a wish decides, one block of about the least
         cost is drawn: luck (b,), 0 to 1, says which, and what else blocks cost if luck decides on that (`Asked`).
-        Memory is that of a few arrays of the exemplar's size for each box.
+        Memory is that of a few arrays of the exemplar's size for each box. rest: whether a block has to be laid, though
+        it be out of step.
 
         Blocks cost less where they agree with what is known of boxes, in what agreement this texture affords: rows that
         can line up are not torn for the sake of even use. They cost more for where in the exemplar they come from, for
@@ -141,7 +150,7 @@ class Candidates:
         seen = self._seen(boxes, needed)
         compared = self.agreement.compared(seen, self.asked.aligned)
         some = seen.some if self.steps is None else seen.some | bool(self.sheet.patches)
-        charges = self._charges(boxes, seen, some, used, luck)
+        charges = self._charges(boxes, seen, some, used, luck, self.asked.strict and not rest)
         gaps, at_most = 0.0 if self._gaps is None else self._gaps.weight, self._at_most(boxes, seen.some, most)
         costs, picked = np.empty(seen.same.shape), np.empty((len(boxes), max(at_most)), np.int64)
         weigh(
@@ -190,8 +199,13 @@ class Candidates:
             seen.valid[:] = corners.emptying_least(missing).reshape(count, blocks)
         return seen
 
-    def _charges(self, boxes: Sequence[Box], seen: Seen, some: Array, used: Array, luck: Sequence[float]) -> Charges:
-        """What blocks cost beside that they disagree, out of step where some (b,) says; the rest is as in `choose`."""
+    def _charges(
+        self, boxes: Sequence[Box], seen: Seen, some: Array, used: Array, luck: Sequence[float], only: bool
+    ) -> Charges:
+        """What blocks cost beside that they disagree, out of step where some (b,) says; the rest is as in `choose`.
+
+        only: whether no others than those in step may be laid.
+        """
         asked, corners, (again, beside) = self.asked, self.corners, self._prices
         shape = seen.same.shape
         away: Array = np.empty((len(boxes), 0))
@@ -212,7 +226,7 @@ class Candidates:
         near = around(self.sheet, boxes if beside > 0 else (), corners, asked.twins)
         return Charges(
             self._missed(boxes), away, volume(used[None], used.ndim), of_volume(corners.under), corners.pixels.ravel(),
-            math.prod(corners.shape), asked.usage, near, again, beside, steps, in_step,
+            math.prod(corners.shape), asked.usage, near, again, beside, steps, in_step, only,
             np.stack(more) if more else np.empty((0, *shape)),
         )  # fmt: skip
 

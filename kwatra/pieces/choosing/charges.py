@@ -74,10 +74,15 @@ class StepCosts:
     A lattice counts by how regular it is, rows in full. What boxes ask for overlaps: it is found once for spans of
     offsets. To find it for each box took a quarter of the time of a wall of bricks. Memory: four times the corners for
     each span, of which there are about four.
+
+    exactly: whether a pixel out of step is too much, however long the shorter vector.
     """
 
-    def __init__(self, repeats: Lattice | Rows, shape: Sequence[int], grain: Sequence[int]) -> None:
+    def __init__(
+        self, repeats: Lattice | Rows, shape: Sequence[int], grain: Sequence[int], exactly: bool = False
+    ) -> None:
         self.repeats, self.shape, self.grain = repeats, tuple(shape), tuple(grain)
+        self.near = 1.0 if exactly else max(IN_STEP * repeats.shortest, 1.0)
         self.most = STEP * (repeats.regularity if isinstance(repeats, Lattice) else 1.0)
         self.in_step = self.most / 2  # what does not cost more is
         self._spans: dict[tuple[int, ...], Array] = {}
@@ -96,8 +101,7 @@ class StepCosts:
         sides = list(zip(span, self.shape, self.grain, strict=True))
         last, sizes = [float(offset + (n - 1) * g) for offset, n, g in sides], [2 * n - 1 for n in self.shape]
         rest = out_of_step(self.repeats, last, sizes, [-g for g in self.grain]).numpy()
-        near = max(IN_STEP * self.repeats.shortest, 1.0)
-        cost: Array = self.most * (1 - np.exp(-((rest / near) ** 2)))
+        cost: Array = self.most * (1 - np.exp(-((rest / self.near) ** 2)))
         return cost
 
 

@@ -71,7 +71,8 @@ class Charges(NamedTuple):
     axis the first places under blocks, and those after the last; pixels (n,): how many each shows, size: all that there
     are; usage: what a block costs that was used once more than all on average. around: what is shown there; again,
     beside: what one costs that continues a copy, that is shown right beside. steps (b, n): what they cost out of step;
-    (b, 0) for nothing; in_step: what does at most that is in step. more (m, b, n): what else they cost.
+    (b, 0) for nothing; in_step: what does at most that is in step; only: whether no other may be laid. more (m, b, n):
+    what else they cost.
     """
 
     missed: Array
@@ -86,4 +87,5 @@ class Charges(NamedTuple):
     beside: float
     steps: Array
     in_step: float
+    only: bool
     more: Array

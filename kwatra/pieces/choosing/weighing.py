@@ -53,7 +53,9 @@ def weigh(
     compared: Any, charges: Any, valid: Any, same: Any, some: Any, good: Any, floor: Any, gaps: Any, most: Any,
     acceptable: Any, tolerance: Any, luck: Any, costs: Any, picked: Any,
 ) -> None:  # fmt: skip
-    """Set what blocks cost (b, n) in boxes, infinite where they are not `valid` (b, n), and pick some (`pick_each`).
+    """Set what blocks cost (b, n) in boxes, and pick some (`pick_each`).
+
+    They cost infinitely much where they are not `valid` (b, n), or out of step where only those in step may be laid.
 
     compared: how little they agree in colors, and, in a second image, in where gaps lie (`Compared`). Either is counted
     in what can be attained (`attain`, with `good` and `floor`). gaps: how much the second counts beside the first,
@@ -82,7 +84,7 @@ def weigh(
                 cost[i] = (cost[i] + gaps * (found[box, 1, i] / afforded)) / (1 + gaps)
         charge_shown(worn, near[box], same[box], pixels, charges.again, charges.beside, shown)
         if steps.shape[1] > 0 and some[box]:
-            keep_in_step(steps[box], charges.in_step, valid[box], shown)
+            keep_in_step(steps[box], charges.in_step, charges.only, valid[box], shown)
         for i in range(blocks):
             costs[box, i] = cost[i] + shown[i] if valid[box, i] else np.inf
     for further in charges.more:
@@ -109,19 +111,22 @@ def charge_shown(worn: Any, near: Any, same: Any, pixels: Any, again: Any, besid
 
 
 @jitted
-def keep_in_step(step: Any, most: Any, valid: Any, cost: Any) -> None:
+def keep_in_step(step: Any, most: Any, only: Any, valid: Any, cost: Any) -> None:
     """Add to what blocks cost (n,) for what was shown before what they do for being out of step, `step` (n,).
 
     What was shown before is no reason to leave the lattice: it counts from the least that it costs among `valid` blocks
     in step, which cost at most so much for that. Of an exemplar of two periods hardly more than one block is, which
-    else costs more than one beside it.
+    else costs more than one beside it. only: whether no others may be laid, so that they cost infinitely much.
     """
     least = np.inf
     for i in range(len(step)):
         if valid[i] and step[i] <= most:
             least = min(least, cost[i])
     for i in range(len(step)):
-        cost[i] = step[i] + (cost[i] if least == np.inf else max(cost[i] - least, 0.0))
+        if only and step[i] > most:
+            cost[i] = np.inf
+        else:
+            cost[i] = step[i] + (cost[i] if least == np.inf else max(cost[i] - least, 0.0))
 
 
 @jitted

@@ -186,6 +186,8 @@ def _try_every(
     while following[0] < len(costs):
         k = following[0]
         following[0] = k + 1
+        if costs[k] == np.inf:
+            continue
         most = MOST if lowest[0] == np.inf else math.ceil((lowest[0] - costs[k]) / rates[k])
         if len(taking) == 0 and -total > most:  # were no seam left
             continue

@@ -33,11 +33,15 @@ def test_what_was_shown_before_is_no_reason_to_leave_the_lattice():
     shown = np.array([0.5, 0.7, -0.1, 0.0, 0.1, 0.9])
     valid = np.array([True, True, True, True, False, True])
     cost = shown.copy()
-    keep_in_step(step, 0.125, valid, cost)  # in step are the first two and one that is not valid
+    keep_in_step(step, 0.125, False, valid, cost)  # in step are the first two and one that is not valid
     np.testing.assert_allclose(cost, [0, 0.21, 0.2, 0.24, 0, 0.65])
     cost = shown.copy()
-    keep_in_step(step + 0.3, 0.125, valid, cost)
+    keep_in_step(step + 0.3, 0.125, False, valid, cost)
     np.testing.assert_allclose(cost, shown + step + 0.3)  # none is in step
+    for more, least in ((0.0, [0, 0.21]), (0.3, [np.inf, np.inf])):
+        cost = shown.copy()
+        keep_in_step(step + more, 0.125, True, valid, cost)
+        np.testing.assert_allclose(cost[:4], [*least, np.inf, np.inf])
 
 
 def compared_as(found):
@@ -61,14 +65,15 @@ def shown_around(boxes, twins):
     return made, near
 
 
-def charges(missed, away, used, pixels, around, steps, more):
+def charges(missed, away, used, pixels, around, steps, more, only=False):
     """What 30 blocks of a pixel each are charged that were used so often (5, 6)."""
     lines = np.zeros(1, int), np.arange(5), np.arange(6)
     under = lines, tuple(line + 1 for line in lines)
-    return Charges(missed, away, used[None, None], under, pixels, 30, 0.5, around, 0.3, 0.2, steps, 0.25, more)
+    return Charges(missed, away, used[None, None], under, pixels, 30, 0.5, around, 0.3, 0.2, steps, 0.25, only, more)
 
 
-def test_a_block_costs_what_it_disagrees_and_all_that_is_charged():
+@pytest.mark.parametrize("only", [False, True])
+def test_a_block_costs_what_it_disagrees_and_all_that_is_charged(only):
     rng, nothing, twins = np.random.default_rng(0), np.empty((2, 0)), np.empty((0, 0), np.int32)
     found, valid = rng.random((2, 2, 30)).round(6), rng.random((2, 30)) < 0.8
     same, missed = rng.integers(0, 2, (2, 30)).astype(float), rng.random((2, 30)).round(6)
@@ -77,7 +82,7 @@ def test_a_block_costs_what_it_disagrees_and_all_that_is_charged():
     around, near = shown_around(np.array([[[0, 1], [3, 4]], [[2, 2], [6, 5]]]), twins)
     assert (near > 0).any()
     costs, worn = np.empty((2, 30)), 0.5 * (used.ravel() / pixels - used.mean())
-    made = charges(missed, away, used, pixels, around, steps, more)
+    made = charges(missed, away, used, pixels, around, steps, more, only)
     most, luck, picked = np.array([3, 1]), np.array([0.1, 0.5]), np.empty((2, 3), int)
     picks = most, 0.4, 0.3, luck, costs, picked
     weigh(compared_as(found), made, valid, same, some, 0.05, 0.1, 0.7, *picks)
@@ -91,7 +96,7 @@ def test_a_block_costs_what_it_disagrees_and_all_that_is_charged():
         charge_shown(worn, near[box], same[box], pixels, 0.3, 0.2, shown)
         if some[box]:
             cost = (cost + 0.7 * found[box, 1] / afforded[1]) / 1.7
-            keep_in_step(steps[box], 0.25, valid[box], shown)
+            keep_in_step(steps[box], 0.25, only, valid[box], shown)
         np.testing.assert_allclose(costs[box], np.where(valid[box], cost + shown + more[:, box].sum(0), np.inf))
     none, _ = shown_around(np.empty((0, 2, 2), int), twins)
     made = charges(missed[:0], nothing, 0 * used, pixels, none, nothing, more[:0])
