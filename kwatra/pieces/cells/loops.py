@@ -96,15 +96,52 @@ def move(windows: Any, element: Any, laid: Any, reach: Any, astray: Any, owner: 
         if not astray[m]:
             continue
         here, to, (top, left) = seen(windows, element, laid, m, 0.0), laid[1][m], laid[2][m]
+        own, runs = _own_before(here.shape, top, left, reach, m, owner), _runs(here)
         most, nearest, best = -1, 0, (0, 0)
         for down in range(-reach, reach + 1):
             for right in range(-reach, reach + 1):
-                far, count = down * down + right * right, _count_own(here, top + down, left + right, m, owner)
+                far, count = down * down + right * right, 0
+                for row, first, last in runs:
+                    line = own[row + down + reach]
+                    count += line[last + right + reach] - line[first + right + reach]
                 if count > most or (count == most and far < nearest):
                     most, nearest, best = count, far, (down, right)
         for axis in range(2):
             laid[2][m, axis] += best[axis]
             to[axis, 2] -= to[axis, 0] * best[0] + to[axis, 1] * best[1]
+
+
+@jitted
+def _own_before(size: Any, top: Any, left: Any, reach: Any, m: Any, owner: Any) -> Any:
+    """In the lines of a window (h, w) at (top, left), and so far around it, how many pixels are own before each.
+
+    Own are a copy's, `owner` (H, W), and those beyond the output: (h + 2 reach, w + 2 reach + 1).
+    """
+    before = np.zeros((size[0] + 2 * reach, size[1] + 2 * reach + 1), np.int64)
+    for i in range(before.shape[0]):
+        y = top + i - reach
+        for j in range(before.shape[1] - 1):
+            x = left + j - reach
+            beyond = not (0 <= y < owner.shape[0] and 0 <= x < owner.shape[1])
+            before[i, j + 1] = before[i, j] + (beyond or owner[y, x] == m)
+    return before
+
+
+@jitted
+def _runs(element: Any) -> Any:
+    """The runs (n, 3) of an element's pixels (h, w): in which line, which is the first, and which follows the last."""
+    found, count = np.empty((element.size // 2 + element.shape[0], 3), np.int64), 0
+    for i in range(element.shape[0]):
+        inside = False
+        for j in range(element.shape[1] + 1):
+            there = j < element.shape[1] and element[i, j] > 0.5
+            if there and not inside:
+                found[count, 0], found[count, 1] = i, j
+            elif inside and not there:
+                found[count, 2] = j
+                count += 1
+            inside = there
+    return found[:count]
 
 
 @jitted

@@ -75,6 +75,23 @@ def test_an_element_moves_to_its_share() -> None:
     assert np.array_equal(stays[2], [[22 - SIDE // 2 + 3, 40 - SIDE // 2 - 5]])
 
 
+@pytest.mark.parametrize("first", [[4, 9], [-30, 25], [20, 50]])
+def test_of_all_places_in_reach_an_element_takes_the_nearest_with_most_of_its_own(first: list[int]) -> None:
+    rng, shapes = np.random.default_rng(first[1]), disc(10, 24, 4)
+    ragged = shapes._replace(element=shapes.element & (rng.random(SIDE * SIDE) < 0.6))
+    owner, copies = rng.integers(-1, 2, (40, 70)), laid([first])
+    owner[8:30, 20:44] = 0
+    around, shown = np.pad(owner == 0, SIDE + 9, constant_values=True), ragged.element.reshape(SIDE, SIDE)
+    counts = {}
+    for down in range(-5, 6):
+        for right in range(-5, 6):
+            top, left = first[0] + down + SIDE + 9, first[1] + right + SIDE + 9
+            counts[down, right] = (around[top : top + SIDE, left : left + SIDE] & shown).sum()
+    best = min(counts, key=lambda way: (-counts[way], way[0] ** 2 + way[1] ** 2, way))
+    move(ragged.windows, ragged.element, copies, 5, np.array([True]), owner)
+    assert (copies[2][0] - first).tolist() == list(best)
+
+
 @pytest.mark.parametrize("radius", [7.0, 10.0, 13.0])
 def test_a_share_shows_the_whole_cell_and_an_element_keeps_its_gap(radius: float) -> None:
     shapes, shape = disc(10, 8), (50, 50)
