@@ -130,6 +130,28 @@ def test_lines_that_part_nothing_are_no_net() -> None:
     assert net_in(torch.from_numpy(bars).float()[None]) is None
 
 
+@pytest.mark.parametrize(("side", "size", "share"), [(96, 26, 0.1), (96, 38, 0.2)])
+def test_bricks_are_parted_by_joints_with_gaps(side: int, size: int, share: float) -> None:
+    """Where joints are open bricks grow together, if joints are told pixel by pixel."""
+    made, rng = MADE["bricks"](side, size, 3), np.random.default_rng(103)
+    soft = ndimage.gaussian_filter(rng.normal(size=(side, side)), 2)
+    image, joints = made.image.clone(), made.numbers == 0
+    gaps, bricks = joints & torch.from_numpy(soft < np.quantile(soft, share)), image[:, ~joints]
+    image[:, gaps] = bricks[:, rng.integers(0, bricks.shape[1], int(gaps.sum()))]
+    net = net_in(image)
+    assert net is not None
+    assert 0.8 * size < net.size < 1.1 * size
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_lines_that_wander_are_no_net(seed: int) -> None:
+    """What contours of smooth noise leave is of all sizes."""
+    soft = ndimage.gaussian_filter(np.random.default_rng(seed).normal(size=(168, 168)), 8)
+    away = np.abs(soft) / np.hypot(*np.gradient(soft))
+    image = torch.from_numpy(0.7 - 0.4 * np.exp(-((away / 1.5) ** 2))).float()[None, 20:-20, 20:-20]
+    assert net_in(image) is None
+
+
 def test_lines_of_many_colors_are_no_net() -> None:
     """What is beside a seam along them would be seen to change."""
     made = MADE["granite"](128, 26, 2)
