@@ -39,8 +39,8 @@ have .74 and more; canyons and enamel, whose lines wander, up to .66 and are tor
 
 GATE, SEEN = 0.4, 1.8
 """A net is only looked for where what is stronger than GATE of that strength is SEEN times its own deviation from what
-is not beside it, as of APART. Of photographs and game textures with a net all are by 1.87 and more; two thirds of the
-others, in which to look for one takes as long as all else that is looked for, are not."""
+is not beside it, as of APART. Of photographs and game textures with a net all are, by 1.87 and more; three quarters of
+the others are not, and need not be parted."""
 
 BORDERS = (0.3, 0.4, 0.5, 0.6)
 """Shares of that strength that borders between parts have at least; the clearest are taken."""

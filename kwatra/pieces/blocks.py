@@ -53,7 +53,7 @@ FOLLOWING = 0.5, 0.25, 0.125
 """Sizes of the blocks that are laid where others miss a guide, as parts of theirs. Set on what `synth.texture.guidance`
 tells of: without the last .972 of five pairs of photographs have their labels where .985 have with it."""
 
-IN_STEP = 0.5, 0.25, 0.125
+SMALLER = 0.5, 0.25, 0.125
 """Sizes of the blocks that are laid where no others are in step, as parts of theirs: the smaller, the more places they
 fit in. Of 64 made pictures of 1.2 to 3 periods of which the lattice is found .0002 is out of step, .09 without them."""
 
@@ -234,7 +234,7 @@ class BlockStart:
 
     def _lay_in_step(self) -> None:
         """Lay smaller and smaller blocks where no larger one is in step with a picture that repeats but for noise."""
-        for share in IN_STEP if self._strict else ():
+        for share in SMALLER if self._strict else ():
             if not self.sheet.filled.all():
                 small = self.layer.smaller(share)
                 small.lay_all([box for box in small.boxes if not self.sheet.full(box)])
