@@ -9,6 +9,7 @@ where parts are about as large as one another.
 What the picture's border leaves of a part is one, too, however small, but tells nothing of the net.
 """
 
+import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
@@ -20,7 +21,7 @@ from kwatra.base import continued
 from kwatra.elements.contrast import ROUNDING, smoothed
 from kwatra.elements.merging import merged
 from kwatra.elements.parting import Array, at_edge, touching, usual_area
-from kwatra.elements.splits import SPECK, Ground, Picture, depth_beside
+from kwatra.elements.splits import MANY, SPECK, Ground, Picture, depth_beside
 
 ACROSS, ALONG, DIRECTIONS = 1.6, 4.5, 8
 """Strips are Gaussian, with these standard deviations in pixels, of so many directions. Of stones made in code, 26 and
@@ -50,6 +51,9 @@ NEAR, THIN = 3, 0.65
 lines are not looked at. With .5 some lines between the stones of 26 px above are left out, with .6 between pavers of 17
 px in a photograph and bricks of 20 px made in code, with .7 bark has a net."""
 
+NARROWEST = 2 * NEAR / (1 - math.sqrt(1 - THIN))
+"""Elements that a thin net parts are so many pixels wide at least: a picture that has no room for some has no net."""
+
 UNCLEAR = 0.5
 """A net is no less clear than this. That of the stones above is .05 to .47 if their grain is not as strong as lines, of
 mud, cracked, .09, of bricks of 18 to 48 px made in code .08 to .4; of 52 photographs fourteen have .02 to .45, all
@@ -78,6 +82,8 @@ def nets_of_lines(picture: Picture) -> Iterator[Ground]:
 
     Memory is that of some arrays of a picture's size.
     """
+    if np.count_nonzero(picture.inside) < SURE * MANY * NARROWEST**2:
+        return
     colors, owner = (torch.from_numpy(of) for of in (picture.colors.mean(0, keepdims=True), picture.owner))
     bright = continued(colors, owner)[0].numpy()
     for values, strength in zip((bright, -bright), line_strength(bright), strict=True):
