@@ -86,11 +86,16 @@ def nets_of_lines(picture: Picture) -> Iterator[Ground]:
         return
     colors, owner = (torch.from_numpy(of) for of in (picture.colors.mean(0, keepdims=True), picture.owner))
     bright = continued(colors, owner)[0].numpy()
+    smooth = np.stack([smoothed(channel, picture.inside, SMOOTH) for channel in picture.colors])
     for values, strength in zip((bright, -bright), line_strength(bright), strict=True):
         high = float(np.quantile(strength[picture.inside], STRONG))
         lines = (strength > GATE * high) & picture.inside
-        net = _net(strength, picture.inside, high) if high > 0 and _apart(lines, picture, 1) >= SEEN else None
-        if net is not None and _alike(net.parts, strength, picture) and _elements(net.parts, picture):
+        seen = high > 0 and _apart(lines, smooth, picture.inside, 1) >= SEEN
+        net = _net(strength, picture.inside, high) if seen else None
+        if net is None:
+            continue
+        outline = _outline(net.parts)
+        if _alike(outline, strength, smooth, picture.inside) and _parts_elements(outline, picture):
             yield _ground(net.with_tips(strength, picture.inside), values, picture.inside)
 
 
@@ -177,26 +182,24 @@ def _outline(parts: Array) -> Array:
     return met
 
 
-def _alike(parts: Array, strength: Array, picture: Picture) -> bool:
-    """Whether the net between parts is of one color, other than theirs, and as strong all along."""
-    net = _outline(parts)
+def _alike(net: Array, strength: Array, smooth: Array, inside: Array) -> bool:
+    """Whether a net (*S) is of one color, other than that of the parts between, and as strong all along."""
     strong = ndimage.maximum_filter(strength, 3)[net]
-    return bool(_apart(net, picture, NEAR) >= APART and strong.std() <= UNEVEN * strong.mean())
+    return bool(_apart(net, smooth, inside, NEAR) >= APART and strong.std() <= UNEVEN * strong.mean())
 
 
-def _apart(lines: Array, picture: Picture, near: int) -> float:
-    """How far smoothed colors of lines (*S) are from those not so near, px, on the mean, in their own deviation."""
-    rest = picture.inside & ~ndimage.binary_dilation(lines, iterations=near)
+def _apart(lines: Array, smooth: Array, inside: Array, near: int) -> float:
+    """How far smooth colors (C, *S) of lines are from those not so near, px, on the mean, in their own deviation."""
+    rest = inside & ~ndimage.binary_dilation(lines, iterations=near)
     if not (rest.any() and lines.any()):
         return 0.0
-    smooth = np.stack([smoothed(channel, picture.inside, SMOOTH) for channel in picture.colors])
     apart = np.square(smooth[:, rest].mean(1) - smooth[:, lines].mean(1)).sum()
     return float(np.sqrt(apart / max(smooth[:, lines].var(1).sum(), ROUNDING)))
 
 
-def _elements(parts: Array, picture: Picture) -> bool:
-    """Whether parts are about as large as one another, so that they are elements."""
-    return picture.by_itself("lines", _outline(parts) & picture.inside)[0].sure >= SURE
+def _parts_elements(net: Array, picture: Picture) -> bool:
+    """Whether what a net (*S) parts is about as large as one another, so that it is elements."""
+    return picture.by_itself("lines", net & picture.inside)[0].sure >= SURE
 
 
 def _long(parts: Array) -> bool:

@@ -100,10 +100,7 @@ def move(windows: Any, element: Any, laid: Any, reach: Any, astray: Any, owner: 
         most, nearest, best = -1, 0, (0, 0)
         for down in range(-reach, reach + 1):
             for right in range(-reach, reach + 1):
-                far, count = down * down + right * right, 0
-                for row, first, last in runs:
-                    line = own[row + down + reach]
-                    count += line[last + right + reach] - line[first + right + reach]
+                far, count = down * down + right * right, _count_own(runs, own, down + reach, right + reach)
                 if count > most or (count == most and far < nearest):
                     most, nearest, best = count, far, (down, right)
         for axis in range(2):
@@ -149,16 +146,14 @@ def count_own(windows: Any, element: Any, laid: Any, owner: Any, shares: Any) ->
     """Set the share of each copy's element (m,) that is its own where it lies, `owner` (H, W), or beyond the output."""
     for m in range(len(shares)):
         there, (top, left) = seen(windows, element, laid, m, 0.0), laid[2][m]
-        shares[m] = _count_own(there, top, left, m, owner) / max((there > 0.5).sum(), 1)
+        own = _own_before(there.shape, top, left, 0, m, owner)
+        shares[m] = _count_own(_runs(there), own, 0, 0) / max((there > 0.5).sum(), 1)
 
 
 @jitted
-def _count_own(element: Any, top: Any, left: Any, m: Any, owner: Any) -> Any:
-    """How many pixels of an element (h, w) whose first is at (top, left) are a copy's own, or beyond the output."""
+def _count_own(runs: Any, own: Any, down: Any, right: Any) -> Any:
+    """How many pixels of an element, in `runs`, are own so far down and right, of lines with `own` before each."""
     count = 0
-    for i in range(element.shape[0]):
-        for j in range(element.shape[1]):
-            if element[i, j] > 0.5:
-                y, x = top + i, left + j
-                count += not (0 <= y < owner.shape[0] and 0 <= x < owner.shape[1]) or owner[y, x] == m
+    for row, first, last in runs:
+        count += own[row + down, last + right] - own[row + down, first + right]
     return count
