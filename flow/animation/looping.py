@@ -132,7 +132,7 @@ class _Back:
         turned = (stop.since <= number) & back.state.inside
         share = (self._seam if self.motion.film.motion is None else self._feathered)(turned, ahead, back)
         take = share > 0.5
-        if self.motion.cells is not None:  # elements that are cut where both ways meet are drawn whole, too
+        if self.motion.cells or self.motion.mortar:  # elements that are cut where both ways meet are made whole, too
             source = torch.where(take, back.state.source, ahead.state.source)
             inside = torch.where(take, back.state.inside, ahead.state.inside)
             whole = self.motion.shown(self.motion.whole(source, inside), inside)

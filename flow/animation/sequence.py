@@ -7,7 +7,8 @@ a sequence never wears out. What is shown is the blend of these copies and x+, a
 both are alike. Memory does not grow with the number of frames.
 
 Elements of pictures that keep their directions, and are compact and apart, are drawn anew in every frame instead, each
-whole, as it has been moved and bent on the mean (`kwatra.pieces.redrawn`); what was drawn is what is carried.
+whole, as it has been moved and bent on the mean (`kwatra.pieces.redrawn`); what was drawn is what is carried. Long ones
+that a net of joints parts, bricks, are copied, and are shown with joints where copies tear them (`showing.mortar`).
 
 Where the exemplar of a picture prefers no direction, and the flow turns what it carries more than it bends it, elements
 turn with the flow and are only kept rigid; the first frame is then the middle of a larger still that takes the
@@ -30,7 +31,7 @@ from flow.animation.carrying import SIDES, Upright, carried, entered, known_of, 
 from flow.animation.film import Film, grown
 from flow.animation.renewing import NOWHERE, Renewal, places, places_onward
 from flow.animation.settings import PRESETS, VIDEO_PRESETS, Renewing, seldom
-from flow.animation.showing import Showing
+from flow.animation.showing import Mortar, Showing
 from flow.animation.state import State
 from flow.fields import Field
 from flow.warps import Lookup, lookup, warp
@@ -146,7 +147,7 @@ class Motion:
             renewing = seldom(renewing)
         self.upright = None if self.cells is not None else Upright(film.strip, renewing.stiffness, film.turning)
         self.renewing, self.renewal = renewing, Renewal(film, shape, renewing, self.cells is not None)
-        self.showing = Showing(film, renewing, self.renewal.wear.variance)
+        self.showing, self.mortar = Showing(film, renewing, self.renewal.wear.variance), Mortar.of(film)
         self._steady: tuple[Tensor, Lookup] | None = None
         self._flowing: Tensor | None = None
         self._everywhere = torch.ones(shape, dtype=torch.bool)
@@ -183,7 +184,7 @@ class Motion:
             inside = torch.zeros_like(inside)
             nowhere = torch.full((2, *self.shape), NOWHERE, dtype=torch.float32)
             empty = self.showing.picture(nowhere, inside) * 0
-            return self._frame(State(0, nowhere, inside, empty), {})
+            return self._frame(State(0, nowhere, inside, empty), nowhere, {})
         if self.film.placed is not None and first is None:
             return self.shown(self.film.middle(self.shape), inside)
         start: Tensor | str = "aligned"
@@ -201,15 +202,20 @@ class Motion:
 
     def shown(self, source: Tensor, inside: Tensor) -> Frame:
         """What copies at source coordinates (2, H, W) show inside (H, W), as frame 0."""
-        return self._frame(State(0, source, inside, self.showing.first(source, inside)), {})
+        seen = self.seen(source, inside)
+        return self._frame(State(0, source, inside, self.showing.first(seen, inside)), seen, {})
 
     def whole(self, source: Tensor, inside: Tensor) -> Tensor:
         """Source coordinates (2, H, W) inside (H, W), elements drawn anew, each whole, where the exemplar has such."""
         return source if self.cells is None else redrawn(source.flip(0), inside, self.cells).flip(0)
 
+    def seen(self, source: Tensor, inside: Tensor) -> Tensor:
+        """Where (2, H, W) to read what source coordinates show inside (H, W): with joints where walls are torn."""
+        return source if self.mortar is None else self.mortar(source, inside)
+
     def resumed(self, state: State) -> Frame:
         """The frame that a state shows."""
-        return self._frame(state, {})
+        return self._frame(state, self.seen(state.source, state.inside), {})
 
     def step(self, state: State) -> Frame:
         """The frame that follows a state."""
@@ -240,8 +246,9 @@ class Motion:
         if place is not None:
             place = torch.where(self.film.read.usable(source), place, places(self.film, new))
         drawn = self.whole(new, inside) if bool(moved.any()) else new
-        shown, fading = self.showing.next(state, look, source, drawn, inside, image if drawn is new else None)
-        return self._frame(State(number, drawn, inside, shown, fading, left, place), report)
+        seen = self.seen(drawn, inside)
+        shown, fading = self.showing.next(state, look, source, seen, inside, image if seen is new else None)
+        return self._frame(State(number, drawn, inside, shown, fading, left, place), seen, report)
 
     def _flow(self, number: int) -> Tensor:
         """The flow (2, H, W) from a frame to the next; that of a steady field is asked for once."""
@@ -256,9 +263,9 @@ class Motion:
         self._steady = inside, look
         return look
 
-    def _frame(self, state: State, report: dict[str, float]) -> Frame:
-        """A state as a frame."""
-        pixels = self.film.read.pixels(state.source)
+    def _frame(self, state: State, seen: Tensor, report: dict[str, float]) -> Frame:
+        """A state as a frame that is read at `seen` (2, H, W)."""
+        pixels = self.film.read.pixels(seen)
         where, origin = self.film.where(pixels), look_up(self.film.strip.origin, pixels)
         origin[:1] = torch.where(state.inside, origin[:1], -1)
         rows: list[Row] = [{"frame": state.number, **report}]

@@ -15,6 +15,7 @@ import flow
 from flow.animation.film.film import Film
 from flow.animation.sequence import Motion
 from flow.animation.settings import Renewing
+from flow.animation.showing.mortar import Mortar
 from flow.animation.term import lasting
 from kwatra import Exemplar, InputError, Settings
 from kwatra.scoring.quality import forward_energy, sharpness
@@ -137,10 +138,12 @@ def test_a_field_that_changes_in_time_is_followed() -> None:
 def test_a_frame_shows_its_copies_and_some_of_the_frame_before() -> None:
     field, inertia = flow.rotation(2.0), 1.5
     quick = replace(QUICK, inertia=inertia)
-    renewal = Motion(Film.of(Exemplar.of(brick())), field, SHAPE, None, None, quick, 0).renewal
+    motion = Motion(Film.of(Exemplar.of(brick())), field, SHAPE, None, None, quick, 0)
+    renewal = motion.renewal
     look, kept = flow.lookup(field(0, SHAPE)), 0
     for before, after in pairwise(animated(field, 9, renewing=quick)):
-        copies = renewal.read.picture(after.state.source, after.state.inside)
+        seen = motion.seen(after.state.source, after.state.inside)
+        copies = renewal.read.picture(seen, after.state.inside)
         moved = flow.warp(before.image, look.coordinates, quick.interpolation)
         unlike = (moved - copies)[0].square() / renewal.wear.variance
         off = (after.image - copies - lasting(unlike, inertia) * (moved - copies))[0].abs()
@@ -160,8 +163,12 @@ def test_what_is_shown_has_no_influence_on_what_is_copied() -> None:
     assert not torch.equal(runs[0][-1].image, runs[1][-1].image)
 
 
-def test_frames_flicker_less_than_their_copies() -> None:
-    """A frame differs from the one before it, carried along, less than its copies do."""
+def test_frames_flicker_less_than_their_copies(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A frame differs from the one before it, carried along, less than its copies do.
+
+    Without mortar, which follows seams from pixel to pixel.
+    """
+    monkeypatch.setattr(Mortar, "of", lambda _: None)
     field = flow.rotation(3.0)
     look = flow.lookup(field(0, SHAPE))
     inner = (slice(None), slice(8, -8), slice(8, -8))
