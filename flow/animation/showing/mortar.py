@@ -29,6 +29,12 @@ what they and elements differ by, as their rims are shaded. Not tuned."""
 _ONE = 0.25
 """Two elements make up one where they lie upon each other but for so much of their size. Not tuned."""
 
+_ALIKE, _AS_FAR = 0.7, 1.4
+"""A seam is not seen at which copies differ by less than so many standard deviations, and lie as far from a joint but
+for so many px, as those of one that goes on in step: a weave has no mortar then, and stills of walls hardly any. By
+eye, of a weave and three walls.
+"""
+
 _SHORT = 0.25
 """Torn seams of less than so much of an element's size are left alone: what is torn there is hardly seen, and comes and
 goes."""
@@ -60,6 +66,9 @@ class Mortar:
         self._joints, self._reach = joints, _reach_of(exemplar, away, _REACH * size)
         self._one, self._short = _ONE * size, _SHORT * size
         self._middle = _middle(joints)
+        variance = float((exemplar.variances * exemplar.share.flatten()).sum())
+        colors = exemplar.canvas * (exemplar.share / max(variance, 1e-9)).sqrt()
+        self._looks = np.concatenate([colors.numpy() / _ALIKE, away[None] / _AS_FAR])
 
     @classmethod
     def of(cls, film: Film) -> "Mortar | None":
@@ -94,18 +103,28 @@ class Mortar:
     def _seams(self, source: Tensor, inside: Tensor) -> tuple[Array, Array]:
         """Pixels (H, W) beside seams of source coordinates (2, H, W), and beside those that tear elements.
 
-        A joint that is beside a seam parts what it would tear.
+        A joint that is beside a seam parts what it would tear, and what is not seen tears nothing.
         """
         found, goes_on = parted(source, inside, turned(source, inside), _AFTER)
         row, column = self._pixels(source)
-        joint, middle, torn = self._joints[row, column], self._middle[:, row, column], []
-        for step, seam, onward in zip(_AFTER, found, goes_on, strict=True):
-            back = [-by for by in step]
+        joint, torn = self._joints[row, column], np.zeros(found.shape, bool)
+        for step, seam, onward, tears in zip(_AFTER, found.numpy(), goes_on, torn, strict=True):
+            here = np.nonzero(seam)
+            there = tuple(at + by for at, by in zip(here, step, strict=True))
+            own, other = (np.stack([row[at], column[at]]) for at in (here, there))
+            beyond = onward[:, torch.from_numpy(seam)]
+            shift = (beyond - source[:, torch.from_numpy(seam)]).numpy()
             beside = ndimage.maximum_filter1d(joint, 2 * round(self._reach) + 1, 0 if step[0] else 1)
-            apart = np.where(seam, (onward - source).numpy() - np.roll(middle, back, (1, 2)) + middle, 0)
-            one = np.square(apart).sum(0) < self._one**2
-            torn.append(seam.numpy() & ~one & ~(beside | np.roll(beside, back, (0, 1))))
+            one = _length(shift - self._middle[:, *other] + self._middle[:, *own]) < self._one
+            unseen = _length(self._looks[:, *own] - self._looks[:, *self._pixels(beyond)]) < 1
+            tears[here] = ~(beside[here] | beside[there] | one | unseen)
         return _beside(*found.numpy()), _beside(*torn)
+
+
+def _length(vectors: Array) -> Array:
+    """That of vectors (n, *S)."""
+    length: Array = np.sqrt(np.square(vectors).sum(0))
+    return length
 
 
 def _middle(joints: Array) -> Array:
