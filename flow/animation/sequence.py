@@ -202,20 +202,24 @@ class Motion:
 
     def shown(self, source: Tensor, inside: Tensor) -> Frame:
         """What copies at source coordinates (2, H, W) show inside (H, W), as frame 0."""
-        seen = self.seen(source, inside)
-        return self._frame(State(0, source, inside, self.showing.first(seen, inside)), seen, {})
+        torn = None if self.mortar is None else self.mortar.torn(source, inside)
+        seen = self.seen(source, inside, torn)
+        return self._frame(State(0, source, inside, self.showing.first(seen, inside), torn=torn), seen, {})
 
     def whole(self, source: Tensor, inside: Tensor) -> Tensor:
         """Source coordinates (2, H, W) inside (H, W), elements drawn anew, each whole, where the exemplar has such."""
         return source if self.cells is None else redrawn(source.flip(0), inside, self.cells).flip(0)
 
-    def seen(self, source: Tensor, inside: Tensor) -> Tensor:
-        """Where (2, H, W) to read what source coordinates show inside (H, W): with joints where walls are torn."""
-        return source if self.mortar is None else self.mortar(source, inside)
+    def seen(self, source: Tensor, inside: Tensor, torn: Tensor | None) -> Tensor:
+        """Where (2, H, W) to read what source coordinates show inside (H, W): with joints where walls are torn.
+
+        torn (H, W): as in `State`.
+        """
+        return source if self.mortar is None or torn is None else self.mortar.shown(source, inside, torn)
 
     def resumed(self, state: State) -> Frame:
         """The frame that a state shows."""
-        return self._frame(state, self.seen(state.source, state.inside), {})
+        return self._frame(state, self.seen(state.source, state.inside, state.torn), {})
 
     def step(self, state: State) -> Frame:
         """The frame that follows a state."""
@@ -246,9 +250,10 @@ class Motion:
         if place is not None:
             place = torch.where(self.film.read.usable(source), place, places(self.film, new))
         drawn = self.whole(new, inside) if bool(moved.any()) else new
-        seen = self.seen(drawn, inside)
+        torn = None if self.mortar is None else self.mortar.torn(drawn, inside, look, state.torn)
+        seen = self.seen(drawn, inside, torn)
         shown, fading = self.showing.next(state, look, source, seen, inside, image if seen is new else None)
-        return self._frame(State(number, drawn, inside, shown, fading, left, place), seen, report)
+        return self._frame(State(number, drawn, inside, shown, fading, left, place, torn), seen, report)
 
     def _flow(self, number: int) -> Tensor:
         """The flow (2, H, W) from a frame to the next; that of a steady field is asked for once."""

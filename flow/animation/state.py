@@ -16,7 +16,8 @@ class State:
     image (C, H, W): what is shown, and of maps that go along (C + M, H, W). fading (2 + 1 + C + M, H, W): of a video
     what fades below that (`showing.fading`); None where nothing does. left (H, W): of a picture how worn blocks
     were left that were tried (`renewing.renewal`); None where none was. place (2, H, W): of a scene where
-    each pixel belongs (`renewing.scenes`); None where it is its texture's own place.
+    each pixel belongs (`renewing.scenes`); None where it is its texture's own place. torn (H, W): of a wall how far in
+    px pixels are from what tears it, on average over frames (`showing.mortar`); None of what is no wall.
     """
 
     number: int
@@ -26,3 +27,4 @@ class State:
     fading: Tensor | None = None
     left: Tensor | None = None
     place: Tensor | None = None
+    torn: Tensor | None = None

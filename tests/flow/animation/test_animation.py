@@ -142,7 +142,7 @@ def test_a_frame_shows_its_copies_and_some_of_the_frame_before() -> None:
     renewal = motion.renewal
     look, kept = flow.lookup(field(0, SHAPE)), 0
     for before, after in pairwise(animated(field, 9, renewing=quick)):
-        seen = motion.seen(after.state.source, after.state.inside)
+        seen = motion.seen(after.state.source, after.state.inside, after.state.torn)
         copies = renewal.read.picture(seen, after.state.inside)
         moved = flow.warp(before.image, look.coordinates, quick.interpolation)
         unlike = (moved - copies)[0].square() / renewal.wear.variance

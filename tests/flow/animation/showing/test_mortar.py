@@ -9,8 +9,8 @@ from torch import Tensor
 
 import flow
 from flow.animation.film.film import Film
-from flow.animation.showing.mortar import Mortar
-from flow.warps import pixel_coordinates
+from flow.animation.showing.mortar import _KEPT, Mortar
+from flow.warps import lookup, pixel_coordinates
 from kwatra import Exemplar
 
 HIGH, LONG, JOINT, SIDE = 16, 40, 2, 120
@@ -28,7 +28,11 @@ def wall() -> tuple[Exemplar, np.ndarray]:
 def pointed(source: Tensor, inside: Tensor | None = None) -> Tensor:
     exemplar, joints = wall()
     there = torch.ones_like(source[0], dtype=torch.bool) if inside is None else inside
-    return Mortar(exemplar, joints, (HIGH * LONG) ** 0.5)(source, there)
+    return mended(Mortar(exemplar, joints, (HIGH * LONG) ** 0.5), source, there)
+
+
+def mended(mortar: Mortar, source: Tensor, inside: Tensor) -> Tensor:
+    return mortar.shown(source, inside, mortar.torn(source, inside))
 
 
 def two_copies(down: float, right: float, column: int = 30) -> Tensor:
@@ -78,6 +82,21 @@ def test_copies_of_one_brick_that_hardly_differ_are_one() -> None:
     assert torch.equal(pointed(source)[:, bricks], source[:, bricks])
 
 
+def test_what_is_torn_is_a_mean_over_frames() -> None:
+    """Of the same seams it stays as it is; what is carried along moves; and what has just come counts by its share."""
+    exemplar, joints = wall()
+    mortar, inside = Mortar(exemplar, joints, 25.0), torch.ones(60, 60, dtype=torch.bool)
+    still, right = (lookup(torch.tensor([by, 0.0]).view(2, 1, 1).expand(2, 60, 60)) for by in (0.0, 4.0))
+    torn = mortar.torn(two_copies(7, 13), inside)
+    assert torch.allclose(mortar.torn(two_copies(7, 13), inside, still, torn), torn, atol=1e-5)
+    moved = mortar.torn(two_copies(7, 13).roll(4, 2), inside, right, torn)
+    assert torch.allclose(moved[:, 14:50], torn[:, 10:46], atol=1e-5)
+    whole = mortar.torn(two_copies(0, 0), inside)
+    assert float(whole.min()) == float(whole.max()) > float(torn.min())
+    came = mortar.torn(two_copies(7, 13), inside, still, whole)
+    assert torch.allclose(came, torn + _KEPT * (whole - torn), atol=1e-5)
+
+
 def test_a_frame_ends_at_nothing_that_is_torn() -> None:
     source, inside = two_copies(down=7, right=13), torch.ones(60, 60, dtype=torch.bool)
     inside[:, 30:] = False
@@ -88,7 +107,7 @@ def test_mortar_is_read_from_the_exemplar_and_from_nowhere_else() -> None:
     exemplar, joints = wall()
     exemplar.owner[:, 60:] = -1
     source = two_copies(down=7, right=13) * 0.5
-    shown = Mortar(exemplar, joints, 25.0)(source, torch.ones(60, 60, dtype=torch.bool))
+    shown = mended(Mortar(exemplar, joints, 25.0), source, torch.ones(60, 60, dtype=torch.bool))
     x, y = shown.round().long()
     assert bool((exemplar.owner[y, x] >= 0).all())
     assert not torch.equal(shown, source)
@@ -121,14 +140,13 @@ def test_bricks_that_flow_are_parted_not_grown_together(monkeypatch: pytest.Monk
     made = MADE["bricks"](128, 24, 0)
 
     def mixed() -> float:
-        frames = list(flow.animate(made.image, flow.rotation(2.0), (128, 128), frames=31, seed=0))
-        last = frames[-1]
-        again = list(
-            flow.animate(made.image, flow.rotation(2.0), (128, 128), frames=31, seed=0, after=frames[28].state)
-        )
-        assert torch.equal(again[-1].image, last.image)
-        assert torch.equal(again[-1].where, last.where)
-        return cut_elements(made.numbers.numpy(), places_of(made.image)[*last.where.numpy()])["mixed"]
+        """The share of bricks that are, over a few frames."""
+        frames = list(flow.animate(made.image, flow.rotation(2.0), (160, 160), frames=31, seed=0))
+        again = list(flow.animate(made.image, flow.rotation(2.0), (160, 160), frames=31, after=frames[28].state))
+        assert torch.equal(again[-1].image, frames[-1].image)
+        assert torch.equal(again[-1].where, frames[-1].where)
+        places = [places_of(made.image)[*frame.where.numpy()] for frame in frames[20::5]]
+        return float(np.mean([cut_elements(made.numbers.numpy(), shown)["mixed"] for shown in places]))
 
     parted = mixed()
     monkeypatch.setattr(Mortar, "of", lambda _: None)
