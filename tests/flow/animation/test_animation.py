@@ -15,7 +15,6 @@ import flow
 from flow.animation.film.film import Film
 from flow.animation.sequence import Motion
 from flow.animation.settings import Renewing
-from flow.animation.showing.mortar import Mortar
 from flow.animation.term import lasting
 from kwatra import Exemplar, InputError, Settings
 from kwatra.scoring.quality import forward_energy, sharpness
@@ -163,12 +162,8 @@ def test_what_is_shown_has_no_influence_on_what_is_copied() -> None:
     assert not torch.equal(runs[0][-1].image, runs[1][-1].image)
 
 
-def test_frames_flicker_less_than_their_copies(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A frame differs from the one before it, carried along, less than its copies do.
-
-    Without mortar, which follows seams from pixel to pixel.
-    """
-    monkeypatch.setattr(Mortar, "of", lambda _: None)
+def test_frames_flicker_less_than_their_copies() -> None:
+    """A frame differs from the one before it, carried along, less than its copies do."""
     field = flow.rotation(3.0)
     look = flow.lookup(field(0, SHAPE))
     inner = (slice(None), slice(8, -8), slice(8, -8))
