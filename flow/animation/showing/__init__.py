@@ -1,4 +1,4 @@
-"""What is seen of a frame's copies: of a video, those that pass over into each other and those that fade."""
+"""What is seen of a frame's copies: those of a video pass over into each other, or fade; a torn wall has mortar."""
 
 from flow.animation.showing.fading import Fading
 from flow.animation.showing.mortar import Mortar

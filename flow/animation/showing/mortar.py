@@ -78,7 +78,7 @@ class Mortar:
         away, self._nearest = ndimage.distance_transform_edt(~middle, return_indices=True)
         self._joints, self._reach = joints, _reach_of(exemplar, away, _REACH * size)
         self._one, self._short = _ONE * size, _SHORT * size
-        self._middle = _middle(joints)
+        self._center = _centers(joints)
         variance = float((exemplar.variances * exemplar.share.flatten()).sum())
         colors = exemplar.canvas * (exemplar.share / max(variance, 1e-9)).sqrt()
         self._looks = np.concatenate([colors.numpy() / _ALIKE, away[None] / _AS_FAR])
@@ -139,24 +139,18 @@ class Mortar:
             beyond = onward[:, torch.from_numpy(seam)]
             shift = (beyond - source[:, torch.from_numpy(seam)]).numpy()
             beside = ndimage.maximum_filter1d(joint, 2 * round(self._reach) + 1, 0 if step[0] else 1)
-            one = _length(shift - self._middle[:, *other] + self._middle[:, *own]) < self._one
-            unseen = _length(self._looks[:, *own] - self._looks[:, *self._pixels(beyond)]) < 1
+            one = np.linalg.norm(shift - self._center[:, *other] + self._center[:, *own], axis=0) < self._one
+            unseen = np.linalg.norm(self._looks[:, *own] - self._looks[:, *self._pixels(beyond)], axis=0) < 1
             tears[here] = ~(beside[here] | beside[there] | one | unseen)
         return _beside(*found.numpy()), _beside(*torn)
 
 
-def _length(vectors: Array) -> Array:
-    """That of vectors (n, *S)."""
-    length: Array = np.sqrt(np.square(vectors).sum(0))
-    return length
-
-
-def _middle(joints: Array) -> Array:
-    """The middle of the box around the element that each place shows, (2, H, W), x first; joints (H, W)."""
+def _centers(joints: Array) -> Array:
+    """The center of the box around the element that each place shows, (2, H, W), x first; joints (H, W)."""
     number, _ = ndimage.label(~joints)
     boxes = [(slice(0, 0), slice(0, 0)), *ndimage.find_objects(number)]
-    middle = np.array([[(part.start + part.stop - 1) / 2 for part in reversed(box)] for box in boxes], np.float32)
-    return middle.T[:, number]
+    centers = np.array([[(part.start + part.stop - 1) / 2 for part in reversed(box)] for box in boxes], np.float32)
+    return centers.T[:, number]
 
 
 def _beside(right: Array, down: Array) -> Array:
