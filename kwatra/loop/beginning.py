@@ -70,6 +70,13 @@ class Beginning:
         generator = generator_of(seed)
         return self._of(blocks.anew(box.clipped(blocks.shape, blocks.wraps), generator), generator)
 
+    def refined(self) -> "Beginning":
+        """What `begin` makes in place of this draft, which stays; itself where it is none."""
+        if self.blocks is None or not self.blocks.draft:
+            return self
+        generator = self.task.generator.clone_state()
+        return self._of(self.blocks.refined(generator), generator)
+
     def afresh(self, seed: int) -> "Beginning":
         """What `begin` makes of the same with another seed, for which all is known of its blocks; this one stays.
 
@@ -108,10 +115,13 @@ def begin(
     mask: Tensor | None = None,
     start: Tensor | str = "aligned",
     seed: int = 0,
+    draft: bool = False,
 ) -> Beginning:
     """What `optimize` begins with; arguments and errors are its.
 
-    A picture that goes on by itself is continued before any level; the finest are kept for what `between` asks for.
+    draft: blocks are laid once only, not again where seams cost most, and elements are not made whole: that is half of
+    the cost, and changes little in which of several is best. `Beginning.refined` does it then. A picture that goes on
+    by itself is continued before any level; the finest are kept for what `between` asks for.
     """
     task = task_of(texture, shape, settings or Settings(), terms, mask, start, seed)
     factors, exemplar = (1,) * len(task.shape), task.texture.exemplar
@@ -123,7 +133,7 @@ def begin(
         finest = tuple(level for level in task.levels if level.factor == 1)
         image = sourcemap.look_up(exemplar.canvas, where)
         return Beginning(replace(task, levels=finest), image, where, factors, finished=True)
-    laid = block_start(seen, exemplar)
+    laid = block_start(seen, exemplar, draft)
     return Beginning(task, None, laid.where, laid.factors, laid.blocks.gaps, laid.blocks.fitted, laid.blocks)
 
 

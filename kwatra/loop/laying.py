@@ -93,10 +93,10 @@ class Laid(NamedTuple):
     blocks: BlockStart | SlantedStart
 
 
-def block_start(task: Task, exemplar: Exemplar) -> Laid:
+def block_start(task: Task, exemplar: Exemplar, draft: bool = False) -> Laid:
     """Copied blocks, at the finest resolution at which laying them costs little.
 
-    Blocks agree with what the terms want; a mask only hides that, blocks run on behind it.
+    Blocks agree with what the terms want; a mask only hides that, blocks run on behind it. draft: as in `BlockStart`.
     """
     settings, axes = task.settings, len(task.shape)
     factor, steps = _resolution(exemplar, max(level.factor for level in task.levels))
@@ -114,7 +114,7 @@ def block_start(task: Task, exemplar: Exemplar) -> Laid:
     slant = None if isinstance(repeats, Lattice) else _slant(task, seen)
     if slant is not None:
         slanted = _slanted_start(task, here, controls.shape, slant, size, grain, usage)
-        return Laid(slanted.run(), factors, slanted)
+        return Laid(slanted.run(draft), factors, slanted)
     if axes == 2 and not isinstance(repeats, Lattice):
         size, along = narrowed(size, anisotropy(seen), grain)
     elif in_place and axes > 2 and controls.shape[1] > TALL * here.extent[1]:
@@ -136,7 +136,7 @@ def block_start(task: Task, exemplar: Exemplar) -> Laid:
         wish=wish,
         given=given,
     )
-    return Laid(blocks.run(), factors, blocks)
+    return Laid(blocks.run(draft), factors, blocks)
 
 
 def _resolution(exemplar: Exemplar, coarsest: int) -> tuple[int, int]:

@@ -74,7 +74,8 @@ class BlockStart:
     from. wish: values that pixels should have, with weights; a weight of 1 counts fully, as what is laid already. given
     (n, *shape): where in the exemplar's canvas pixels come from that are given and stay, below 0 where none is.
 
-    fitted: once blocks are laid, what is shown where elements were made whole; None where none are.
+    fitted: once blocks are laid, what is shown where elements were made whole; None where none are. draft: whether
+    blocks are laid once only, which tells about how good it is going to be; `refined` is then what `run` makes else.
     """
 
     def __init__(
@@ -119,9 +120,9 @@ class BlockStart:
         asked = Asked(usage, repeats, places, device, self.wish, self.gaps, *are, twins, self._strict)
         candidates = Candidates(sheet, corners, image, var, asked)
         offers, shown = Offers(sheet, image, self.wish, var, min(overlap), not aligned), np.zeros(mosaic.cell)
-        how = scene, seams, shown, generator
-        self.layer = Layer(exemplar, candidates, offers, spread, overlap, *how)
+        self.layer = Layer(exemplar, candidates, offers, spread, overlap, scene, seams, shown, generator)
         self.fitted: Fitted | None = None
+        self.draft, self._count = False, 0
 
     @property
     def sheet(self) -> Sheet[Mosaic]:
@@ -167,8 +168,9 @@ class BlockStart:
             corners = grown if grown.block == block else corners
         return corners, overlap
 
-    def run(self) -> Tensor:
+    def run(self, draft: bool = False) -> Tensor:
         """Lay all blocks, and again where seams cost most."""
+        self.draft = draft
         self._fill()
         return self.where
 
@@ -205,6 +207,13 @@ class BlockStart:
         other._fill()
         return other
 
+    def refined(self, generator: torch.Generator) -> "BlockStart":
+        """What this draft becomes where blocks are laid again; this one stays as it is."""
+        other = copy(self)
+        other.layer, other.draft = self.layer.on(self.sheet.copy(), self.layer.shown.copy(), generator), False
+        other._refine()
+        return other
+
     def anew(self, part: Box, generator: torch.Generator) -> "BlockStart":
         """Another start, in which blocks are laid anew where a part of the output is; this one stays as it is.
 
@@ -218,7 +227,7 @@ class BlockStart:
         return other
 
     def _fill(self) -> None:
-        """Lay blocks where nothing lies, first beside what is given; again where seams cost most."""
+        """Lay blocks where nothing lies, first beside what is given; and again, but of a draft."""
         self._go_on()
         boxes = [box for box in self.given.nearest_first(self.layer.boxes) if not self.sheet.full(box)]
         lay = self.layer.lay_all if self.sheet.patches else self.layer.lay_outwards
@@ -226,7 +235,13 @@ class BlockStart:
         self._lay_in_step()
         while rest := [box for box in boxes if not self.sheet.full(box)]:
             self.layer.lay_all(rest, rest=True)
-        self.layer.lay_again(len(boxes))
+        self._count = len(boxes)
+        if not self.draft:
+            self._refine()
+
+    def _refine(self) -> None:
+        """Lay blocks again where seams cost most, smaller ones where a guide is missed; make elements whole."""
+        self.layer.lay_again(self._count)
         if self.wish is not None and self.wish.guided and self.gaps is not None:
             self._follow(self.gaps.hidden.size)
         cells = self.cells

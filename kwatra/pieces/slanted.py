@@ -110,10 +110,15 @@ class SlantedStart:
             easier=easier,
         )
 
-    def run(self) -> Tensor:
+    def run(self, draft: bool = False) -> Tensor:
         """Lay all blocks; the source map (2, *shape)."""
-        self.blocks.run()
+        self.blocks.run(draft)
         return self.where
+
+    @property
+    def draft(self) -> bool:
+        """Whether blocks are laid once only."""
+        return self.blocks.draft
 
     @property
     def where(self) -> Tensor:
@@ -124,6 +129,12 @@ class SlantedStart:
         """Another start, in which all blocks are laid from the beginning; this one stays as it is."""
         other = copy(self)
         other.blocks = self.blocks.afresh(generator)
+        return other
+
+    def refined(self, generator: torch.Generator) -> "SlantedStart":
+        """What this draft becomes where blocks are laid again; this one stays as it is."""
+        other = copy(self)
+        other.blocks = self.blocks.refined(generator)
         return other
 
     def anew(self, part: Box, generator: torch.Generator) -> "SlantedStart":

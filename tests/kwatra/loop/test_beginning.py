@@ -84,6 +84,29 @@ def test_a_beginning_made_afresh_is_that_of_another_seed_bit_for_bit(kind):
     assert torch.equal(improve(made).image, improve(wanted).image)
 
 
+@pytest.mark.parametrize("kind", ["coarse", "kept", "wished", "random", "wrapping"])
+def test_a_refined_draft_is_what_is_begun_at_once_bit_for_bit_and_the_draft_stays(kind):
+    exemplar = Exemplar.of(texture(64))
+    how = steered(kind, exemplar)
+    wanted, draft = (begin(exemplar, (60, 70), seed=1, draft=draft, **how) for draft in (False, True))
+    before = draft.where.clone()
+    for _ in range(2):
+        refined = draft.refined()
+        assert torch.equal(refined.where, wanted.where)
+        assert torch.equal(improve(refined).image, improve(wanted).image)
+    assert torch.equal(draft.where, before)
+    assert torch.equal(before, wanted.where) == (kind == "random")  # which lays nothing again
+    assert refined.refined() is refined
+    assert torch.equal(draft.afresh(2).where, begin(exemplar, (60, 70), seed=2, draft=True, **how).where)
+
+
+def test_elements_are_made_whole_once_a_draft_is_refined():
+    image = MADE["stones"](96, 20, 0).image
+    draft = begin(Exemplar.of(image), (160, 160), draft=True)
+    assert draft.fitted is None
+    assert torch.equal(draft.refined().fitted.places, begin(Exemplar.of(image), (160, 160)).fitted.places)
+
+
 def test_where_no_blocks_are_laid_none_is_seen_nor_laid_anew():
     beginning = begin(Exemplar.of(texture()), (40, 40), SMALL, start="windows")
     with pytest.raises(InputError, match="begins with no copies; start it as 'aligned'"):
@@ -92,14 +115,15 @@ def test_where_no_blocks_are_laid_none_is_seen_nor_laid_anew():
         beginning.anew(Box((0, 0), (8, 8)), seed=0)
     with pytest.raises(InputError, match="begins with no blocks to lay anew"):
         beginning.afresh(0)
+    assert beginning.refined() is beginning
 
 
 def test_blocks_are_not_kept_while_the_levels_improve_what_they_are_of(monkeypatch):
     starts, run = [], BlockStart.run
 
-    def watched(self):
+    def watched(self, draft):
         starts.append(ref(self))
-        return run(self)
+        return run(self, draft)
 
     monkeypatch.setattr(BlockStart, "run", watched)
     alive = []

@@ -116,6 +116,11 @@ def test_only_what_is_oblique_and_nothing_steers_is_laid_so(monkeypatch):
     image, where = beginning.anew(Box((10, 10), (40, 40)), 3).copied()
     assert torch.equal(image, oblique[(slice(None), *where)])
     assert torch.equal(beginning.afresh(4).where, begin(Exemplar.of(oblique), (96, 96), seed=4).where)
+    draft = begin(Exemplar.of(oblique), (96, 96), draft=True)
+    assert draft.blocks.draft
+    assert not torch.equal(draft.where, beginning.where)
+    assert torch.equal(draft.refined().where, beginning.where)
+    made.pop()
     made.pop()
     grain = torch.rand(1, 96, 96, generator=torch.Generator().manual_seed(0))
     for exemplar in (grain, lines(Slant(0, 0, 1, 9.0), (96, 96)), torch.cat([oblique, oblique.flip(-1)], -1)):

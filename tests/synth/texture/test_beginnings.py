@@ -11,7 +11,7 @@ from kwatra.scoring import pasted
 from synth import synthesize
 from synth.texture import search
 from synth.texture.asked import Asked
-from synth.texture.search import ALIKE, LEAST, LEAST_TORN, MOST, PARTS, PASTED, TORN, Effort, Search
+from synth.texture.search import ALIKE, LEAST, LEAST_TORN, MOST, PARTS, PASTED, REFINED, TORN, Effort, Search
 from synth.texture.work import LARGER, STILLS, Work
 
 ONE = (Settings(),)
@@ -37,8 +37,8 @@ def searched(effort, seed=0, callback=None, size=(40, 44), ways=ONE):
     """What is made of white noise, and the beginnings that were tried, whether made from nothing or afresh."""
     begun, afresh = [], search.Beginning.afresh
 
-    def make(settings, seed):
-        begun.append(begin(NOISE, size, settings, seed=seed))
+    def make(settings, seed, draft):
+        begun.append(begin(NOISE, size, settings, seed=seed, draft=draft))
         return begun[-1]
 
     def spied(beginning, seed):
@@ -56,13 +56,19 @@ def like(one, other):
 
 
 @pytest.mark.usefixtures("in_turn")
-def test_the_beginning_of_least_rank_is_made_and_of_equals_the_first(ranked):
-    seen = ranked([0.5, 0.4, 0.3, 0.3, 0.6])
-    made, begun = searched(Effort(5, 0))
-    assert len(seen) == 5
-    alike = [like(beginning.copied()[1], made.where) for beginning in begun]
-    assert alike[2] > 0.8
-    assert max(alike[:2] + alike[3:]) < 0.5
+@pytest.mark.parametrize(("refined", "kept"), [((0.2, 0.2), 2), ((0.2, 0.1), 4)])
+def test_the_drafts_of_least_rank_are_refined_and_of_these_the_better_is_made_and_of_equals_the_first(
+    ranked, refined, kept
+):
+    seen = ranked([0.5, 0.4, 0.3, 0.6, 0.3, 0.3, *refined])
+    made, begun = searched(Effort(6, 0))
+    assert len(seen) == 6 + REFINED
+    assert all(beginning.blocks.draft for beginning in begun)
+    assert torch.equal(seen[6], begun[2].refined().copied()[0])
+    assert torch.equal(seen[7], begun[4].refined().copied()[0])
+    alike = [like(beginning.refined().copied()[1], made.where) for beginning in begun]
+    assert alike.pop(kept) > 0.8
+    assert max(alike) < 0.5
 
 
 @pytest.mark.usefixtures("in_turn")
@@ -74,8 +80,10 @@ def test_parts_of_the_best_are_laid_anew_and_kept_where_the_whole_is_better(rank
         return made_of[-1][1]
 
     monkeypatch.setattr(search.Beginning, "anew", spied)
+    monkeypatch.setattr(search.Beginning, "refined", lambda self: self)
     figures = 0.5, 0.5 - ALIKE
-    ranked([*figures, *[0.6] * (PARTS - 1), 0.3, *[0.3] * PARTS])  # the last part of the first round is better
+    rounds = [*[0.6] * (PARTS - 1), 0.3], [0.3] * PARTS  # the last part of the first is better
+    ranked([*figures, *figures[::-1], *rounds[0], *rounds[1]])
     made, begun = searched(Effort(2, 2))
     parents, children = zip(*made_of, strict=True)
     assert len(begun) == 2
@@ -86,15 +94,15 @@ def test_parts_of_the_best_are_laid_anew_and_kept_where_the_whole_is_better(rank
 
 @pytest.mark.usefixtures("in_turn")
 def test_where_first_tries_differ_much_others_are_made_in_place_of_parts(ranked):
-    seen = ranked([0.5, 0.5 - 2.1 * ALIKE, 0.6, 0.3, 0.4])
+    seen = ranked([0.5, 0.5 - 2.1 * ALIKE, 0.6, 0.3, 0.4, 0.3, 0.4])
     made, begun = searched(Effort(2, 3))
-    assert len(seen) == len(begun) == 5
-    assert like(made.where, begun[3].copied()[1]) > 0.8
+    assert len(seen) - REFINED == len(begun) == 5
+    assert like(made.where, begun[3].refined().copied()[1]) > 0.8
 
 
 @pytest.mark.usefixtures("in_turn")
 def test_first_tries_are_begun_in_every_way_and_others_in_that_of_the_best(ranked):
-    ranked([0.5, 0.6, 0.5, 0.5 - 2.1 * ALIKE, 0.4, 0.4])
+    ranked([0.5, 0.6, 0.5, 0.5 - 2.1 * ALIKE, 0.4, 0.4, 0.4, 0.4])
     one, other = Settings(), Settings(block=0.7)
     _, begun = searched(Effort(4, 2), ways=(one, other))
     assert [beginning.task.settings for beginning in begun] == [one, other, one, other, other, other]
@@ -108,7 +116,7 @@ def test_tries_made_afresh_are_those_that_would_be_made_from_nothing(monkeypatch
     made = []
 
     def from_nothing(beginning, seed):
-        made.append(begin(NOISE, (40, 44), beginning.task.settings, seed=seed))
+        made.append(begin(NOISE, (40, 44), beginning.task.settings, seed=seed, draft=beginning.blocks.draft))
         return made[-1]
 
     monkeypatch.setattr(search.Beginning, "afresh", from_nothing)
@@ -122,7 +130,7 @@ def test_tries_made_afresh_are_those_that_would_be_made_from_nothing(monkeypatch
 def test_how_much_first_tries_differ_does_not_count_from_way_to_way(ranked, monkeypatch):
     parts = []
     monkeypatch.setattr(search.Beginning, "anew", lambda self, part, seed: parts.append(part) or self)
-    ranked([0.5, 0.9, 0.5, 0.9, *[0.6] * PARTS])
+    ranked([0.5, 0.9, 0.5, 0.9, 0.5, 0.5, *[0.6] * PARTS])
     searched(Effort(4, 1), ways=(Settings(), Settings(block=0.7)))
     assert len(parts) == PARTS
 
@@ -173,7 +181,7 @@ def test_larger_stills_begin_with_fewer_tries_and_best_with_at_most_eight_times_
         for preset in ("fast", "default", "best")
     }
     assert {effort.tries for effort in efforts["fast"]} == {1}
-    assert sorted({effort.tries for effort in efforts["default"]}) == [1, 2, 3, 4, 5, 6]
+    assert sorted({effort.tries for effort in efforts["default"]}) == [1, *(n + REFINED for n in range(2, 7))]
     for default, best in zip(efforts["default"], efforts["best"], strict=True):
         assert default.tries < best.tries < 8 * default.tries
     for several in efforts.values():
@@ -184,7 +192,7 @@ def test_larger_stills_begin_with_fewer_tries_and_best_with_at_most_eight_times_
 def test_parts_lie_everywhere_and_are_a_quarter_to_half_as_long_as_the_output(ranked, monkeypatch):
     parts, size, rounds = [], (100, 60), 100
     monkeypatch.setattr(search.Beginning, "anew", lambda self, part, seed: parts.append(part) or self)
-    ranked([0.5] * (1 + rounds * PARTS))
+    ranked([0.5] * (2 + rounds * PARTS))
     searched(Effort(1, rounds), size=size)
     assert len(parts) == rounds * PARTS
     times = np.zeros(size)
@@ -213,8 +221,8 @@ def test_progress_is_told_of_each_try_and_of_the_rest():
     fractions = [p.fraction for p in told]
     assert fractions == sorted(fractions)
     assert fractions[-1] == pytest.approx(1)
-    assert {p.attempt for p in told} == {1, 2, 3}
-    assert {p.tries for p in told} == {3}
+    assert {p.attempt for p in told} == {1, 2, 3, 4, 5}
+    assert {p.tries for p in told} == {5}
 
 
 @pytest.mark.parametrize(("pixels", "together"), [(40 * 44 * 2, 1), (40 * 44 * 2 - 1, 2)])
@@ -227,5 +235,5 @@ def test_beginnings_are_tried_side_by_side_where_memory_allows_and_the_same_is_k
     for threads in (1, 2):
         torch.set_num_threads(threads)
         made.append(searched(Effort(3, 1), seed=2)[0].image)
-    assert used == [1] * (3 + PARTS) + [together] * (3 + PARTS)
+    assert used == [1] * (3 + REFINED + PARTS) + [together] * (3 + REFINED + PARTS)
     assert torch.equal(*made)

@@ -7,6 +7,7 @@ from skimage import data
 
 from kwatra import InputError
 from synth import fill, synthesize
+from synth.texture.search import REFINED
 
 QUICK = {"levels": ((2, 8), (1, 8)), "preset": "fast"}
 
@@ -137,7 +138,7 @@ def test_the_best_of_several_runs_is_the_one_of_least_rank(monkeypatch):
 
 @pytest.mark.parametrize(
     ("size", "options", "count"),
-    [((32, 32), {}, 6), ((64, 64), {}, 3), ((64, 256), {}, 1), ((32, 32), {"preset": "fast"}, 1),
+    [((32, 32), {}, 6 + REFINED), ((64, 64), {}, 3 + REFINED), ((64, 256), {}, 1), ((32, 32), {"preset": "fast"}, 1),
      ((32, 32), {"mask": np.ones((32, 32), bool)}, 1)],
 )  # fmt: skip
 def test_small_outputs_are_tried_more_often_than_large_and_steered_ones(size, options, count, monkeypatch):
