@@ -12,7 +12,7 @@ from functools import cached_property
 import torch
 from torch import Tensor
 
-from kwatra.base import AVERAGE, LARGEST, InputError, device_of, floats_of, mean, running, tensor_of
+from kwatra.base import AVERAGE, LARGEST, InputError, device_of, floats_of, mean, running, tensor_of, total
 from kwatra.variants import Piece, original, variants
 
 ALIGNMENT = 8
@@ -102,6 +102,11 @@ class Exemplar:
         """The variance of each channel over all that may be copied, (C,)."""
         inside = self.canvas[:, self.owner >= 0]
         return torch.stack([mean((c - mean(c)).square()) for c in inside])
+
+    @property
+    def variance(self) -> float:
+        """That of all channels together, by their shares."""
+        return float(total(self.variances * self.share.flatten()))
 
     @property
     def alpha(self) -> Tensor | None:

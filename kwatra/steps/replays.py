@@ -10,7 +10,6 @@ import math
 import torch
 from torch import Tensor
 
-from kwatra.base import total
 from kwatra.source import Placed
 from kwatra.windows import Layout
 from kwatra.windows.flat import starts
@@ -32,7 +31,7 @@ class Replays:
 
     def __init__(self, layout: Layout, source: Placed, matches: Tensor) -> None:
         exemplar, corners = source.exemplar, layout.corners
-        self.price = PRICE * float(total(exemplar.variances * exemplar.share.flatten()))
+        self.price = PRICE * exemplar.variance
         times = torch.bincount(corners[:, 0]).nonzero()[:, 0]
         step = int(times.diff().median()) if len(times) > 1 else 1  # the last may be less
         self.free = max((LONGEST - layout.width[0]) // step + 1, 1)  # so many windows hold LONGEST frames

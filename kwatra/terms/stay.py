@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from kwatra.base import InputError, total
+from kwatra.base import InputError
 from kwatra.elements import grown
 from kwatra.exemplar import Exemplar
 from kwatra.terms.algebra import PlaceCharge, Quadratic, Term, TermLike
@@ -64,8 +64,7 @@ class Stay(Term):
         middle = torch.tensor(width, device=places.device) // 2
         size = torch.tensor(shape[-2:], device=places.device) - 1
         last = torch.tensor(exemplar.shape, device=places.device) - 1
-        variance = float(total(exemplar.variances * exemplar.share.flatten()))
-        scale = self.weight * variance / REACH**2
+        scale = self.weight * exemplar.variance / REACH**2
 
         def charge(corners: Tensor, there: Tensor) -> Tensor:
             own = (corners + middle)[..., -2:].float() / size.clamp(min=1)

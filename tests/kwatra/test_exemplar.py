@@ -171,3 +171,12 @@ def test_alpha_is_not_looked_for_in_holes():
     assert Exemplar.of(seen).alpha is None
     whole[4, 5] = False
     assert Exemplar.of(seen, masks=[whole]).alpha is not None
+
+
+def test_variances_are_those_of_what_may_be_copied_and_together_they_count_by_weight():
+    seen = image(3, 20, 24)
+    mask = torch.rand(20, 24, generator=torch.Generator().manual_seed(1)) < 0.6
+    exemplar = Exemplar.of([seen], masks=[mask], weights=torch.tensor([1.0, 0.0, 3.0]))
+    expected = seen[:, mask].double().var(1, correction=0)
+    assert torch.allclose(exemplar.variances.double(), expected, rtol=1e-5)
+    assert exemplar.variance == pytest.approx(float(expected[0] + 3 * expected[2]) / 4, rel=1e-5)

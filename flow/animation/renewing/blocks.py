@@ -53,7 +53,7 @@ class Blocks:
         if min(sides) < 2 or not bool(page.corners(sides).any()):
             raise InputError("no 2x2 block fits into the exemplar; its mask leaves too little to copy from")
         self.sides, self._film = sides, film
-        self._staying = _HOME * STAYING / REACH**2 * float((exemplar.variances * exemplar.share.flatten()).sum())
+        self._staying = _HOME * STAYING / REACH**2 * exemplar.variance
         self._root = exemplar.share.sqrt()
         known = exemplar.owner >= 0
         self._middle = torch.stack([mean(channel[known]) for channel in exemplar.canvas]).view(-1, 1, 1)
@@ -174,7 +174,7 @@ def side_of(size: int, hidden: Hidden | None) -> int:
 
 def _with_depth(exemplar: Exemplar, hidden: Hidden) -> Exemplar:
     """An exemplar with one more channel: how deep in its element each place lies, as unlike as its colors are."""
-    deviation = float((exemplar.variances * exemplar.share.flatten()).sum()) ** 0.5
+    deviation = exemplar.variance**0.5
     depth = torch.from_numpy(hidden.unlike * np.float32(deviation))[None]
     weight = hidden.aligned * hidden.hides * exemplar.weights.sum(0, keepdim=True)
     return replace(exemplar, canvas=torch.cat([exemplar.canvas, depth]), weights=torch.cat([exemplar.weights, weight]))

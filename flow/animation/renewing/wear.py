@@ -59,7 +59,7 @@ class Wear:
         exemplar = film.described
         pages = film.spread(max(_SEARCHED // (film.pitch * exemplar.shape[1]), 2))
         self.area, self._film = area, film
-        self.variance = max(float((exemplar.variances * exemplar.share.flatten()).sum()), 1e-8)
+        self.variance = max(exemplar.variance, 1e-8)
         page = film.cut(exemplar, [0])
         sides, steps = (drawn_sides(side, film.along) for side in (width, step))
         if sides[0] > shape[0] or sides[1] > shape[1] or not bool(page.corners(sides).any()):

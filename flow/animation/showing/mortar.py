@@ -79,8 +79,7 @@ class Mortar:
         self._joints, self._reach = joints, _reach_of(exemplar, away, _REACH * size)
         self._one, self._short = _ONE * size, _SHORT * size
         self._center = _centers(joints)
-        variance = float((exemplar.variances * exemplar.share.flatten()).sum())
-        colors = exemplar.canvas * (exemplar.share / max(variance, 1e-9)).sqrt()
+        colors = exemplar.canvas * (exemplar.share / max(exemplar.variance, 1e-9)).sqrt()
         self._looks = np.concatenate([colors.numpy() / _ALIKE, away[None] / _AS_FAR])
 
     @classmethod
