@@ -169,7 +169,7 @@ class BlockStart:
         return corners, overlap
 
     def run(self, draft: bool = False) -> Tensor:
-        """Lay all blocks, and again where seams cost most."""
+        """Lay all blocks, and again where seams cost most; of a draft once only."""
         self.draft = draft
         self._fill()
         return self.where

@@ -33,10 +33,9 @@ PASTED = 0.06
 """What the square of the mean size of copies counts, as a part of the exemplar: figures like what is pasted as a whole,
 the more the larger it is.
 
-Stills of a panel of 16 textures, four seeds, copy .221 of their exemplar at a time and score .0525; .227 and .0521 if
-.03 times the mean counts instead. Two of the seeds copy .214 with .06 and .203 with .09, and score .0536 and .0543.
-Those of another panel, four seeds, copy .236 and score .0477; .242 and .0475 if .03 times the mean counts; most of what
-is copied less is where the exemplar is as large as the output."""
+Stills of two panels of 16 textures, two seeds, copy .245 and .246 of their exemplar at a time and score .0558 and .0482
+with .06; .234, .238, .0557 and .0485 with .09; .225, .216, .0555 and .0501 with .12; and .197, .197, .0575 and .0518
+with .2. Those of the first panel by `best` score .0478 with .06, .0480 with .07 and .0482 with .09."""
 
 REFINED = 2
 """So many drafts are refined, the best. Of six tries of the textures of a panel, two seeds, the best has a figure of

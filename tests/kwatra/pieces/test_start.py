@@ -217,7 +217,7 @@ def laid(monkeypatch, exemplar, shape, terms=(), settings=None):
     """The start that an optimization begins with."""
     starts, run = [], BlockStart.run
     with monkeypatch.context() as patched:
-        patched.setattr(BlockStart, "run", lambda self: starts.append(self) or run(self))
+        patched.setattr(BlockStart, "run", lambda self, draft: starts.append(self) or run(self, draft))
         block_start(task_of(exemplar, shape, settings or Settings(), terms, None, "aligned", 0), exemplar)
     return starts[0]
 

@@ -149,7 +149,7 @@ def test_a_figure_counts_what_is_pasted_and_what_is_torn(monkeypatch):
 
 
 @pytest.mark.usefixtures("in_turn")
-def test_blocks_are_larger_in_every_other_first_try_where_more_follows(monkeypatch):
+def test_blocks_are_larger_in_every_other_first_try(monkeypatch):
     noise, begun, afresh = (
         torch.rand(1, 32, 32, generator=torch.Generator().manual_seed(0)),
         [],
@@ -166,12 +166,13 @@ def test_blocks_are_larger_in_every_other_first_try_where_more_follows(monkeypat
 
     monkeypatch.setattr("kwatra.begin", spied)
     monkeypatch.setattr(search.Beginning, "afresh", made_afresh)
-    synthesize(noise, (32, 32), levels=((1, 8),))
-    assert begun == [0.5] * STILLS["default"].first
-    begun.clear()
-    synthesize(noise, (32, 32), levels=((1, 8),), preset="best")
-    first = STILLS["best"].first
-    assert begun[:first] == ([0.5, LARGER] * first)[:first]
+    for preset in ("default", "best"):
+        synthesize(noise, (32, 32), levels=((1, 8),), preset=preset)
+        first = STILLS[preset].first
+        assert begun[:first] == ([0.5, LARGER] * first)[:first]
+        begun.clear()
+    synthesize(noise, (32, 32), levels=((1, 8),), preset="fast")
+    assert begun == [0.5]
 
 
 def test_larger_stills_begin_with_fewer_tries_and_best_with_at_most_eight_times_as_many():
