@@ -127,18 +127,19 @@ class SlantedStart:
 
     def afresh(self, generator: torch.Generator) -> "SlantedStart":
         """Another start, in which all blocks are laid from the beginning; this one stays as it is."""
-        other = copy(self)
-        other.blocks = self.blocks.afresh(generator)
-        return other
+        return self._of(self.blocks.afresh(generator))
 
     def refined(self, generator: torch.Generator) -> "SlantedStart":
         """What this draft becomes where blocks are laid again; this one stays as it is."""
-        other = copy(self)
-        other.blocks = self.blocks.refined(generator)
-        return other
+        return self._of(self.blocks.refined(generator))
 
     def anew(self, part: Box, generator: torch.Generator) -> "SlantedStart":
         """Another start, in which blocks are laid anew where a part of the output is; this one stays as it is."""
+        box = self.upright.box(part, self.shape[1 - self.upright.slant.along])
+        return self._of(self.blocks.anew(box, generator))
+
+    def _of(self, blocks: BlockStart) -> "SlantedStart":
+        """The same of other blocks."""
         other = copy(self)
-        other.blocks = self.blocks.anew(self.upright.box(part, self.shape[1 - self.upright.slant.along]), generator)
+        other.blocks = blocks
         return other

@@ -102,7 +102,7 @@ class Search:
     def best(self, begin: Callable[..., Beginning]) -> Result:
         """What is made of the best beginning; each is told its settings and seed.
 
-        Memory is that of as many beginnings as are tried together, and one for each way.
+        Memory is that of as many beginnings as are tried together, one for each way, and REFINED drafts.
         """
         return improve(self._found(begin).without_blocks(), callback=self._rest())
 
@@ -115,7 +115,7 @@ class Search:
             way = number % len(self.ways)
             if way in known:
                 return self._afresh(known[way], number)
-            made = begin(settings=self.ways[way], seed=seed_of(self.seed, number), draft=True)
+            made = begin(settings=self.ways[way], seed=seed_of(self.seed, number), draft=self.effort.tries > 1)
             if made.blocks is not None:
                 known[way] = made
             return made
@@ -123,7 +123,7 @@ class Search:
         if threads_shared() > 1:
             self._look()
         if self.effort.tries == 1:
-            return begun(0).refined()
+            return begun(0)
         drafts, figures = self._best_of(begun, range(first), [], REFINED)
         if drafts[0].beginning.blocks is None:  # of what is exactly periodic all are the same
             return drafts[0].beginning
