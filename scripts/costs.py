@@ -6,9 +6,12 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
 from functools import partial
+from multiprocessing import get_context
 from pathlib import Path
 
+import numpy as np
 import torch
 from torch import Tensor
 
@@ -37,7 +40,9 @@ def costs(
     works |= {
         f"{name} {pixels}": partial(rival, pixels) for name, rival in rivals.items() for pixels in (side, 4 * side)
     }
-    works["command line, fast"] = command_line(file, side)
+    words = ["synth", "synth", str(file), "-o", str(file.with_name("command_line.png")), "--overwrite"]
+    works["command line, fast"] = process("-m", *words, "--preset", "fast", "--size", f"{side}x{side}")
+    works["import torch, numba"] = process("-c", "import torch, numba")
     found = in_turn(works)
     yield from found.items()
     yield "command line, more than its synthesis", found["command line, fast"] - found[f"fast {side}"]
@@ -47,6 +52,7 @@ def costs(
     for preset, pixels in (("default", side), ("default", 4 * side), ("best", side)):
         walls = in_turn({str(n): still(exemplar, preset, pixels, time.perf_counter, n) for n in (1, 2)})
         yield f"{preset} {pixels}, times faster by two threads", walls["1"] / walls["2"]
+    yield f"default {side}, times faster by two processes", by_two_processes(exemplar, side)
 
 
 def still(
@@ -75,18 +81,41 @@ def quilted(exemplar: Tensor, side: int) -> Work:
     return work
 
 
-def command_line(file: Path, side: int) -> Work:
-    """`kwatra synth` of a file, all that the process takes."""
-    words = [str(file), "-o", str(file.with_name("command_line.png")), "--overwrite", "--preset", "fast"]
-    command = [sys.executable, "-m", "synth", "synth", *words, "--size", f"{side}x{side}"]
+def process(*words: str) -> Work:
+    """A process of Python with these arguments, all that it takes."""
 
     def work() -> float:
         begun = os.times()
-        subprocess.run(command, check=True, capture_output=True, env=os.environ | {"OMP_NUM_THREADS": "1"})
+        environment = os.environ | {"OMP_NUM_THREADS": "1"}
+        subprocess.run([sys.executable, *words], check=True, capture_output=True, env=environment)
         done = os.times()
         return done.children_user + done.children_system - begun.children_user - begun.children_system
 
     return work
+
+
+def by_two_processes(exemplar: Tensor, side: int) -> float:
+    """How many times as fast two stills are made by two processes at once as by one after the other.
+
+    They share nothing, so that is about what this machine lets two threads gain at most.
+    """
+    pixels = exemplar.numpy()
+    with ProcessPoolExecutor(2, get_context("spawn")) as pool:
+
+        def wall(count: int) -> float:
+            begun = time.perf_counter()
+            list(pool.map(make_still, [pixels] * count, [side] * count))
+            return time.perf_counter() - begun
+
+        wall(4)  # which starts both, and loads what is compiled
+        walls = in_turn({str(n): partial(wall, n) for n in (1, 2)})
+    return 2 * walls["1"] / walls["2"]
+
+
+def make_still(exemplar: np.ndarray, side: int) -> None:
+    """Make a still on one thread."""
+    torch.set_num_threads(1)
+    synthesize(torch.from_numpy(exemplar), (side, side))
 
 
 def in_turn(works: dict[str, Work]) -> dict[str, float]:

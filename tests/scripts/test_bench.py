@@ -2,6 +2,7 @@
 
 import json
 import math
+import subprocess
 from pathlib import Path
 from types import ModuleType
 
@@ -102,7 +103,8 @@ def test_all_that_has_a_price_is_told(
     import costs
 
     monkeypatch.setattr(costs, "ROUNDS", 1)
-    monkeypatch.setattr(costs, "command_line", lambda file, side: lambda: 100.0)  # seconds, to load torch anew
+    monkeypatch.setattr(costs, "process", lambda *words: lambda: 100.0)  # seconds, to load torch anew
+    monkeypatch.setattr(costs, "by_two_processes", lambda exemplar, side: 1.9)
     words = ["--images", str(textures), "--size", "12x12", "--costs", "--json", str(tmp_path / "costs.json")]
     assert bench.main(["gray", *words, "--out", str(tmp_path)]) == 0
     found = json.loads((tmp_path / "costs.json").read_text())
@@ -111,9 +113,23 @@ def test_all_that_has_a_price_is_told(
     assert found["quilting, 48 times 24"] == pytest.approx(found["quilting 48"] / found["quilting 24"])
     assert found["command line, more than its synthesis"] == pytest.approx(100 - found["fast 12"])
     assert {"Copy 12", "Copy 48", "default 48", "best 12, times faster by two threads"} <= set(found)
-    assert "default 48, times faster by two threads" in found
+    assert {"default 48, times faster by two threads", "default 12, times faster by two processes"} <= set(found)
     assert math.isnan(found["Fail 12"])
     assert not any(value < 0 for value in found.values())
+
+
+def test_two_processes_are_timed_by_what_each_makes(bench: ModuleType) -> None:
+    import costs
+
+    assert 0.2 < costs.by_two_processes(torch.rand(1, 12, 12), 12) < 5
+
+
+def test_a_process_is_timed_whole_and_its_failure_is_told(bench: ModuleType) -> None:
+    import costs
+
+    assert costs.process("-c", "sum(range(10**7))")() > costs.process("-c", "pass")() > 0
+    with pytest.raises(subprocess.CalledProcessError):
+        costs.process("-c", "1 / 0")()
 
 
 def test_figures_are_medians_of_what_is_done_in_turn(bench: ModuleType) -> None:
