@@ -167,7 +167,7 @@ def _warp(copies: Copies, cells: Cells, divided: _Divided, written: Array, made:
     from kwatra.pieces.cells.rays import warp
 
     shapes, how = cells.shapes, (cells.rays, STRETCHED, cells.gaps)
-    values = shapes.windows, shapes.away, shapes.element
+    values = shapes.windows, shapes.away, shapes.element, cells.whole
     warp(*values, tuple(copies.laid), *how, divided.best, divided.second, divided.share, written, made)
 
 

@@ -52,14 +52,15 @@ def seen_from_middle(windows: Any, aways: Any, elements: Any, rays: Any, share: 
 
 @jitted
 def warp(
-    windows: Any, aways: Any, elements: Any, laid: Any, rays: Any, most: Any, gaps: Any, best: Any, second: Any,
-    owner: Any, written: Any, where: Any,
+    windows: Any, aways: Any, elements: Any, whole: Any, laid: Any, rays: Any, most: Any, gaps: Any, best: Any,
+    second: Any, owner: Any, written: Any, where: Any,
 ) -> None:  # fmt: skip
     """Have the share of each copy show its whole cell: set places `where` (2, H, W) that are `written` (H, W).
 
     Places are between pixels. rays: along so many the border of a share becomes that of the cell. most: elements are
     stretched and squeezed along one by no more, while they need not be. gaps (2,): as of `_shown`. best, second, owner:
-    as of `divide`.
+    as of `divide`. whole (n,): whether nothing cuts a cell's element; one that the border cuts gets ground on that side
+    too, as wide as beside it. Whole ones do not where theirs is thin: halves of two nuts that touch would be notched.
     """
     share_at, cell_at, element_at, shown_at = np.empty(rays), np.empty(rays), np.empty(rays), np.empty(rays)
     beside = np.empty(rays, np.int64)
@@ -75,8 +76,10 @@ def warp(
         _reach(outside, middle, share_at)
         _reach(away, middle, cell_at)
         _reach(0.5 - seen(windows, elements, laid, m, 0.0), middle, element_at)
-        _shown(share_at, cell_at, element_at, gaps, shown_at)
-        _with_ground(cell_at - element_at, gaps, beside)
+        element_at = np.minimum(element_at, cell_at)
+        ground = cell_at - element_at
+        _with_ground(ground, gaps, beside)
+        _shown(share_at, element_at, ground if whole[laid[0][m]] else ground[beside], gaps, shown_at)
         for i in range(max(-top, 0), min(away.shape[0], owner.shape[0] - top)):
             for j in range(max(-left, 0), min(away.shape[1], owner.shape[1] - left)):
                 y, x = i + top, j + left
@@ -170,18 +173,17 @@ def _spread(values: Any, near: Any, means: Any) -> None:
 
 
 @jitted
-def _shown(share_at: Any, cell_at: Any, element_at: Any, gaps: Any, shown_at: Any) -> None:
+def _shown(share_at: Any, element_at: Any, ground: Any, gaps: Any, shown_at: Any) -> None:
     """Set how far an element reaches in its share along rays (k,).
 
-    The ground around it stays as wide as it is between gaps (2,), px: elements are squeezed that leave less than the
-    first, or than they have, and stretched that leave more than the second. Where ground is wider than narrow gaps
+    The ground around it (k,) stays as wide as it is between gaps (2,), px: elements are squeezed that leave less than
+    the first, or than they have, and stretched that leave more than the second. Where ground is wider than narrow gaps
     outlines stay as smooth as that: no more than their neighbors are elements drawn out into corners of their share.
     """
     rays = len(share_at)
     ratios, least = np.empty(rays), np.empty(rays)
     for k in range(rays):
-        element_at[k] = min(element_at[k], cell_at[k])
-        share, gap = share_at[k], cell_at[k] - element_at[k]
+        share, gap = share_at[k], ground[k]
         most = max(element_at[k], share - max(gap, gaps[1]))
         ratios[k] = min(most, max(share - min(gap, gaps[0]), 0.5 * share)) / element_at[k]
     near = rays // LOOSELY

@@ -8,7 +8,7 @@ from kwatra.pieces.cells.loops import count_inside, divide, move, window
 from kwatra.pieces.cells.rays import seen_from_middle, warp
 from kwatra.pieces.cells.shapes import Shapes
 
-SIDE, RAYS = 61, 128
+SIDE, RAYS, WHOLE = 61, 128, np.ones(2, bool)
 
 
 def laid(first: list[list[int]], push: float = 0.0) -> tuple[np.ndarray, ...]:
@@ -97,7 +97,7 @@ def test_a_share_shows_the_whole_cell_and_an_element_keeps_its_gap(radius: float
     shapes, shape = disc(10, 8), (50, 50)
     apart = np.hypot(*(np.indices(shape) - 25))
     best, owner = (apart - radius).astype(np.float32), np.where(apart < radius, 0, -1)
-    where, values = np.full((2, *shape), -1.0), (shapes.windows, shapes.away, shapes.element)
+    where, values = np.full((2, *shape), -1.0), (shapes.windows, shapes.away, shapes.element, WHOLE)
     gaps, written = (2.0, 2.0), owner == 0
     warp(*values, laid([[25 - SIDE // 2] * 2]), RAYS, 1.5, gaps, best, -best, owner, written, where)
     where = np.rint(where).astype(int)
@@ -123,7 +123,7 @@ def test_ground_that_a_cell_lacks_on_one_side_is_taken_from_beside() -> None:
     away = np.maximum(shapes.away.reshape(SIDE, SIDE), right - 7.5).astype(np.float32).ravel()
     apart = np.hypot(*(np.indices(shape) - 25))
     best, owner = (apart - 13).astype(np.float32), np.where(apart < 13, 0, -1)
-    where, values = np.full((2, *shape), -1.0), (shapes.windows, away, shapes.element)
+    where, values = np.full((2, *shape), -1.0), (shapes.windows, away, shapes.element, WHOLE)
     warp(*values, laid([[25 - SIDE // 2] * 2]), RAYS, 1.5, (1.0, np.inf), best, -best, owner, owner == 0, where)
     written = where[:, owner == 0] - np.array([[100], [200]])
     at = np.rint(written).astype(int)
@@ -131,3 +131,21 @@ def test_ground_that_a_cell_lacks_on_one_side_is_taken_from_beside() -> None:
     element = shapes.element.reshape(SIDE, SIDE)[tuple(at)]
     assert element[apart[owner == 0] < 7].all()
     assert element[apart[owner == 0] > 9].mean() < 0.03  # it is loose, and keeps its size
+
+
+@pytest.mark.parametrize("whole", [True, False])
+def test_only_an_element_that_the_border_cuts_is_squeezed_for_ground_on_that_side(whole: bool) -> None:
+    shapes, shape = disc(10, 8), (50, 50)
+    right = np.indices((SIDE, SIDE))[1] - SIDE // 2
+    away = np.maximum(shapes.away.reshape(SIDE, SIDE), right - 6.5).astype(np.float32).ravel()
+    down, across = np.indices(shape) - 25
+    best = np.maximum(np.hypot(down, across) - 10, across - 6.5).astype(np.float32)
+    owner, where = np.where(best < 0, 0, -1), np.full((2, *shape), -1.0)
+    values = shapes.windows, away, shapes.element, np.array([True, whole])
+    warp(*values, laid([[25 - SIDE // 2] * 2]), RAYS, 1.5, (2.0, 2.5), best, -best, owner, owner == 0, where)
+    at = np.rint(where - np.array([100, 200])[:, None, None]).astype(int)
+    shown = shapes.element.reshape(SIDE, SIDE)[tuple(at.clip(0))]
+    on_the_cut, beside = (np.abs(down) <= 2) & (across == 6), (np.abs(down) <= 2) & (across == -9)
+    assert (shown[on_the_cut] == whole).all()
+    assert not shown[beside].any()
+    assert shown[np.hypot(down, across) < 4].all()
