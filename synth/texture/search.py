@@ -29,13 +29,14 @@ TORN, LEAST_TORN = 0.01, 1e-4
 to it first. Figures are blind to what is torn, and like it: a tartan shows more of its exemplar then. 22 textures score
 .0486 in place of .0484, and of 20 tries of a tartan a whole one is kept in place of a torn one."""
 
-PASTED = 0.06
-"""What the square of the mean size of copies counts, as a part of the exemplar: figures like what is pasted as a whole,
-the more the larger it is.
+PASTED = 0.12, 0.06
+"""What the square of the mean size of copies counts, as a part of the exemplar, the second where tries are ranked
+thoroughly: figures like what is pasted as a whole, the more the larger it is, and the rougher they are.
 
-Stills of two panels of 16 textures, two seeds, copy .245 and .246 of their exemplar at a time and score .0558 and .0482
-with .06; .234, .238, .0557 and .0485 with .09; .225, .216, .0555 and .0501 with .12; and .197, .197, .0575 and .0518
-with .2. Those of the first panel by `best` score .0478 with .06, .0480 with .07 and .0482 with .09."""
+Of stills of two panels of 16 textures, two seeds, by `default`, copies are .225 and .216 of their exemplar at a time,
+of one .55 and of no other more than .37, and they score .0555 and .0501, with .12; .245 and .246, of five .39 to .59,
+.0558 and .0482 with .06; .197, .197, .0575 and .0518 with .2. Those of the first panel by `best` score .0478 with .06,
+.0480 with .07 and .0482 with .09, and copy .224 with .06."""
 
 REFINED = 2
 """So many drafts are refined, the best. Of six tries of the textures of a panel, two seeds, the best has a figure of
@@ -94,8 +95,8 @@ class Search:
     ) -> None:
         self.effort, self.ways, self.size, self.seed = effort, ways, tuple(size), seed
         self.callback, self.source = callback, source
-        pictures = source.pictures()
-        self._ranking = Ranking(pictures, thorough=effort.more > 0)
+        pictures, thorough = source.pictures(), effort.more > 0
+        self._ranking, self._pasted = Ranking(pictures, thorough=thorough), PASTED[thorough]
         self._channels, self._area = len(pictures[0]), sum(picture[0].numel() for picture in pictures)
         self._done, self._telling = 0, Lock()
 
@@ -194,7 +195,7 @@ class Search:
 
     def _figure(self, image: Tensor, where: Tensor) -> float:
         """Of copies and their source map: of quality, of how large copies are, and of what is seen of their seams."""
-        figure = self._ranking(image.cpu()) + PASTED * pasted(where, self._area) ** 2
+        figure = self._ranking(image.cpu()) + self._pasted * pasted(where, self._area) ** 2
         return figure + TORN * math.log(visible_seams(self.source, where) + LEAST_TORN)
 
     def _tell(self, figure: float, image: Tensor, share: int) -> None:

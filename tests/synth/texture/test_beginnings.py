@@ -136,14 +136,15 @@ def test_how_much_first_tries_differ_does_not_count_from_way_to_way(ranked, monk
 
 
 @pytest.mark.usefixtures("in_turn")
-def test_a_figure_counts_what_is_pasted_and_what_is_torn(monkeypatch):
+@pytest.mark.parametrize(("effort", "weight"), [(Effort(2, 0), PASTED[0]), (Effort(2, 1), PASTED[1])])
+def test_a_figure_counts_what_is_pasted_and_what_is_torn(monkeypatch, effort, weight):
     figures = []
     monkeypatch.setattr(search, "Ranking", lambda pictures, thorough: Mock(return_value=0.5))
-    _, begun = searched(Effort(2, 0), callback=lambda p: figures.append(p.energy))
+    _, begun = searched(effort, callback=lambda p: figures.append(p.energy))
     for figure, beginning in zip(figures[:2], begun, strict=True):
         where = beginning.copied()[1]
         expected = (
-            0.5 + PASTED * pasted(where, 32 * 32) ** 2 + TORN * math.log(visible_seams(NOISE, where) + LEAST_TORN)
+            0.5 + weight * pasted(where, 32 * 32) ** 2 + TORN * math.log(visible_seams(NOISE, where) + LEAST_TORN)
         )
         assert figure == pytest.approx(expected)
 
