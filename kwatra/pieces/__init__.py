@@ -19,7 +19,6 @@ from kwatra.pieces.seams import (
     found_coarser,
     hidden_along,
     hidden_seams,
-    less_seen,
     parts_of,
     visible_seams,
 )
@@ -55,7 +54,6 @@ __all__ = [
     "hidden_along",
     "hidden_seams",
     "lay_again",
-    "less_seen",
     "parts_of",
     "redrawn",
     "totals",

@@ -7,7 +7,7 @@ from kwatra.pieces.seams.mosaic import LEVELS, Mosaic, by_place
 from kwatra.pieces.seams.parts import Parts, parts_of
 from kwatra.pieces.seams.prices import Prices
 from kwatra.pieces.seams.stock import Array, Matches, Stock, beside, each
-from kwatra.pieces.seams.visible import less_seen, visible_seams
+from kwatra.pieces.seams.visible import visible_seams
 
 __all__ = [
     "HIDDEN",
@@ -32,7 +32,6 @@ __all__ = [
     "found_coarser",
     "hidden_along",
     "hidden_seams",
-    "less_seen",
     "normalized",
     "parts_of",
     "summed",

@@ -4,7 +4,7 @@ import pytest
 import torch
 
 from kwatra import Exemplar
-from kwatra.pieces import less_seen, visible_seams
+from kwatra.pieces import visible_seams
 
 
 def where(*columns: int) -> torch.Tensor:
@@ -25,15 +25,3 @@ def test_only_seams_between_unlike_pixels_are_seen() -> None:
 
 def test_a_flat_exemplar_has_none() -> None:
     assert visible_seams(Exemplar.of(torch.full((1, 4, 8), 0.5)), where(0, 3, 1, 2)) == 0
-
-
-@pytest.mark.parametrize("later_is_worse", [True, False])
-def test_of_two_maps_each_pixel_shows_that_whose_seams_are_seen_less(later_is_worse: bool) -> None:
-    noise = torch.rand(1, 4, 40, generator=torch.Generator().manual_seed(0))
-    good, bad = where(*range(6), *range(20, 40)), where(*range(6), 19, 18, *range(22, 40))
-    before, after = (good, bad) if later_is_worse else (bad, good)
-    take = less_seen(Exemplar.of(noise), before, after)
-    assert torch.equal(torch.where(take, after, before), good)
-    mixed = torch.cat([bad[..., :10], where(*range(30, 39), 0, *range(14, 20))], 2)  # the right one's seam is worse
-    together = torch.where(less_seen(Exemplar.of(noise), good, mixed), mixed, good)
-    assert visible_seams(Exemplar.of(noise), together) <= visible_seams(Exemplar.of(noise), good)
