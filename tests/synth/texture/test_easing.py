@@ -95,6 +95,8 @@ def test_stills_that_nothing_steers_are_eased_the_same_for_any_number_of_threads
         torch.set_num_threads(threads)
         made.append(synth.synthesize(z, (100, 90), seed=1))
     assert torch.equal(made[0].image, made[1].image)
-    result = made[0].result
-    again = eased(result.image, result.where, Exemplar.of(made[0].form.normalized(z)), NOWHERE)
-    assert float((again - result.image).abs().max()) < float((look_up(z, result.where) - made[0].image).abs().max())
+    result, exemplar = made[0].result, made[0].form.normalized(z)
+    again = eased(result.image, result.where, Exemplar.of(exemplar), NOWHERE)
+    assert float((again - result.image).abs().max()) < float(
+        (look_up(exemplar, result.where) - result.image).abs().max()
+    )
