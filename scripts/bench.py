@@ -28,7 +28,7 @@ from pathlib import Path
 
 import numpy as np
 import torch
-from costs import costs
+from costs import child_seconds, costs
 from tables import Row, carried_exemplars, eight_bit, exit_code, given_exemplars, print_table, progress, size
 from torch import Tensor
 
@@ -87,11 +87,6 @@ def rival_method(rival: Rival, executable: str, size: tuple[int, int], seed: int
         return child_seconds() - cpu, time.perf_counter() - wall
 
     return make
-
-
-def child_seconds() -> float:
-    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return usage.ru_utime + usage.ru_stime
 
 
 def methods(arguments: argparse.Namespace) -> dict[str, Method]:

@@ -1,6 +1,7 @@
 """What synthesis and quilting cost from one exemplar: seconds of this process once all is loaded, and their ratios."""
 
 import os
+import resource
 import statistics
 import subprocess
 import sys
@@ -85,13 +86,17 @@ def process(*words: str) -> Work:
     """A process of Python with these arguments, all that it takes."""
 
     def work() -> float:
-        begun = os.times()
-        environment = os.environ | {"OMP_NUM_THREADS": "1"}
+        begun, environment = child_seconds(), os.environ | {"OMP_NUM_THREADS": "1"}
         subprocess.run([sys.executable, *words], check=True, capture_output=True, env=environment)
-        done = os.times()
-        return done.children_user + done.children_system - begun.children_user - begun.children_system
+        return child_seconds() - begun
 
     return work
+
+
+def child_seconds() -> float:
+    """What all processes took that this one began and that have ended, cpu seconds."""
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
 
 
 def by_two_processes(exemplar: Tensor, side: int) -> float:
@@ -114,8 +119,7 @@ def by_two_processes(exemplar: Tensor, side: int) -> float:
 
 def make_still(exemplar: np.ndarray, side: int) -> None:
     """Make a still on one thread."""
-    torch.set_num_threads(1)
-    synthesize(torch.from_numpy(exemplar), (side, side))
+    still(torch.from_numpy(exemplar), "default", side)()
 
 
 def in_turn(works: dict[str, Work]) -> dict[str, float]:

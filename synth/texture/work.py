@@ -55,7 +55,8 @@ one .0586; 1024 a side two are no better than one."""
 LARGER = 0.65
 """Every other first try has blocks of so much of the exemplar, and what follows goes the way of the best. Which size is
 better depends on the texture: of six tries two panels of 16 textures score .0566 and .0492 with all blocks alike, .0558
-and .0482 so (two seeds); a page of text, tissue and wood .115, .058 and .062, and .066, .051 and .060 so (eight)."""
+and .0482 so (two seeds); a page of text, tissue and wood .115, .058 and .062, and .066, .051 and .060 so (eight); all
+of this while large copies weighed half as much in `default` (`PASTED` in `search`)."""
 
 
 @dataclass(frozen=True, eq=False)
